@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/input_outcome.h"
+#include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/odometry/wheel_readings.h"
+#include "bearing_calibration/optics/bearing.h"
+
+namespace bearing_calibration {
+
+/// The calibration of one sensor's mount: wheel readings and bearings in, the mount out.
+/// Bearings are fused in the order of their stamps, as soon as the ticks cover them; memory is
+/// bounded whatever stream stops. Reads no clock: `received` is the time of an input's receipt.
+/// Not thread-safe.
+class Calibrator {
+ public:
+  /// @throws std::invalid_argument with every sentence of config.validate().
+  explicit Calibrator(const CalibratorConfig& config);
+  ~Calibrator();
+  Calibrator(Calibrator&&) noexcept;
+  Calibrator& operator=(Calibrator&&) noexcept;
+
+  InputOutcome addTicks(const WheelTicks& ticks, Stamp received);
+  InputOutcome addAngles(const WheelAngles& angles, Stamp received);
+
+  /// Bad candidates are left out one by one; the outcome is that of the message, or of the first
+  /// bad candidate in it.
+  InputOutcome addBearings(const BearingSet& bearings, Stamp received);
+
+  /// Where the light should be seen at `stamp` (sensor's clock), by the newest ticks at most; none
+  /// before the first estimate.
+  std::optional<BearingPrediction> predictBearing(Stamp stamp) const;
+
+  CalibrationResult result() const;
+
+  /// Forgets everything but the configuration, the counts too.
+  void reset();
+  /// While paused, ticks are followed and bearings are ignored.
+  void setPaused(bool paused);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace bearing_calibration

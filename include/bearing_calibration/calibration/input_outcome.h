@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace bearing_calibration {
+
+/// What became of one input. Everything from kNoStamp on is bad input: refused, counted, and
+/// without any other effect but the one that its comment names.
+enum class InputStatus : std::uint8_t {
+  kAccepted,         ///< taken; bearings may still wait for the ticks that cover them
+  kIgnoredPaused,    ///< the calibration is paused (ticks are still followed)
+  kNoStamp,          ///< the stamp is zero
+  kStampInFuture,    ///< the stamp lies after the time of receipt by more than allowed
+  kStampNotAfterLast,  ///< the stamp is not later than the last one of its stream
+  kAzimuthNotFinite,
+  kVarianceNotPositive,   ///< zero, negative or not finite
+  kVarianceAbsurd,        ///< larger than the largest allowed, no information
+  kQualityOutOfRange,     ///< not in [0, 1]
+  kCounterReset,     ///< the counters were reset by their driver: followed from the new value on
+  kTicksTooFast,     ///< the wheels cannot have turned that far: the jump is left out of the travel
+  kTicksOutOfRange,  ///< the count does not fit the counter's width
+  kAngleNotFinite,   ///< a joint position is not finite
+  kQueueFull,        ///< too many bearings wait for ticks: the oldest one was dropped
+  kTicksLost,        ///< ticks no longer cover the stamp of a waiting bearing
+};
+inline constexpr std::size_t kInputStatusCount =
+    static_cast<std::size_t>(InputStatus::kTicksLost) + 1;
+
+/// What became of one input, with the value that decided it (see describe()).
+struct InputOutcome {
+  InputStatus status = InputStatus::kAccepted;
+  double value = 0.0;  ///< the offending value in SI units; seconds for stamps
+
+  bool accepted() const { return status == InputStatus::kAccepted; }
+  bool isBadInput() const { return status >= InputStatus::kNoStamp; }
+};
+
+/// A short name for counters and diagnostics, such as "variance not positive".
+const char* nameOf(InputStatus status);
+
+/// A sentence with the value and what was done, such as
+/// "azimuth variance -0.1 rad^2 is not positive: candidate left out".
+std::string describe(const InputOutcome& outcome);
+
+/// How many inputs of one stream ended in which way.
+struct InputCounts {
+  std::array<std::uint32_t, kInputStatusCount> by_status{};
+
+  std::uint32_t& operator[](InputStatus status) {
+    return by_status[static_cast<std::size_t>(status)];
+  }
+  std::uint32_t operator[](InputStatus status) const {
+    return by_status[static_cast<std::size_t>(status)];
+  }
+  std::uint32_t badInputs() const;
+};
+
+}  // namespace bearing_calibration

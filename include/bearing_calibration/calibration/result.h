@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "bearing_calibration/calibration/input_outcome.h"
+#include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/filter/cartesian_state.h"
+
+namespace bearing_calibration {
+
+/// A calibration's life; the values are those of CalibrationEstimate.msg.
+enum class CalibrationState : std::uint8_t {
+  kWaitingForTicks,
+  kWaitingForLight,
+  kInitialising,
+  kConverging,
+  kConverged,
+  kDegenerateMotion,
+  kInconsistent,
+  kPaused,
+};
+
+/// "WAITING_FOR_TICKS" and so on.
+const char* nameOf(CalibrationState state);
+
+/// The sensor's pose in the base frame. mean = (x [m], y [m], yaw [rad]).
+struct MountEstimate {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+/// The paper's state X = [D, theta, phi, rho, psi] [m, rad, rad, m, rad].
+struct PaperEstimate {
+  Vector5 mean = Vector5::Zero();
+  Matrix5 covariance = Matrix5::Zero();
+  /// False where rho is not clearly above zero: phi and psi alone mean nothing then.
+  bool phi_psi_determined = false;
+};
+
+/// What the calibration knows after the last input.
+struct CalibrationResult {
+  CalibrationState state = CalibrationState::kWaitingForTicks;
+  std::string advice;  ///< a sentence for the driver
+  Stamp stamp;         ///< of the last fused bearing, on the encoders' clock
+  std::optional<MountEstimate> base_from_sensor;  ///< none before the first estimate
+  std::optional<PaperEstimate> paper_state;       ///< none before the first estimate
+  std::optional<CartesianEstimate> cartesian_state;  ///< none before the first estimate
+
+  double nis = 0.0;       ///< of the last fused bearing
+  double nis_mean = 0.0;  ///< running mean, 1 for a consistent filter
+  double distance_travelled_m = 0.0;
+  double rotation_travelled_rad = 0.0;
+
+  std::uint32_t bearings_used = 0;
+  std::uint32_t bearings_gated = 0;    ///< outside the gate, or ambiguous
+  std::uint32_t bearings_waiting = 0;  ///< for the ticks that cover them
+  std::uint32_t ticks_used = 0;
+  InputCounts bearing_inputs;
+  InputCounts tick_inputs;
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace bearing_calibration {
+
+/// Value that a chi-square variable with `degrees_of_freedom` stays below with `probability`.
+/// @throws std::domain_error unless degrees_of_freedom > 0 and 0 <= probability < 1.
+double chiSquareQuantile(double probability, double degrees_of_freedom);
+
+/// Probability that a chi-square variable with `degrees_of_freedom` stays below `value` >= 0.
+double chiSquareProbability(double value, double degrees_of_freedom);
+
+}  // namespace bearing_calibration

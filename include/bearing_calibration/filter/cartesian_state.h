@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/odometry/odometry_increment.h"
+
+namespace bearing_calibration {
+
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
+
+/// Positions of the quantities in the Cartesian state vector, everything in the base frame of now:
+/// [light x, light y, sensor x, sensor y, sensor yaw]. No singularity but at the sensor itself
+/// (doc/model.md, section "Cartesian chart").
+struct CartesianIndex {
+  enum : int { kLightX = 0, kLightY = 1, kSensorX = 2, kSensorY = 3, kSensorYaw = 4 };
+};
+
+/// Mean [m, m, m, m, rad] and covariance of the Cartesian state.
+struct CartesianEstimate {
+  Vector5 mean = Vector5::Zero();
+  Matrix5 covariance = Matrix5::Zero();
+
+  Eigen::Vector2d lightInBase() const { return mean.head<2>(); }
+  Eigen::Vector2d sensorInBase() const { return mean.segment<2>(CartesianIndex::kSensorX); }
+  double sensorYaw() const { return mean(CartesianIndex::kSensorYaw); }
+};
+
+/// One bearing of the light with the base's motion since the bearing before it: what the
+/// initialiser and the batch estimator keep of a record.
+struct Sight {
+  Stamp stamp;
+  OdometryIncrement motion;  ///< from the previous sight's moment to this one's
+  double azimuth_rad = 0.0;
+  double azimuth_variance_rad2 = 0.0;
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace bearing_calibration {
+
+/// The wheels of a differential drive and their encoders.
+struct DriveGeometry {
+  double wheel_separation_m = 0.0;    ///< distance between the wheels' contact points
+  double left_wheel_radius_m = 0.0;
+  double right_wheel_radius_m = 0.0;
+  double ticks_per_revolution = 0.0;  ///< of the wheel, after the gear
+  int counter_bits = 0;               ///< width at which the counters wrap: 8, 16, 32 or 64
+  double max_wheel_speed_mps = 0.0;   ///< fastest possible; what exceeds it is not motion
+
+  double leftMetersPerTick() const;
+  double rightMetersPerTick() const;
+
+  /// One sentence for each value that cannot be; empty when all is well.
+  std::vector<std::string> validate() const;
+};
+
+/// Random errors of the wheels' displacements, growing with the distance that each has rolled.
+struct WheelNoise {
+  /// K of Chong and Kleeman [m]: the variance of one wheel's displacement is K |displacement|,
+  /// independent for left and right (paper, eq. 22).
+  double independent_k_m = 0.0;
+  /// The same for an error that both wheels share (a slip along the way, a soft floor) [m]: the
+  /// variance of the displacement of the base's centre grows by this times the distance.
+  double common_k_m = 0.0;
+
+  std::vector<std::string> validate() const;
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "bearing_calibration/geometry/pose2.h"
+#include "bearing_calibration/odometry/drive_geometry.h"
+
+namespace bearing_calibration {
+
+/// How far each wheel has rolled between two moments; forward is positive.
+struct WheelDisplacement {
+  double left_m = 0.0;
+  double right_m = 0.0;
+};
+
+/// The motion of the base between two moments, pre-integrated over any number of arcs.
+struct OdometryIncrement {
+  Pose2 start_from_end;  ///< the base's pose at the end, in the base frame of the start
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of start_from_end (x, y, yaw)
+  double distance_m = 0.0;    ///< path length of the base's centre, >= 0
+  double rotation_rad = 0.0;  ///< sum of the absolute turns, >= 0
+};
+
+/// One arc of constant curvature with its Jacobian.
+struct Arc {
+  Pose2 start_from_end;
+  Eigen::Matrix<double, 3, 2> J_pose_wheels;  ///< d(x, y, yaw) / d(left_m, right_m)
+};
+
+/// The exact arc of a differential drive (doc/model.md, eq. 2).
+Arc arcFromWheels(const WheelDisplacement& wheels, double wheel_separation_m);
+
+/// Covariance of (left_m, right_m) of one displacement (doc/model.md, eq. 3).
+Eigen::Matrix2d wheelCovariance(const WheelDisplacement& wheels, const WheelNoise& noise);
+
+/// Appends one arc to an increment, the covariance with it (doc/model.md, eq. 4).
+OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplacement& wheels,
+                         double wheel_separation_m, const WheelNoise& noise);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "bearing_calibration/common/stamp.h"
+
+namespace bearing_calibration {
+
+inline constexpr std::int32_t kUnknownLight = -1;
+
+/// One candidate for the light in the frame of a bearing sensor: where vision ends and the filter
+/// begins. NaN where the sensor has no such value.
+struct Bearing {
+  double azimuth_rad = 0.0;            ///< counter-clockwise about the sensor's z axis
+  double azimuth_variance_rad2 = 0.0;  ///< > 0
+  double image_radius_px = std::numeric_limits<double>::quiet_NaN();
+  double image_radius_variance_px2 = std::numeric_limits<double>::quiet_NaN();
+  double elevation_rad = std::numeric_limits<double>::quiet_NaN();
+  double elevation_variance_rad2 = std::numeric_limits<double>::quiet_NaN();
+  std::int32_t light_id = kUnknownLight;
+  double quality = 1.0;  ///< 0 to 1, the sensor's own probability that this is the light
+};
+
+/// All candidates of one image; none says that the sensor looked and saw nothing.
+struct BearingSet {
+  Stamp stamp;  ///< mid-exposure
+  std::vector<Bearing> candidates;
+};
+
+/// Where the calibration expects the light at a moment.
+struct BearingPrediction {
+  Stamp stamp;
+  double azimuth_rad = 0.0;
+  double azimuth_variance_rad2 = 0.0;  ///< of the prediction alone, without a measurement's noise
+  std::int32_t light_id = kUnknownLight;
+};
+
+}  // namespace bearing_calibration

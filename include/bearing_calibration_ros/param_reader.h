@@ -1,0 +1,52 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bearing_calibration_ros {
+
+/// Reads required parameters from one namespace and collects every error, so that a node can stop
+/// with all of them at once:
+///
+///     ParamReader params(private_node_handle);
+///     config.wheel_separation_m = params.number("wheels/separation");
+///     params.addErrors(config.validate());
+///     params.throwIfAnyError();
+///
+/// A missing parameter, one of a wrong type, and one that nobody asked for in a group that was read
+/// from (a misspelt name) are errors. There are no defaults here: they stand in config/*.yaml.
+class ParamReader {
+ public:
+  explicit ParamReader(const ros::NodeHandle& node_handle) : node_handle_(node_handle) {}
+
+  /// A finite number; an integer is taken as one. NaN on error.
+  double number(const std::string& name);
+  int integer(const std::string& name);
+  bool boolean(const std::string& name);
+  std::string text(const std::string& name);
+  /// One of `choices`; returns its position, 0 on error.
+  std::size_t choice(const std::string& name, const std::vector<std::string>& choices);
+  /// A list of lists of finite numbers, each of `row_size` (masks, polygons). Empty on error.
+  std::vector<std::vector<double>> rows(const std::string& name, std::size_t row_size);
+
+  void addError(const std::string& error) { errors_.push_back(error); }
+  void addErrors(const std::vector<std::string>& errors);
+  const std::vector<std::string>& errors() const { return errors_; }
+
+  /// Looks for misspelt names, then throws std::runtime_error with one line for each error.
+  void throwIfAnyError();
+
+ private:
+  bool find(const std::string& name, XmlRpc::XmlRpcValue* value);
+  void findUnknownNames();
+
+  ros::NodeHandle node_handle_;
+  std::set<std::string> names_;  ///< relative names asked for
+  std::vector<std::string> errors_;
+};
+
+}  // namespace bearing_calibration_ros
