@@ -1,13 +1,13 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
 
-#include "bearing_calibration/calibration/input_outcome.h"
+#include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/paper_state.h"
 
 namespace bearing_calibration {
 
@@ -25,20 +25,6 @@ enum class CalibrationState : std::uint8_t {
 
 /// "WAITING_FOR_TICKS" and so on.
 const char* nameOf(CalibrationState state);
-
-/// The sensor's pose in the base frame. mean = (x [m], y [m], yaw [rad]).
-struct MountEstimate {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-};
-
-/// The paper's state X = [D, theta, phi, rho, psi] [m, rad, rad, m, rad].
-struct PaperEstimate {
-  Vector5 mean = Vector5::Zero();
-  Matrix5 covariance = Matrix5::Zero();
-  /// False where rho is not clearly above zero: phi and psi alone mean nothing then.
-  bool phi_psi_determined = false;
-};
 
 /// What the calibration knows after the last input.
 struct CalibrationResult {
