@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/filter/cartesian_state.h"
+
+namespace bearing_calibration {
+
+/// How a whole record is weighed.
+struct BatchConfig {
+  int max_iterations = 30;
+  /// Residuals beyond so many standard deviations count linearly, not squared (Huber); 0 is off.
+  double huber_sigmas = 2.0;
+  /// Once the fit has settled, sights whose residual from all others exceeds so many standard
+  /// deviations are left out; 0 is off.
+  double reject_sigmas = 3.5;
+  /// Gain in chi-square (2 degrees of freedom) for which a motion between two sights is declared a
+  /// slip and given up; 0 is off.
+  double slip_gain = 30.0;
+  int max_slips = 20;
+  /// Estimates the correlation of neighbouring bearings' noise and widens their variance with it.
+  bool widen_for_correlation = true;
+
+  std::vector<std::string> validate() const;
+};
+
+/// What a record of sights says about the mount and the light.
+struct BatchEstimate {
+  CartesianEstimate at_last_sight;
+  bool converged = false;
+  int iterations = 0;
+  double chi_square = 0.0;     ///< of the sights that were used, innovations of the last pass
+  int degrees_of_freedom = 0;  ///< of chi_square: sights used - 5
+  double cost = 0.0;           ///< robust cost of all sights and slips: what two fits compare by
+  std::vector<double> nis;     ///< of each sight given those before it; NaN where left out
+  std::vector<std::size_t> rejected;  ///< indices of sights left out
+  std::vector<std::size_t> slips;     ///< indices of sights whose motion was given up
+  double correlation = 0.0;  ///< lag-1 correlation of the innovations, 0 where insignificant
+
+  double inlierFraction() const;
+};
+
+/// The most probable mount, light and path given all bearings and the noise of all wheel motions:
+/// Gauss-Newton on the Cartesian state by relinearised Kalman smoother passes (doc/model.md,
+/// section "Batch").
+class BatchEstimator {
+ public:
+  /// @throws std::invalid_argument with every sentence of config.validate().
+  explicit BatchEstimator(const BatchConfig& config);
+
+  /// @param sights in the order of time; the motion of the first is not used.
+  /// @param start mean of the Cartesian state at the last sight, near enough to converge from.
+  /// @throws std::invalid_argument when there is no sight or a variance is not positive.
+  BatchEstimate estimate(const std::vector<Sight>& sights, const Vector5& start) const;
+
+ private:
+  BatchConfig config_;
+};
+
+}  // namespace bearing_calibration

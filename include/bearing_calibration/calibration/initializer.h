@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/calibration/batch_estimator.h"
+#include "bearing_calibration/calibration/observability.h"
+#include "bearing_calibration/calibration/sight_record.h"
+#include "bearing_calibration/filter/cartesian_state.h"
+
+namespace bearing_calibration {
+
+/// When a start may be trusted. The estimate must be well inside the range where a linearised
+/// filter carries on from it.
+struct InitializerConfig {
+  int min_sights = 20;
+  double min_path_m = 0.5;
+  double min_path_per_range = 0.2;  ///< path over the light's distance
+  double min_turn_rad = 0.5;
+  double max_position_stddev_m = 0.03;  ///< sensor x and y
+  double max_yaw_stddev_rad = 0.1;
+  double max_light_stddev_per_range = 0.15;
+  double min_light_distance_m = 0.2;   ///< from the sensor, at the last sight
+  double max_chi_square_sigmas = 6.0;  ///< chi-square < n + this * sqrt(2 n)
+  double min_inlier_fraction = 0.6;
+  double min_runner_up_margin = 25.0;  ///< cost of the next best answer above the best one
+  std::uint32_t seed = 1;              ///< of the random draws: the same record, the same answer
+  SightRecordConfig record;
+  BatchConfig batch;
+
+  std::vector<std::string> validate() const;
+};
+
+/// Why there is no start yet, from the first thing to change to the last.
+enum class StartObstacle : std::uint8_t {
+  kNone,  ///< ready
+  kTooFewSights,
+  kTooShortPath,   ///< standing, or turning on the spot only
+  kNoTurn,         ///< one straight line
+  kOneCurvature,   ///< one circle: a second curvature is needed
+  kNoSolution,     ///< no mount explains the bearings, or the fit did not settle
+  kPoorFit,        ///< residuals larger than their noise, or too many outliers
+  kLightTooNear,   ///< the light is (nearly) over the sensor at the last sight
+  kWeakDirection,  ///< a direction is not yet determined: see weakest
+  kAmbiguous,      ///< a second answer explains the bearings about as well
+};
+
+/// "too few sights" and so on.
+const char* nameOf(StartObstacle obstacle);
+
+/// An attempt to find mount and light from nothing but bearings and odometry.
+struct StartAttempt {
+  StartObstacle obstacle = StartObstacle::kTooFewSights;
+  /// At the last sight. With an obstacle it is the best guess so far, and only for display; its
+  /// covariance is zero where there was no solution.
+  CartesianEstimate estimate;
+  MotionSummary motion;
+  WeakestDirection weakest;  ///< of the estimate
+  double chi_square = 0.0;
+  int degrees_of_freedom = 0;
+  double inlier_fraction = 0.0;
+  double runner_up_margin = 0.0;  ///< infinite when no second minimum was found
+  int slips = 0;
+  double bearing_correlation = 0.0;
+
+  bool ready() const { return obstacle == StartObstacle::kNone; }
+};
+
+/// One attempt on a given record; Initializer is this with a bounded record.
+/// @param sights in the order of time; the motion of the first is not used.
+StartAttempt findStart(const std::vector<Sight>& sights, const InitializerConfig& config);
+
+/// Collects sights and finds the start of the filter in them, whatever the mount and wherever the
+/// light. Bounded in memory and time on an endless record.
+class Initializer {
+ public:
+  /// @throws std::invalid_argument with every sentence of config.validate().
+  explicit Initializer(const InitializerConfig& config);
+
+  void add(const Sight& sight) { record_.add(sight); }
+  /// Milliseconds of work: call it about once in a second, not at each sight.
+  StartAttempt attempt() const { return findStart(record_.sights(), config_); }
+  /// Forgets all sights.
+  void restart() { record_.clear(); }
+
+  const SightRecord& record() const { return record_; }
+
+ private:
+  InitializerConfig config_;
+  SightRecord record_;
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "bearing_calibration/filter/cartesian_state.h"
+
+namespace bearing_calibration {
+
+/// What the base did over a record, as far as it decides what can be determined.
+struct MotionSummary {
+  double path_m = 0.0;
+  double turn_rad = 0.0;  ///< sum of the absolute turns
+  double extent_m = 0.0;  ///< diagonal of the box around the path
+  /// Spread of the curvature along the motion, 0 for one circle or one line or one spin, up to 1:
+  /// two different curvatures are needed (doc/model.md, "Observability").
+  double curvature_spread = 0.0;
+};
+
+MotionSummary summariseMotion(const std::vector<Sight>& sights);
+
+/// The combination of quantities that is known least. Yaw counts with the light's range as its
+/// lever, so that all components are lengths.
+struct WeakestDirection {
+  Vector5 direction = Vector5::Zero();  ///< unit vector over CartesianIndex, yaw times the lever
+  double stddev_m = 0.0;
+  double lever_m = 0.0;  ///< distance from the sensor to the light
+};
+
+WeakestDirection weakestDirection(const CartesianEstimate& estimate);
+
+/// Covariance of the Cartesian state at the last sight that no unbiased estimator can beat: the
+/// information of all sights, linearised at the truth (Cramer-Rao bound, doc/model.md).
+/// @param light_in_base,mount the true light in the base frame at each sight, and the true mount
+///   (x [m], y [m], yaw [rad]).
+Matrix5 cramerRaoBound(const std::vector<Sight>& sights,
+                       const std::vector<Eigen::Vector2d>& light_in_base,
+                       const Eigen::Vector3d& mount);
+
+}  // namespace bearing_calibration
