@@ -1,0 +1,177 @@
+#include "bearing_calibration/optics/conic_mirror.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/requirement.h"
+
+namespace bearing_calibration {
+namespace {
+
+double cot(double angle_rad) { return 1.0 / std::tan(angle_rad); }
+
+/// Horizontal distance from the axis at which a ray meets the mirror [m].
+double hitRadius(const ConicMirror& mirror, double ray_angle_rad) {
+  // h / (cot theta - cot tau), written so that the ray along the axis gives 0.
+  const double tangent = std::tan(ray_angle_rad);
+  return mirror.lens_to_apex_m * tangent / (1.0 - tangent * cot(mirror.half_angle_rad));
+}
+
+/// Angle of the reflected ray from the upward axis [rad].
+double exitAngle(const ConicMirror& mirror, double ray_angle_rad) {
+  return 2.0 * mirror.half_angle_rad - ray_angle_rad;
+}
+
+/// The path from the lens over the mirror to a light, all in one plane through the axis.
+struct LightPath {
+  double ray_angle_rad;
+  double hit_radius_m;       ///< r
+  double lens_to_mirror_m;   ///< s1
+  double mirror_to_light_m;  ///< s2
+};
+
+LightPath pathToDistance(const ConicMirror& mirror, double ray_angle_rad, double distance_m) {
+  const double hit_radius_m = hitRadius(mirror, ray_angle_rad);
+  const double lens_to_mirror_m =
+      std::hypot(hit_radius_m, mirror.lens_to_apex_m + hit_radius_m * cot(mirror.half_angle_rad));
+  const double mirror_to_light_m =
+      (distance_m - hit_radius_m) / std::sin(exitAngle(mirror, ray_angle_rad));
+  if (!(mirror_to_light_m > 0.0)) {
+    throw std::invalid_argument("a light at " + std::to_string(distance_m) +
+                                " m from the axis lies inside the mirror");
+  }
+  return {ray_angle_rad, hit_radius_m, lens_to_mirror_m, mirror_to_light_m};
+}
+
+/// In a plane through the axis the cone is a plane mirror: the light appears at its reflection in
+/// the cone's surface line.
+double rayAngleFromLight(const ConicMirror& mirror, const LightPlace& light) {
+  const double apex_to_light_m = std::hypot(light.distance_m, light.height_m);
+  const double virtual_angle_rad =
+      2.0 * mirror.half_angle_rad - std::atan2(light.distance_m, light.height_m);
+  return std::atan2(apex_to_light_m * std::sin(virtual_angle_rad),
+                    mirror.lens_to_apex_m + apex_to_light_m * std::cos(virtual_angle_rad));
+}
+
+double vergence(double distance_m) { return 1.0 / distance_m; }
+
+}  // namespace
+
+std::vector<std::string> ConicMirror::validate() const {
+  // A narrower cone sees only the sky, a wider one only the robot itself.
+  constexpr double kMinHalfAngleRad = 30.0 / kDegreesPerRadian;
+  constexpr double kMaxHalfAngleRad = 80.0 / kDegreesPerRadian;
+  Requirements require;
+  require.positive("lens/focal_length", focal_length_m);
+  require.positive("lens/aperture", aperture_m);
+  require.positive("lens/pixel_pitch", pixel_pitch_m);
+  require.that(focus_distance_m > focal_length_m,
+               "lens/focus_distance must be greater than lens/focal_length, but is " +
+                   std::to_string(focus_distance_m));
+  require.positive("mirror/lens_to_apex", lens_to_apex_m);
+  require.between("mirror/half_angle", half_angle_rad, kMinHalfAngleRad, kMaxHalfAngleRad);
+  require.positive("mirror/base_radius", base_radius_m);
+  return require.errors();
+}
+
+MirrorPixel mirrorPixelFromImage(const MirrorView& view, double u_px, double v_px) {
+  const double right = u_px - view.centre_u_px;
+  const double up = -(v_px - view.centre_v_px);
+  return {std::hypot(right, up), view.handedness * std::atan2(up, right)};
+}
+
+Eigen::Vector2d imageFromMirrorPixel(const MirrorView& view, const MirrorPixel& pixel) {
+  const double screen_angle = view.handedness * pixel.azimuth_rad;
+  return {view.centre_u_px + pixel.image_radius_px * std::cos(screen_angle),
+          view.centre_v_px - pixel.image_radius_px * std::sin(screen_angle)};
+}
+
+double imageDistancePx(const ConicMirror& mirror) {
+  const double image_vergence = vergence(mirror.focal_length_m) - vergence(mirror.focus_distance_m);
+  return 1.0 / (image_vergence * mirror.pixel_pitch_m);
+}
+
+double rayAngleFromRadius(const ConicMirror& mirror, double image_radius_px) {
+  return std::atan(image_radius_px / imageDistancePx(mirror));
+}
+
+double radiusFromRayAngle(const ConicMirror& mirror, double ray_angle_rad) {
+  return imageDistancePx(mirror) * std::tan(ray_angle_rad);
+}
+
+double elevationFromRadius(const ConicMirror& mirror, double image_radius_px) {
+  return 0.5 * kPi - exitAngle(mirror, rayAngleFromRadius(mirror, image_radius_px));
+}
+
+double radiusFromElevation(const ConicMirror& mirror, double elevation_rad) {
+  return radiusFromRayAngle(mirror, elevation_rad - 0.5 * kPi + 2.0 * mirror.half_angle_rad);
+}
+
+double elevationSlope(const ConicMirror& mirror, double image_radius_px) {
+  const double distance_px = imageDistancePx(mirror);
+  return distance_px / (distance_px * distance_px + image_radius_px * image_radius_px);
+}
+
+double horizonRadiusPx(const ConicMirror& mirror) {
+  return std::max(0.0, radiusFromElevation(mirror, 0.0));
+}
+
+double rimRadiusPx(const ConicMirror& mirror) {
+  const double rim_height_m =
+      mirror.lens_to_apex_m + mirror.base_radius_m * cot(mirror.half_angle_rad);
+  return imageDistancePx(mirror) * mirror.base_radius_m / rim_height_m;
+}
+
+MirrorRay rayFromMirrorPixel(const ConicMirror& mirror, const MirrorPixel& pixel) {
+  const double ray_angle = rayAngleFromRadius(mirror, pixel.image_radius_px);
+  const double hit_radius_m = hitRadius(mirror, ray_angle);
+  const double exit_angle = exitAngle(mirror, ray_angle);
+  const Eigen::Vector3d outward(std::cos(pixel.azimuth_rad), std::sin(pixel.azimuth_rad), 0.0);
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  return {hit_radius_m * outward + hit_radius_m * cot(mirror.half_angle_rad) * up,
+          std::sin(exit_angle) * outward + std::cos(exit_angle) * up};
+}
+
+std::optional<MirrorPixel> mirrorPixelFromPoint(const ConicMirror& mirror,
+                                                const Eigen::Vector3d& point_m) {
+  const std::optional<double> radius_px =
+      radiusFromLight(mirror, {std::hypot(point_m.x(), point_m.y()), point_m.z()});
+  if (!radius_px) return std::nullopt;
+  return MirrorPixel{*radius_px, std::atan2(point_m.y(), point_m.x())};
+}
+
+std::optional<double> radiusFromLight(const ConicMirror& mirror, const LightPlace& light) {
+  const double radius_px = radiusFromRayAngle(mirror, rayAngleFromLight(mirror, light));
+  const bool seen = radius_px > 0.0 && radius_px <= rimRadiusPx(mirror);
+  return seen ? std::optional<double>(radius_px) : std::nullopt;
+}
+
+SpotBlur expectedBlur(const ConicMirror& mirror, double image_radius_px, double distance_m) {
+  const double theta = rayAngleFromRadius(mirror, image_radius_px);
+  const LightPath path = pathToDistance(mirror, theta, distance_m);
+  // Along the azimuth the cone is a convex mirror (Coddington's sagittal equation).
+  const double mirror_power =
+      (std::sin(exitAngle(mirror, theta)) - std::sin(theta)) / path.hit_radius_m;
+  const double sagittal_m = 1.0 / (vergence(path.mirror_to_light_m) + mirror_power);
+  // Depth along the lens' axis at which each section's rays seem to meet.
+  const double tangential_depth_m = (path.lens_to_mirror_m + sagittal_m) * std::cos(theta);
+  const double radial_depth_m = (path.lens_to_mirror_m + path.mirror_to_light_m) * std::cos(theta);
+  const double blur_px_m = mirror.aperture_m * imageDistancePx(mirror);
+  const double focus = vergence(mirror.focus_distance_m);
+  return {blur_px_m * std::abs(focus - vergence(tangential_depth_m)),
+          blur_px_m * std::abs(focus - vergence(radial_depth_m))};
+}
+
+MisalignmentCoefficients misalignment(const ConicMirror& mirror, const LightPlace& light) {
+  const double theta = rayAngleFromLight(mirror, light);
+  const LightPath path = pathToDistance(mirror, theta, light.distance_m);
+  const double D = light.distance_m;
+  const double sagittal_curvature =
+      (1.0 - path.mirror_to_light_m * std::sin(theta) / D) / path.hit_radius_m;
+  return {2.0 * (cot(mirror.half_angle_rad) - light.height_m / D), sagittal_curvature - vergence(D),
+          -1.0 / radiusFromRayAngle(mirror, theta)};
+}
+
+}  // namespace bearing_calibration
