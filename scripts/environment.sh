@@ -1,0 +1,32 @@
+# shellcheck shell=bash disable=SC2034  # its variables are for the scripts that source it
+# Sourced by the other scripts: where things are, and the environment that the package is built in.
+# Nothing here installs, builds or prints.
+
+repository="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+# Hidden from rospack by the leading dot: the repository is the package, and the build folder holds
+# things that look like packages too.
+build_folder="$repository/.build/release"
+noetic_setup=/opt/ros/noetic/setup.bash
+
+say() { printf '\n== %s\n' "$*" >&2; }
+fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }
+
+# ROS's own scripts start with `env python3` and need the system's interpreter.
+export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"
+unset PYTHONHOME
+export ROS_HOME="${ROS_HOME:-$repository/.build/ros}"
+export ROS_LOG_DIR="${ROS_LOG_DIR:-$ROS_HOME/log}"
+# Works without a network; left alone where somebody has set up a robot with several machines.
+if [[ -z "${ROS_HOSTNAME:-}${ROS_IP:-}${ROS_MASTER_URI:-}" ]]; then
+  export ROS_HOSTNAME=localhost
+fi
+
+# ROS's setup files read variables that are not set.
+source_setup() {
+  set +u
+  # shellcheck disable=SC1090
+  source "$1"
+  set -u
+}
+
+if [[ -f "$noetic_setup" ]]; then source_setup "$noetic_setup"; fi
