@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/calibration/unestimated_mount.h"
+#include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/odometry/drive_geometry.h"
+
+namespace bearing_calibration {
+
+/// Where a result comes from, and what it rests on.
+struct Provenance {
+  std::string program;     ///< what wrote it
+  std::string written_at;  ///< wall time, for people
+  DriveGeometry drive;     ///< the wheels that it was measured with: the result's metric reference
+};
+
+/// A calibration as it stands in a file.
+struct SavedCalibration {
+  CalibrationState state = CalibrationState::kWaitingForTicks;
+  std::string advice;
+  Stamp stamp;  ///< of the last fused bearing
+  std::string base_frame;
+  std::string sensor_frame;
+  MountEstimate base_from_sensor;
+  UnestimatedMount unestimated;
+  PaperEstimate paper_state;
+  CartesianEstimate cartesian_state;
+  double nis_mean = 0.0;
+  double distance_travelled_m = 0.0;
+  double rotation_travelled_rad = 0.0;
+  std::uint32_t bearings_used = 0;
+  std::uint32_t bearings_gated = 0;
+  Provenance provenance;
+};
+
+/// Writes the file atomically (see atomic_file.h). Numbers are written in the shortest form that
+/// reads back to the same value.
+/// @returns what went wrong; nothing when the file is written.
+std::optional<std::string> writeResultFile(const std::string& path,
+                                           const SavedCalibration& calibration);
+
+/// A file's content, or why it was refused.
+struct ResultFileContent {
+  std::optional<SavedCalibration> calibration;
+  std::string error;  ///< a sentence with the path; empty when there is a calibration
+};
+
+/// Reads what writeResultFile() wrote. A file that is missing, cut short, not of this package or
+/// version, or holds values that cannot be (not finite, a covariance that is none) is refused.
+ResultFileContent readResultFile(const std::string& path);
+
+}  // namespace bearing_calibration

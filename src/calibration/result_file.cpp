@@ -1,0 +1,141 @@
+#include "bearing_calibration/calibration/result_file.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "bearing_calibration/common/atomic_file.h"
+#include "result_file_format.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// The shortest decimal form that reads back to the same double.
+std::string shortestText(double value) {
+  constexpr int kAlwaysEnoughDigits = 17;
+  constexpr std::size_t kLongestText = 32;  // sign, 17 digits, point, exponent
+  char text[kLongestText];
+  for (int digits = 1; digits <= kAlwaysEnoughDigits; ++digits) {
+    std::snprintf(text, sizeof(text), "%.*g", digits, value);
+    if (std::strtod(text, nullptr) == value) break;
+  }
+  return text;
+}
+
+void emit(YAML::Emitter& out, const char* key, double value) {
+  out << YAML::Key << key << YAML::Value << shortestText(value);
+}
+
+void emit(YAML::Emitter& out, const char* key, const std::string& text) {
+  out << YAML::Key << key << YAML::Value << YAML::DoubleQuoted << text;
+}
+
+/// Row-major.
+template <int Size>
+void emit(YAML::Emitter& out, const char* key, const Eigen::Matrix<double, Size, Size>& matrix) {
+  out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginSeq;
+  for (int row = 0; row < Size; ++row) {
+    for (int column = 0; column < Size; ++column) out << shortestText(matrix(row, column));
+  }
+  out << YAML::EndSeq;
+}
+
+void beginGroup(YAML::Emitter& out, const char* key) {
+  out << YAML::Key << key << YAML::Value << YAML::BeginMap;
+}
+
+void emitMount(YAML::Emitter& out, const SavedCalibration& calibration) {
+  const MountEstimate& mount = calibration.base_from_sensor;
+  beginGroup(out, "base_from_sensor");
+  emit(out, "base_frame", calibration.base_frame);
+  emit(out, "sensor_frame", calibration.sensor_frame);
+  emit(out, "x_m", mount.mean.x());
+  emit(out, "y_m", mount.mean.y());
+  emit(out, "yaw_rad", mount.mean.z());
+  emit(out, "x_stddev_m", std::sqrt(mount.covariance(0, 0)));  // for people: reading takes
+  emit(out, "y_stddev_m", std::sqrt(mount.covariance(1, 1)));  // the covariance
+  emit(out, "yaw_stddev_rad", std::sqrt(mount.covariance(2, 2)));
+  emit(out, "covariance_x_y_yaw", mount.covariance);
+  out << YAML::EndMap;
+
+  beginGroup(out, "not_estimated");
+  emit(out, "z_m", calibration.unestimated.z_m);
+  emit(out, "z_stddev_m", calibration.unestimated.z_stddev_m);
+  emit(out, "roll_rad", calibration.unestimated.roll_rad);
+  emit(out, "roll_stddev_rad", calibration.unestimated.roll_stddev_rad);
+  emit(out, "pitch_rad", calibration.unestimated.pitch_rad);
+  emit(out, "pitch_stddev_rad", calibration.unestimated.pitch_stddev_rad);
+  out << YAML::EndMap;
+}
+
+void emitStates(YAML::Emitter& out, const SavedCalibration& calibration) {
+  const PaperEstimate& paper = calibration.paper_state;
+  beginGroup(out, "paper_state");
+  emit(out, "D_m", paper.mean(PaperIndex::kDistance));
+  emit(out, "theta_rad", paper.mean(PaperIndex::kTheta));
+  emit(out, "phi_rad", paper.mean(PaperIndex::kPhi));
+  emit(out, "rho_m", paper.mean(PaperIndex::kRho));
+  emit(out, "psi_rad", paper.mean(PaperIndex::kPsi));
+  out << YAML::Key << "phi_psi_determined" << YAML::Value << paper.phi_psi_determined;
+  emit(out, "covariance_D_theta_phi_rho_psi", paper.covariance);
+  out << YAML::EndMap;
+
+  const CartesianEstimate& cartesian = calibration.cartesian_state;
+  beginGroup(out, "cartesian_state");
+  emit(out, "light_x_m", cartesian.mean(CartesianIndex::kLightX));
+  emit(out, "light_y_m", cartesian.mean(CartesianIndex::kLightY));
+  emit(out, "sensor_x_m", cartesian.mean(CartesianIndex::kSensorX));
+  emit(out, "sensor_y_m", cartesian.mean(CartesianIndex::kSensorY));
+  emit(out, "sensor_yaw_rad", cartesian.mean(CartesianIndex::kSensorYaw));
+  emit(out, "covariance", cartesian.covariance);
+  out << YAML::EndMap;
+}
+
+void emitOrigin(YAML::Emitter& out, const SavedCalibration& calibration) {
+  beginGroup(out, "record");
+  emit(out, "nis_mean", calibration.nis_mean);
+  emit(out, "distance_travelled_m", calibration.distance_travelled_m);
+  emit(out, "rotation_travelled_rad", calibration.rotation_travelled_rad);
+  out << YAML::Key << "bearings_used" << YAML::Value << calibration.bearings_used;
+  out << YAML::Key << "bearings_gated" << YAML::Value << calibration.bearings_gated;
+  out << YAML::EndMap;
+
+  const DriveGeometry& drive = calibration.provenance.drive;
+  beginGroup(out, "provenance");
+  emit(out, "program", calibration.provenance.program);
+  emit(out, "written_at", calibration.provenance.written_at);
+  emit(out, "wheel_separation_m", drive.wheel_separation_m);
+  emit(out, "left_wheel_radius_m", drive.left_wheel_radius_m);
+  emit(out, "right_wheel_radius_m", drive.right_wheel_radius_m);
+  emit(out, "ticks_per_revolution", drive.ticks_per_revolution);
+  out << YAML::Key << "counter_bits" << YAML::Value << drive.counter_bits;
+  emit(out, "max_wheel_speed_mps", drive.max_wheel_speed_mps);
+  out << YAML::EndMap;
+}
+
+}  // namespace
+
+std::optional<std::string> writeResultFile(const std::string& path,
+                                           const SavedCalibration& calibration) {
+  YAML::Emitter out;
+  out << YAML::Comment(
+      "The sensor's pose in the base frame (x forward, y left, yaw counter-clockwise): it maps\n"
+      "points from the sensor's frame to the base's. Covariances are row-major; m and rad.");
+  out << YAML::BeginMap;
+  emit(out, "format", std::string(kResultFileFormat));
+  out << YAML::Key << "version" << YAML::Value << kResultFileVersion;
+  emit(out, "state", std::string(nameOf(calibration.state)));
+  emit(out, "advice", calibration.advice);
+  out << YAML::Key << "stamp_ns" << YAML::Value << calibration.stamp.time_since_epoch().count();
+  emitMount(out, calibration);
+  emitStates(out, calibration);
+  emitOrigin(out, calibration);
+  out << YAML::Key << "complete" << YAML::Value << true;  // last: a file cut short lacks it
+  out << YAML::EndMap;
+  return writeFileAtomically(path, std::string(out.c_str()) + "\n");
+}
+
+}  // namespace bearing_calibration
