@@ -1,0 +1,71 @@
+#include "bearing_calibration/simulation/bearing_sensor.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/simulation/validated.h"
+
+namespace bearing_calibration {
+std::vector<std::string> BearingSensorConfig::validate() const {
+  constexpr double kLargestCorrelation = 0.9999;  // 1 is a constant error, not noise
+  Requirements require;
+  require.notNegative("sensor/stddev", stddev_rad);
+  require.between("sensor/correlation", correlation, 0.0, kLargestCorrelation);
+  require.between("sensor/outlier_probability", outlier_probability, 0.0, 1.0);
+  require.between("sensor/miss_probability", miss_probability, 0.0, 1.0);
+  return require.errors();
+}
+
+BearingSensor::BearingSensor(const BearingSensorConfig& config, std::uint64_t seed)
+    : config_(validated(config)),
+      noise_(seed, RandomStream::Purpose::kBearings),
+      faults_(seed, RandomStream::Purpose::kFaults) {}
+
+double BearingSensor::nextNoise(std::size_t light_number) {
+  const double fresh = noise_.gaussian();
+  if (light_number >= last_noise_.size()) {
+    last_noise_.push_back(fresh);  // lights are taken in order: this one is new
+    return fresh;
+  }
+  const double correlation = config_.correlation;
+  double& noise = last_noise_[light_number];
+  noise = correlation * noise + std::sqrt(1.0 - correlation * correlation) * fresh;
+  return noise;
+}
+
+BearingSet BearingSensor::measure(const std::vector<Light>& lights, const Pose2& world_from_sensor,
+                                  Stamp stamp) {
+  BearingSet bearings{stamp, {}};
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    // Every draw is made whatever it decides, so that one fault's rate leaves the others alone.
+    const double noise_rad = config_.stddev_rad * nextNoise(i);
+    const bool is_missed = faults_.happens(config_.miss_probability);
+    const bool is_outlier = faults_.happens(config_.outlier_probability);
+    const double anywhere_rad = 2.0 * kPi * (faults_.uniform() - 0.5);
+    if (is_missed) continue;
+    Bearing bearing;
+    bearing.azimuth_rad =
+        is_outlier ? anywhere_rad : wrapAngle(azimuthOf(lights[i], world_from_sensor) + noise_rad);
+    bearing.azimuth_variance_rad2 =
+        std::max(config_.stddev_rad * config_.stddev_rad, kLeastVariance);
+    if (config_.identifies_lights) bearing.light_id = static_cast<std::int32_t>(i);
+    bearings.candidates.push_back(bearing);
+  }
+  return bearings;
+}
+
+BearingSet exactBearings(const std::vector<Light>& lights, const Pose2& world_from_sensor,
+                         Stamp stamp) {
+  BearingSet bearings{stamp, {}};
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    Bearing bearing;
+    bearing.azimuth_rad = azimuthOf(lights[i], world_from_sensor);
+    bearing.azimuth_variance_rad2 = BearingSensor::kLeastVariance;
+    bearing.light_id = static_cast<std::int32_t>(i);
+    bearings.candidates.push_back(bearing);
+  }
+  return bearings;
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,104 @@
+#include "bearing_calibration/simulation/robot_simulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/simulation/validated.h"
+
+namespace bearing_calibration {
+namespace {
+
+bool anyContains(const std::vector<TimeSpan>& spans, double time_s) {
+  return std::any_of(spans.begin(), spans.end(),
+                     [time_s](const TimeSpan& span) { return span.contains(time_s); });
+}
+
+}  // namespace
+
+std::vector<std::string> RobotConfig::validate() const {
+  Requirements require;
+  require.add(encoders.validate());
+  require.add(sensor.validate());
+  require.positive("faults/separation_factor", separation_factor);
+  require.that(std::isfinite(stamp_latency_s), "faults/stamp_latency must be finite");
+  require.that(durationFromSeconds(step_s) > Duration::zero(), "the step must last some time");
+  require.that(steps_per_reading > 0, "there must be at least one step in a reading's period");
+  require.that(steps_per_bearing > 0, "there must be at least one step in a bearing's period");
+  require.that(isStamped(start), "the start must have a stamp greater than zero");
+  return require.errors();
+}
+
+RobotSimulator::RobotSimulator(const RobotConfig& config, std::vector<Light> lights,
+                               std::unique_ptr<Trajectory> trajectory)
+    : config_(validated(config)),
+      lights_(std::move(lights)),
+      trajectory_(std::move(trajectory)),
+      encoders_(config.encoders, config.seed),
+      sensor_(config.sensor, config.seed),
+      wheel_separation_m_(config.encoders.drive.wheel_separation_m * config.separation_factor),
+      step_(durationFromSeconds(config.step_s)),
+      world_from_base_(config.world_from_start) {
+  if (!trajectory_) throw std::invalid_argument("a simulated robot needs a trajectory");
+}
+
+double RobotSimulator::timeSeconds() const { return secondsFromDuration(steps_ * step_); }
+
+Stamp RobotSimulator::now() const { return config_.start + steps_ * step_; }
+
+bool RobotSimulator::lightsOccluded() const {
+  return anyContains(config_.faults.occlusions, timeSeconds());
+}
+
+void RobotSimulator::step() {
+  const WheelDisplacement ground = trajectory_->advance(config_.step_s);
+  world_from_base_ = world_from_base_ * arcFromWheels(ground, wheel_separation_m_).start_from_end;
+  encoders_.roll(turned(ground));
+  const double before_s = timeSeconds();
+  ++steps_;
+  for (double reset_s : config_.faults.counter_resets_s) {
+    if (reset_s > before_s && reset_s <= timeSeconds()) encoders_.resetCounters();
+  }
+}
+
+WheelDisplacement RobotSimulator::turned(const WheelDisplacement& ground) const {
+  WheelDisplacement turned = ground;
+  for (const WheelSlip& slip : config_.faults.slips) {
+    if (!slip.when.contains(timeSeconds())) continue;
+    double& wheel_m = slip.wheel == WheelSlip::Wheel::kLeft ? turned.left_m : turned.right_m;
+    wheel_m *= 1.0 + slip.excess;
+  }
+  return turned;
+}
+
+std::optional<WheelTicks> RobotSimulator::readTicks() const {
+  const bool is_due = steps_ % config_.steps_per_reading == 0;
+  if (!is_due || anyContains(config_.faults.lost_ticks, timeSeconds())) return std::nullopt;
+  return encoders_.read(now());
+}
+
+std::optional<BearingSet> RobotSimulator::readBearings() {
+  if (!bearingsDue()) return std::nullopt;
+  const Stamp stamp = now() + durationFromSeconds(config_.stamp_latency_s);
+  BearingSet bearings = sensor_.measure(lights_, worldFromSensor(), stamp);
+  if (lightsOccluded()) bearings.candidates.clear();
+  return bearings;
+}
+
+SimulatedRecord record(RobotSimulator* simulator, double duration_s) {
+  SimulatedRecord record;
+  const Stamp end = simulator->now() + durationFromSeconds(duration_s);
+  while (true) {
+    if (const auto ticks = simulator->readTicks()) record.ticks.push_back(*ticks);
+    if (auto bearings = simulator->readBearings()) {
+      record.bearings.push_back(std::move(*bearings));
+      record.world_from_base.push_back(simulator->worldFromBase());
+    }
+    if (simulator->now() >= end) return record;
+    simulator->step();
+  }
+}
+
+}  // namespace bearing_calibration
