@@ -73,7 +73,7 @@ WheelDisplacement RobotSimulator::turned(const WheelDisplacement& ground) const 
   return turned;
 }
 
-std::optional<WheelTicks> RobotSimulator::readTicks() const {
+std::optional<WheelCounts> RobotSimulator::readTicks() const {
   const bool is_due = steps_ % config_.steps_per_reading == 0;
   if (!is_due || anyContains(config_.faults.lost_ticks, timeSeconds())) return std::nullopt;
   return encoders_.read(now());

@@ -59,7 +59,7 @@ std::int64_t WheelEncoders::count(const Wheel& wheel) const {
                      config_.drive.counter_bits, config_.signed_counters);
 }
 
-WheelTicks WheelEncoders::read(Stamp stamp) const { return {stamp, count(left_), count(right_)}; }
+WheelCounts WheelEncoders::read(Stamp stamp) const { return {stamp, count(left_), count(right_)}; }
 
 void WheelEncoders::resetCounters() {
   for (Wheel* wheel : {&left_, &right_}) {

@@ -23,7 +23,7 @@ class Calibrator {
   Calibrator(Calibrator&&) noexcept;
   Calibrator& operator=(Calibrator&&) noexcept;
 
-  InputOutcome addTicks(const WheelTicks& ticks, Stamp received);
+  InputOutcome addTicks(const WheelCounts& ticks, Stamp received);
   InputOutcome addAngles(const WheelAngles& angles, Stamp received);
 
   /// Bad candidates are left out one by one; the outcome is that of the message, or of the first

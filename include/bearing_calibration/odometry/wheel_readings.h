@@ -7,7 +7,8 @@
 namespace bearing_calibration {
 
 /// Raw encoder counters: cumulative, wrapping at the counter's width, at times reset by a driver.
-struct WheelTicks {
+/// (Not WheelTicks: that is the ROS message, which the message generator puts in this namespace.)
+struct WheelCounts {
   Stamp stamp;
   std::int64_t left_ticks = 0;
   std::int64_t right_ticks = 0;
@@ -25,6 +26,7 @@ struct WheelTravel {
   Stamp stamp;
   double left_m = 0.0;
   double right_m = 0.0;
+  double unseen_variance_m2 = 0.0;  ///< of each, for motion that breaks in the readings have hidden
 };
 
 }  // namespace bearing_calibration

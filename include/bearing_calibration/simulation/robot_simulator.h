@@ -78,7 +78,7 @@ class RobotSimulator {
   bool lightsOccluded() const;
 
   /// The counters, when a reading is due now and not lost.
-  std::optional<WheelTicks> readTicks() const;
+  std::optional<WheelCounts> readTicks() const;
   /// Noisy bearings, when they are due now. Call at most once in a step.
   std::optional<BearingSet> readBearings();
 
@@ -98,7 +98,7 @@ class RobotSimulator {
 
 /// Everything that happened in one run. `bearings` and `world_from_base` go together.
 struct SimulatedRecord {
-  std::vector<WheelTicks> ticks;
+  std::vector<WheelCounts> ticks;
   std::vector<BearingSet> bearings;
   std::vector<Pose2> world_from_base;  ///< true pose at each of `bearings`
 };

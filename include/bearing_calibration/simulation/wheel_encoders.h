@@ -37,7 +37,7 @@ class WheelEncoders {
   /// `turned`: what each wheel's rim has turned by (the way over ground unless it slips).
   void roll(const WheelDisplacement& turned);
   /// Counts of whole ticks so far, wrapped.
-  WheelTicks read(Stamp stamp) const;
+  WheelCounts read(Stamp stamp) const;
   /// The driver restarts and counts from zero again.
   void resetCounters();
 
