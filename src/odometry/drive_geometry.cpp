@@ -20,9 +20,9 @@ std::vector<std::string> DriveGeometry::validate() const {
   require.positive("wheels/right_radius", right_wheel_radius_m);
   require.positive("wheels/ticks_per_revolution", ticks_per_revolution);
   require.positive("wheels/max_speed", max_wheel_speed_mps);
-  require.that(counter_bits == 8 || counter_bits == 16 || counter_bits == 32 || counter_bits == 64,
-               "wheels/counter_bits must be 8, 16, 32 or 64, but is " +
-                   std::to_string(counter_bits));
+  require.that(
+      counter_bits == 8 || counter_bits == 16 || counter_bits == 32 || counter_bits == 64,
+      "wheels/counter_bits must be 8, 16, 32 or 64, but is " + std::to_string(counter_bits));
   return require.errors();
 }
 

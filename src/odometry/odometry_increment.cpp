@@ -47,17 +47,27 @@ Eigen::Matrix2d wheelCovariance(const WheelDisplacement& wheels, const WheelNois
 }
 
 OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplacement& wheels,
-                         double wheel_separation_m, const WheelNoise& noise) {
+                         double wheel_separation_m, const WheelNoise& noise,
+                         double unseen_variance_m2) {
   const Arc arc = arcFromWheels(wheels, wheel_separation_m);
-  const Pose2Composition sum = compose(increment.start_from_end, arc.start_from_end);
-  const Eigen::Matrix<double, 3, 2> J_sum_wheels = sum.J_ac_bc * arc.J_pose_wheels;
+  const Eigen::Matrix2d wheel_covariance =
+      wheelCovariance(wheels, noise) + unseen_variance_m2 * Eigen::Matrix2d::Identity();
+  OdometryIncrement step;
+  step.start_from_end = arc.start_from_end;
+  step.covariance = arc.J_pose_wheels * wheel_covariance * arc.J_pose_wheels.transpose();
+  step.distance_m = 0.5 * std::abs(wheels.left_m + wheels.right_m);
+  step.rotation_rad = std::abs(wheels.right_m - wheels.left_m) / wheel_separation_m;
+  return append(increment, step);
+}
+
+OdometryIncrement append(const OdometryIncrement& first, const OdometryIncrement& second) {
+  const Pose2Composition sum = compose(first.start_from_end, second.start_from_end);
   OdometryIncrement result;
   result.start_from_end = sum.a_from_c;
-  result.covariance = sum.J_ac_ab * increment.covariance * sum.J_ac_ab.transpose() +
-                      J_sum_wheels * wheelCovariance(wheels, noise) * J_sum_wheels.transpose();
-  result.distance_m = increment.distance_m + 0.5 * std::abs(wheels.left_m + wheels.right_m);
-  result.rotation_rad =
-      increment.rotation_rad + std::abs(wheels.right_m - wheels.left_m) / wheel_separation_m;
+  result.covariance = sum.J_ac_ab * first.covariance * sum.J_ac_ab.transpose() +
+                      sum.J_ac_bc * second.covariance * sum.J_ac_bc.transpose();
+  result.distance_m = first.distance_m + second.distance_m;
+  result.rotation_rad = first.rotation_rad + second.rotation_rad;
   return result;
 }
 

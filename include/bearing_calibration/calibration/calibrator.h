@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "bearing_calibration/calibration/config.h"
-#include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
 

@@ -19,8 +19,8 @@ struct BearingInputConfig {
   double max_future_s = 0.0;    ///< a stamp later than its receipt by more is refused
   /// Bearings wait this long after their stamp for earlier ones of other sensors [s].
   double reorder_window_s = 0.0;
-  int max_waiting = 0;          ///< messages that may wait for ticks before the oldest is dropped
-  double min_quality = 0.0;     ///< candidates of lower quality are not considered
+  int max_waiting = 0;       ///< messages that may wait for ticks before the oldest is dropped
+  double min_quality = 0.0;  ///< candidates of lower quality are not considered
 
   std::vector<std::string> validate() const;
 };

@@ -26,13 +26,16 @@ enum class CalibrationState : std::uint8_t {
 /// "WAITING_FOR_TICKS" and so on.
 const char* nameOf(CalibrationState state);
 
+/// What the driver should do in a state, where nothing more precise is known.
+const char* adviceFor(CalibrationState state);
+
 /// What the calibration knows after the last input.
 struct CalibrationResult {
   CalibrationState state = CalibrationState::kWaitingForTicks;
   std::string advice;  ///< a sentence for the driver
   Stamp stamp;         ///< of the last fused bearing, on the encoders' clock
-  std::optional<MountEstimate> base_from_sensor;  ///< none before the first estimate
-  std::optional<PaperEstimate> paper_state;       ///< none before the first estimate
+  std::optional<MountEstimate> base_from_sensor;     ///< none before the first estimate
+  std::optional<PaperEstimate> paper_state;          ///< none before the first estimate
   std::optional<CartesianEstimate> cartesian_state;  ///< none before the first estimate
 
   double nis = 0.0;       ///< of the last fused bearing

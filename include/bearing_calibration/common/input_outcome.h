@@ -10,17 +10,18 @@ namespace bearing_calibration {
 /// What became of one input. Everything from kNoStamp on is bad input: refused, counted, and
 /// without any other effect but the one that its comment names.
 enum class InputStatus : std::uint8_t {
-  kAccepted,         ///< taken; bearings may still wait for the ticks that cover them
-  kIgnoredPaused,    ///< the calibration is paused (ticks are still followed)
-  kNoStamp,          ///< the stamp is zero
-  kStampInFuture,    ///< the stamp lies after the time of receipt by more than allowed
+  kAccepted,           ///< taken; bearings may still wait for the ticks that cover them
+  kIgnoredPaused,      ///< the calibration is paused (ticks are still followed)
+  kNoStamp,            ///< the stamp is zero
+  kStampInFuture,      ///< the stamp lies after the time of receipt by more than allowed
   kStampNotAfterLast,  ///< the stamp is not later than the last one of its stream
   kAzimuthNotFinite,
-  kVarianceNotPositive,   ///< zero, negative or not finite
-  kVarianceAbsurd,        ///< larger than the largest allowed, no information
-  kQualityOutOfRange,     ///< not in [0, 1]
+  kVarianceNotPositive,  ///< zero, negative or not finite
+  kVarianceAbsurd,       ///< larger than the largest allowed, no information
+  kQualityOutOfRange,    ///< not in [0, 1]
   kCounterReset,     ///< the counters were reset by their driver: followed from the new value on
-  kTicksTooFast,     ///< the wheels cannot have turned that far: the jump is left out of the travel
+  kTicksTooFast,     ///< the wheels cannot have turned that far: refused, followed if it persists
+  kTicksGap,         ///< no readings for so long that the counter may have wrapped unseen
   kTicksOutOfRange,  ///< the count does not fit the counter's width
   kAngleNotFinite,   ///< a joint position is not finite
   kQueueFull,        ///< too many bearings wait for ticks: the oldest one was dropped

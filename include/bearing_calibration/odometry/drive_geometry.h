@@ -7,7 +7,7 @@ namespace bearing_calibration {
 
 /// The wheels of a differential drive and their encoders.
 struct DriveGeometry {
-  double wheel_separation_m = 0.0;    ///< distance between the wheels' contact points
+  double wheel_separation_m = 0.0;  ///< distance between the wheels' contact points
   double left_wheel_radius_m = 0.0;
   double right_wheel_radius_m = 0.0;
   double ticks_per_revolution = 0.0;  ///< of the wheel, after the gear

@@ -17,8 +17,8 @@ struct WheelDisplacement {
 struct OdometryIncrement {
   Pose2 start_from_end;  ///< the base's pose at the end, in the base frame of the start
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of start_from_end (x, y, yaw)
-  double distance_m = 0.0;    ///< path length of the base's centre, >= 0
-  double rotation_rad = 0.0;  ///< sum of the absolute turns, >= 0
+  double distance_m = 0.0;                               ///< path length of the base's centre, >= 0
+  double rotation_rad = 0.0;                             ///< sum of the absolute turns, >= 0
 };
 
 /// One arc of constant curvature with its Jacobian.
@@ -34,7 +34,13 @@ Arc arcFromWheels(const WheelDisplacement& wheels, double wheel_separation_m);
 Eigen::Matrix2d wheelCovariance(const WheelDisplacement& wheels, const WheelNoise& noise);
 
 /// Appends one arc to an increment, the covariance with it (doc/model.md, eq. 4).
+/// `unseen_variance_m2` is added for each wheel, for motion that a break in the readings has
+/// hidden.
 OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplacement& wheels,
-                         double wheel_separation_m, const WheelNoise& noise);
+                         double wheel_separation_m, const WheelNoise& noise,
+                         double unseen_variance_m2 = 0.0);
+
+/// The motion of two increments, one after the other; their errors are independent.
+OdometryIncrement append(const OdometryIncrement& first, const OdometryIncrement& second);
 
 }  // namespace bearing_calibration

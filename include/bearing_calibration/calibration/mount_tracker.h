@@ -1,0 +1,50 @@
+#pragma once
+
+#include <boost/circular_buffer.hpp>
+#include <memory>
+#include <vector>
+
+#include "bearing_calibration/calibration/association.h"
+#include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/optics/bearing.h"
+
+namespace bearing_calibration {
+
+/// What the filter made of the latest images.
+struct Consistency {
+  double nis = 0.0;  ///< of the last fused bearing
+  double nis_mean =
+      0.0;            ///< over the last images (see kWindow) that were fused; 0 before the first
+  int fused = 0;      ///< of the last images
+  int not_fused = 0;  ///< of the last images: seen, but gated or ambiguous
+};
+
+/// The filter at work: predicts by the base's motion, chooses the light among an image's
+/// candidates, updates, and finds the light again after its track was lost.
+class MountTracker {
+ public:
+  static constexpr int kWindow = 100;  ///< images that Consistency looks back over
+
+  MountTracker(const FilterConfig& config, const CartesianEstimate& start);
+
+  /// The base has moved; no image.
+  void move(const OdometryIncrement& motion);
+  /// An image at the end of the last motion. `candidates` are those that can be this light.
+  Association look(const std::vector<Bearing>& candidates);
+
+  const MountFilter& filter() const { return *filter_; }
+  Consistency consistency() const;
+  /// Whether so little fits the estimate that it is better to start anew.
+  bool isLost() const;
+
+ private:
+  FilterConfig config_;
+  double gate_;  ///< largest NIS that passes
+  std::unique_ptr<MountFilter> filter_;
+  bool motion_unknown_ = false;  ///< the light's direction is lost since the last update
+  int gated_in_a_row_ = 0;
+  boost::circular_buffer<double> recent_nis_;  ///< of the last images; negative where not fused
+};
+
+}  // namespace bearing_calibration

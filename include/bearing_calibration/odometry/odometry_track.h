@@ -1,0 +1,50 @@
+#pragma once
+
+#include <boost/circular_buffer.hpp>
+#include <optional>
+
+#include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/odometry/odometry_increment.h"
+#include "bearing_calibration/odometry/wheel_readings.h"
+
+namespace bearing_calibration {
+
+/// The wheels' travel over time, read out as the motion since an anchor: the moment of the last
+/// fused bearing. The newest readings are kept one by one, so that a bearing that arrives late
+/// finds its moment between two of them; older ones are folded into the motion since the anchor, so
+/// that memory is bounded and no motion is lost however long no bearing comes.
+class OdometryTrack {
+ public:
+  /// @param history  how far behind the newest reading a bearing may lie
+  OdometryTrack(double wheel_separation_m, const WheelNoise& noise, Duration history);
+
+  /// Appends a reading; its stamp must be later than the last one's.
+  void add(const WheelTravel& travel);
+
+  bool empty() const { return readings_.empty(); }
+  Stamp oldest() const { return readings_.front().stamp; }
+  Stamp newest() const { return readings_.back().stamp; }
+  /// Whether `stamp` lies between two kept readings.
+  bool covers(Stamp stamp) const;
+
+  /// Motion from the anchor to `stamp`, which must be covered and not before the anchor. Without an
+  /// anchor, no motion.
+  OdometryIncrement motionTo(Stamp stamp) const;
+  /// Puts the anchor at `stamp`, which must be covered.
+  void anchorAt(Stamp stamp);
+
+ private:
+  WheelTravel interpolate(Stamp stamp) const;
+  OdometryIncrement appendTravel(const OdometryIncrement& increment, const WheelTravel& from,
+                                 const WheelTravel& to) const;
+  void foldOldest();
+
+  double wheel_separation_m_;
+  WheelNoise noise_;
+  Duration history_;
+  boost::circular_buffer<WheelTravel> readings_;
+  std::optional<WheelTravel> anchor_;  ///< where motion is counted from
+  OdometryIncrement folded_;           ///< motion from the original anchor to anchor_
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "bearing_calibration/common/input_outcome.h"
+#include "bearing_calibration/odometry/drive_geometry.h"
+#include "bearing_calibration/odometry/odometry_increment.h"
+#include "bearing_calibration/odometry/wheel_readings.h"
+
+namespace bearing_calibration {
+
+/// Difference of two counts of a counter of `bits` (8, 16, 32 or 64) that wraps, the shorter way
+/// round: in [-2^(bits-1), 2^(bits-1)).
+std::int64_t wrappedTickDifference(std::int64_t from_ticks, std::int64_t to_ticks, int bits);
+
+/// Wheel readings, as they come from the encoders, to the travel of each wheel since the first one.
+///
+/// What the wheels cannot have done since the last reading, at DriveGeometry::max_wheel_speed_mps,
+/// is not motion: a jump to near zero is a reset by the driver; any other jump is refused, and
+/// followed when the next reading confirms it. Whatever motion such a break hides is unknown: it
+/// enters the travel as zero, with the variance of all that was possible.
+class WheelOdometer {
+ public:
+  explicit WheelOdometer(const DriveGeometry& geometry) : geometry_(geometry) {}
+
+  /// What became of the reading. travel() has moved to its stamp when the outcome is kAccepted,
+  /// kCounterReset or kTicksGap, and is unchanged otherwise.
+  InputOutcome add(const WheelCounts& ticks);
+  InputOutcome add(const WheelAngles& angles);
+
+  const std::optional<WheelTravel>& travel() const { return travel_; }
+
+ private:
+  /// A reading of either kind; the unused one stays zero.
+  struct Reading {
+    WheelCounts ticks;
+    WheelAngles angles;
+    Stamp stamp;
+  };
+
+  InputOutcome addReading(const Reading& reading);
+  InputOutcome resolveJump(const Reading& reading, double jump_m);
+  WheelDisplacement displacement(const Reading& from, const Reading& to) const;
+  /// The farthest that a wheel can roll from one reading to a later one, as read.
+  double reach(const Reading& from, const Reading& to) const;
+  void moveTo(const Reading& reading, const WheelDisplacement& wheels);
+  void moveUnseenTo(const Reading& reading);
+
+  DriveGeometry geometry_;
+  std::optional<WheelTravel> travel_;
+  Reading last_;                    ///< the reading that travel_ stands at
+  std::optional<Reading> refused_;  ///< a jump that waits for its confirmation
+};
+
+}  // namespace bearing_calibration

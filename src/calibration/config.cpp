@@ -1,0 +1,65 @@
+#include "bearing_calibration/calibration/config.h"
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/requirement.h"
+
+namespace bearing_calibration {
+
+std::vector<std::string> BearingInputConfig::validate() const {
+  constexpr double kLongestLatency_s = 10.0;
+  Requirements require;
+  require.between("bearings/latency", latency_s, -kLongestLatency_s, kLongestLatency_s);
+  require.notNegative("bearings/extra_stddev", extra_stddev_rad);
+  require.positive("bearings/max_stddev", max_stddev_rad);
+  require.notNegative("bearings/max_future", max_future_s);
+  require.notNegative("bearings/reorder_window", reorder_window_s);
+  require.positive("bearings/max_waiting", max_waiting);
+  require.between("bearings/min_quality", min_quality, 0.0, 1.0);
+  return require.errors();
+}
+
+std::vector<std::string> StartConfig::validate() const {
+  Requirements require;
+  if (kind == Kind::kNothing) return require.errors();
+  constexpr double kFarthest_m = 1000.0;
+  require.positive("start/light_distance", light_distance_m);
+  require.positive("start/light_distance_stddev", light_distance_stddev_m);
+  require.between("start/x", x_m, -kFarthest_m, kFarthest_m);
+  require.between("start/y", y_m, -kFarthest_m, kFarthest_m);
+  require.positive("start/position_stddev", position_stddev_m);
+  require.between("start/yaw", yaw_rad, -2.0 * kPi, 2.0 * kPi);
+  require.positive("start/yaw_stddev", yaw_stddev_rad);
+  return require.errors();
+}
+
+std::vector<std::string> FilterConfig::validate() const {
+  constexpr double kSmallestGate = 0.5;
+  constexpr double kLargestGate = 1.0 - 1e-12;
+  Requirements require;
+  require.between("filter/gate_probability", gate_probability, kSmallestGate, kLargestGate);
+  require.positive("filter/recovery_after", recovery_after);
+  require.notNegative("filter/recovery_bearing_stddev", recovery_bearing_stddev_rad);
+  require.notNegative("filter/recovery_distance_stddev", recovery_distance_stddev_m);
+  return require.errors();
+}
+
+std::vector<std::string> ConvergenceConfig::validate() const {
+  Requirements require;
+  require.positive("converged/position_stddev", position_stddev_m);
+  require.positive("converged/yaw_stddev", yaw_stddev_rad);
+  return require.errors();
+}
+
+std::vector<std::string> CalibratorConfig::validate() const {
+  Requirements require;
+  require.add(drive.validate());
+  require.add(wheel_noise.validate());
+  require.positive("wheels/history", tick_history_s);
+  require.add(bearings.validate());
+  require.add(start.validate());
+  require.add(filter.validate());
+  require.add(converged.validate());
+  return require.errors();
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,88 @@
+#include "bearing_calibration/calibration/mount_tracker.h"
+
+#include <algorithm>
+
+#include "bearing_calibration/calibration/light_start.h"
+#include "bearing_calibration/common/chi_square.h"
+
+namespace bearing_calibration {
+namespace {
+
+constexpr double kNotFused = -1.0;
+/// A turn known worse than this is beyond what a linearised filter can follow.
+constexpr double kUnknownTurnStddev_rad = 0.5;
+constexpr double kLostBelowFusedShare = 0.3;
+constexpr int kLostWindow = MountTracker::kWindow / 2;
+
+std::unique_ptr<MountFilter> makeFilter(FilterConfig::Chart chart, const CartesianEstimate& start) {
+  return chart == FilterConfig::Chart::kPaper ? makePaperFilter(start) : makeCartesianFilter(start);
+}
+
+}  // namespace
+
+MountTracker::MountTracker(const FilterConfig& config, const CartesianEstimate& start)
+    : config_(config),
+      gate_(chiSquareQuantile(config.gate_probability, 1.0)),
+      filter_(makeFilter(config.chart, start)),
+      recent_nis_(kWindow) {}
+
+void MountTracker::move(const OdometryIncrement& motion) {
+  OdometryIncrement known = motion;
+  if (motion.covariance(2, 2) > kUnknownTurnStddev_rad * kUnknownTurnStddev_rad) {
+    motion_unknown_ = true;
+    known.covariance.setZero();  // the light is placed anew at the next look
+  }
+  filter_->predict(known);
+}
+
+Association MountTracker::look(const std::vector<Bearing>& candidates) {
+  if (candidates.empty()) return {};
+  if (motion_unknown_ && candidates.size() == 1) {
+    const Bearing& light = candidates.front();
+    const CartesianEstimate before = filter_->cartesian();
+    const double range = (before.lightInBase() - before.sensorInBase()).norm();
+    filter_->restart(placeLight(mountFromCartesian(before), {range, range}, light.azimuth_rad,
+                                light.azimuth_variance_rad2));
+    motion_unknown_ = false;
+    return {};
+  }
+  const Association association = associate(filter_->predictAzimuth(), candidates, gate_);
+  if (association.kind == Association::Kind::kFound) {
+    const Bearing& light = candidates[association.candidate];
+    filter_->update(light.azimuth_rad, light.azimuth_variance_rad2);
+    gated_in_a_row_ = 0;
+    recent_nis_.push_back(association.innovation.nis());
+    return association;
+  }
+  recent_nis_.push_back(kNotFused);
+  if (association.kind == Association::Kind::kGated &&
+      ++gated_in_a_row_ >= config_.recovery_after) {
+    gated_in_a_row_ = 0;
+    filter_->restart(widenLight(filter_->cartesian(), config_.recovery_distance_stddev_m,
+                                config_.recovery_bearing_stddev_rad));
+  }
+  return association;
+}
+
+Consistency MountTracker::consistency() const {
+  Consistency consistency;
+  for (double nis : recent_nis_) {
+    if (nis == kNotFused) {
+      ++consistency.not_fused;
+      continue;
+    }
+    ++consistency.fused;
+    consistency.nis = nis;
+    consistency.nis_mean += nis;
+  }
+  if (consistency.fused > 0) consistency.nis_mean /= consistency.fused;
+  return consistency;
+}
+
+bool MountTracker::isLost() const {
+  const Consistency recent = consistency();
+  const int images = recent.fused + recent.not_fused;
+  return images >= kLostWindow && recent.fused < kLostBelowFusedShare * images;
+}
+
+}  // namespace bearing_calibration

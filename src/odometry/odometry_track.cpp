@@ -1,0 +1,86 @@
+#include "bearing_calibration/odometry/odometry_track.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace bearing_calibration {
+namespace {
+
+constexpr std::size_t kMaxReadings = 1U << 15U;  // 1.3 MB; 32 s of a 1 kHz encoder
+
+}  // namespace
+
+OdometryTrack::OdometryTrack(double wheel_separation_m, const WheelNoise& noise, Duration history)
+    : wheel_separation_m_(wheel_separation_m),
+      noise_(noise),
+      history_(history),
+      readings_(kMaxReadings) {}
+
+void OdometryTrack::add(const WheelTravel& travel) {
+  if (!empty() && travel.stamp <= newest()) {
+    throw std::invalid_argument("OdometryTrack::add: the stamp must be later than the last");
+  }
+  if (readings_.full()) foldOldest();
+  readings_.push_back(travel);
+  while (readings_.size() > 2 && readings_[1].stamp < travel.stamp - history_) foldOldest();
+}
+
+bool OdometryTrack::covers(Stamp stamp) const {
+  return !empty() && oldest() <= stamp && stamp <= newest();
+}
+
+OdometryIncrement OdometryTrack::motionTo(Stamp stamp) const {
+  if (!covers(stamp)) throw std::invalid_argument("OdometryTrack::motionTo: stamp not covered");
+  if (!anchor_) return {};
+  if (stamp < anchor_->stamp) {
+    throw std::invalid_argument("OdometryTrack::motionTo: stamp before the anchor");
+  }
+  OdometryIncrement increment = folded_;
+  WheelTravel from = *anchor_;
+  auto next = std::upper_bound(
+      readings_.begin(), readings_.end(), from.stamp,
+      [](Stamp moment, const WheelTravel& reading) { return moment < reading.stamp; });
+  for (; next != readings_.end() && next->stamp < stamp; ++next) {
+    increment = appendTravel(increment, from, *next);
+    from = *next;
+  }
+  return appendTravel(increment, from, interpolate(stamp));
+}
+
+void OdometryTrack::anchorAt(Stamp stamp) {
+  if (!covers(stamp)) throw std::invalid_argument("OdometryTrack::anchorAt: stamp not covered");
+  anchor_ = interpolate(stamp);
+  folded_ = {};
+}
+
+WheelTravel OdometryTrack::interpolate(Stamp stamp) const {
+  const auto after = std::lower_bound(
+      readings_.begin(), readings_.end(), stamp,
+      [](const WheelTravel& reading, Stamp moment) { return reading.stamp < moment; });
+  if (after->stamp == stamp) return *after;
+  const auto before = after - 1;
+  const double fraction = secondsFromDuration(stamp - before->stamp) /
+                          secondsFromDuration(after->stamp - before->stamp);
+  return {stamp, before->left_m + fraction * (after->left_m - before->left_m),
+          before->right_m + fraction * (after->right_m - before->right_m),
+          before->unseen_variance_m2 +
+              fraction * (after->unseen_variance_m2 - before->unseen_variance_m2)};
+}
+
+OdometryIncrement OdometryTrack::appendTravel(const OdometryIncrement& increment,
+                                              const WheelTravel& from,
+                                              const WheelTravel& to) const {
+  return append(increment, {to.left_m - from.left_m, to.right_m - from.right_m},
+                wheel_separation_m_, noise_, to.unseen_variance_m2 - from.unseen_variance_m2);
+}
+
+void OdometryTrack::foldOldest() {
+  const WheelTravel& remaining = readings_[1];
+  if (anchor_ && anchor_->stamp < remaining.stamp) {
+    folded_ = appendTravel(folded_, *anchor_, remaining);
+    anchor_ = remaining;
+  }
+  readings_.pop_front();
+}
+
+}  // namespace bearing_calibration

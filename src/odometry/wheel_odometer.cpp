@@ -1,0 +1,124 @@
+#include "bearing_calibration/odometry/wheel_odometer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bearing_calibration {
+namespace {
+
+constexpr double kReadingSlackTicks = 2.0;  // one of quantisation at each end
+constexpr double kStampJitter_s = 0.01;     // drivers stamp on receipt
+
+bool fitsCounter(std::int64_t ticks, int bits) {
+  if (bits == 64) return true;
+  const std::int64_t range = std::int64_t{1} << bits;
+  return ticks >= -range / 2 && ticks < range;  // sent as signed or as unsigned
+}
+
+double largest(const WheelDisplacement& wheels) {
+  return std::max(std::abs(wheels.left_m), std::abs(wheels.right_m));
+}
+
+}  // namespace
+
+std::int64_t wrappedTickDifference(std::int64_t from_ticks, std::int64_t to_ticks, int bits) {
+  const std::uint64_t difference =
+      static_cast<std::uint64_t>(to_ticks) - static_cast<std::uint64_t>(from_ticks);
+  if (bits == 64) return static_cast<std::int64_t>(difference);
+  const std::uint64_t range = std::uint64_t{1} << bits;
+  const std::uint64_t wrapped = difference & (range - 1);
+  return wrapped < range / 2
+             ? static_cast<std::int64_t>(wrapped)
+             : static_cast<std::int64_t>(wrapped) - static_cast<std::int64_t>(range);
+}
+
+InputOutcome WheelOdometer::add(const WheelCounts& ticks) {
+  for (std::int64_t count : {ticks.left_ticks, ticks.right_ticks}) {
+    if (!fitsCounter(count, geometry_.counter_bits)) {
+      return {InputStatus::kTicksOutOfRange, static_cast<double>(count)};
+    }
+  }
+  return addReading({ticks, {}, ticks.stamp});
+}
+
+InputOutcome WheelOdometer::add(const WheelAngles& angles) {
+  for (double angle : {angles.left_rad, angles.right_rad}) {
+    if (!std::isfinite(angle)) return {InputStatus::kAngleNotFinite, angle};
+  }
+  return addReading({{}, angles, angles.stamp});
+}
+
+InputOutcome WheelOdometer::addReading(const Reading& reading) {
+  if (!isStamped(reading.stamp)) return {InputStatus::kNoStamp, 0.0};
+  if (!travel_) {
+    travel_ = WheelTravel{reading.stamp, 0.0, 0.0, 0.0};
+    last_ = reading;
+    return {};
+  }
+  if (reading.stamp <= travel_->stamp) {
+    return {InputStatus::kStampNotAfterLast, secondsFromDuration(travel_->stamp - reading.stamp)};
+  }
+  const WheelDisplacement wheels = displacement(last_, reading);
+  const double interval_s = secondsFromDuration(reading.stamp - last_.stamp);
+  const double half_range_m =
+      std::ldexp(0.5, geometry_.counter_bits) *
+      std::min(geometry_.leftMetersPerTick(), geometry_.rightMetersPerTick());
+  const bool wraps = reading.angles.left_rad == 0.0 && reading.angles.right_rad == 0.0;
+  if (wraps && geometry_.max_wheel_speed_mps * interval_s > half_range_m) {
+    moveUnseenTo(reading);
+    return {InputStatus::kTicksGap, interval_s};
+  }
+  if (largest(wheels) <= reach(last_, reading)) {
+    moveTo(reading, wheels);
+    return {};
+  }
+  return resolveJump(reading, largest(wheels));
+}
+
+InputOutcome WheelOdometer::resolveJump(const Reading& reading, double jump_m) {
+  const Reading zero{{}, {}, last_.stamp};
+  const bool restarted = largest(displacement(zero, reading)) <= reach(zero, reading);
+  const bool confirmed = refused_ && refused_->stamp < reading.stamp &&
+                         largest(displacement(*refused_, reading)) <= reach(*refused_, reading);
+  if (restarted || confirmed) {
+    moveUnseenTo(reading);
+    return {InputStatus::kCounterReset, jump_m};
+  }
+  refused_ = reading;
+  return {InputStatus::kTicksTooFast, jump_m};
+}
+
+WheelDisplacement WheelOdometer::displacement(const Reading& from, const Reading& to) const {
+  const int bits = geometry_.counter_bits;
+  const auto left_ticks = wrappedTickDifference(from.ticks.left_ticks, to.ticks.left_ticks, bits);
+  const auto right_ticks =
+      wrappedTickDifference(from.ticks.right_ticks, to.ticks.right_ticks, bits);
+  return {static_cast<double>(left_ticks) * geometry_.leftMetersPerTick() +
+              (to.angles.left_rad - from.angles.left_rad) * geometry_.left_wheel_radius_m,
+          static_cast<double>(right_ticks) * geometry_.rightMetersPerTick() +
+              (to.angles.right_rad - from.angles.right_rad) * geometry_.right_wheel_radius_m};
+}
+
+double WheelOdometer::reach(const Reading& from, const Reading& to) const {
+  const double interval_s = secondsFromDuration(to.stamp - from.stamp) + kStampJitter_s;
+  return geometry_.max_wheel_speed_mps * interval_s +
+         kReadingSlackTicks *
+             std::max(geometry_.leftMetersPerTick(), geometry_.rightMetersPerTick());
+}
+
+void WheelOdometer::moveTo(const Reading& reading, const WheelDisplacement& wheels) {
+  travel_->stamp = reading.stamp;
+  travel_->left_m += wheels.left_m;
+  travel_->right_m += wheels.right_m;
+  last_ = reading;
+  refused_.reset();
+}
+
+void WheelOdometer::moveUnseenTo(const Reading& reading) {
+  constexpr double kUniformVariance = 1.0 / 3.0;  // of a uniform distribution on [-1, 1]
+  const double reach_m = reach(last_, reading);
+  travel_->unseen_variance_m2 += kUniformVariance * reach_m * reach_m;
+  moveTo(reading, {});
+}
+
+}  // namespace bearing_calibration
