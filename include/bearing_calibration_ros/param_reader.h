@@ -34,6 +34,8 @@ class ParamReader {
   std::vector<std::vector<double>> rows(const std::string& name, std::size_t row_size);
 
   void addError(const std::string& error) { errors_.push_back(error); }
+  /// Sentences of a validation. One that names a parameter which could not be read is left out: it
+  /// speaks of the placeholder that stands in for the value.
   void addErrors(const std::vector<std::string>& errors);
   const std::vector<std::string>& errors() const { return errors_; }
 
@@ -42,10 +44,13 @@ class ParamReader {
 
  private:
   bool find(const std::string& name, XmlRpc::XmlRpcValue* value);
+  void fail(const std::string& name, const std::string& why);
+  void failKind(const std::string& name, const std::string& kind, XmlRpc::XmlRpcValue& value);
   void findUnknownNames();
 
   ros::NodeHandle node_handle_;
-  std::set<std::string> names_;  ///< relative names asked for
+  std::set<std::string> names_;         ///< relative names asked for
+  std::set<std::string> failed_names_;  ///< those of them that could not be read
   std::vector<std::string> errors_;
 };
 

@@ -149,7 +149,8 @@ SavedCalibration calibrationFromYaml(const YAML::Node& root) {
 ResultFileContent readResultFile(const std::string& path) {
   std::ifstream file(path);
   std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) return {std::nullopt, path + " cannot be read, or is empty"};
+  if (!file || !(text << file.rdbuf()))
+    return {std::nullopt, path + " cannot be read, or is empty"};
   try {
     return {calibrationFromYaml(YAML::Load(text.str())), ""};
   } catch (const std::exception& error) {  // of YAML too

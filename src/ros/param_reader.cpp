@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <iterator>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 
 namespace bearing_calibration_ros {
@@ -24,12 +27,51 @@ double numberFrom(XmlRpc::XmlRpcValue& value) {
              : static_cast<double>(value);
 }
 
+/// A value as its writer would recognise it, with its kind where that is the trouble.
+std::string textOf(XmlRpc::XmlRpcValue& value) {
+  std::ostringstream text;
+  text << std::boolalpha;
+  switch (value.getType()) {
+    case XmlRpc::XmlRpcValue::TypeString: {
+      const std::string string = value;
+      char* end = nullptr;
+      std::strtod(string.c_str(), &end);
+      const bool looks_like_number = !string.empty() && *end == '\0';
+      text << "the string '" << string << "'";
+      if (looks_like_number) text << " (YAML wants a point and no quotes: 1.0e-6)";
+      break;
+    }
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      text << static_cast<bool>(value);
+      break;
+    case XmlRpc::XmlRpcValue::TypeArray:
+      text << "a list of " << value.size();
+      break;
+    case XmlRpc::XmlRpcValue::TypeStruct:
+      text << "a group of parameters";
+      break;
+    default:
+      text << value;
+  }
+  return text.str();
+}
+
 }  // namespace
+
+void ParamReader::fail(const std::string& name, const std::string& why) {
+  failed_names_.insert(name);
+  addError("parameter " + node_handle_.resolveName(name) + " " + why);
+}
+
+void ParamReader::failKind(const std::string& name, const std::string& kind,
+                           XmlRpc::XmlRpcValue& value) {
+  fail(name, "must be " + kind + ", but is " + textOf(value));
+}
 
 bool ParamReader::find(const std::string& name, XmlRpc::XmlRpcValue* value) {
   names_.insert(name);
   if (node_handle_.getParam(name, *value)) return true;
-  addError("parameter " + node_handle_.resolveName(name) + " is missing");
+  fail(name, "is missing");
   return false;
 }
 
@@ -38,8 +80,7 @@ double ParamReader::number(const std::string& name) {
   XmlRpc::XmlRpcValue value;
   if (!find(name, &value)) return kNone;
   if (isNumber(value) && std::isfinite(numberFrom(value))) return numberFrom(value);
-  addError("parameter " + node_handle_.resolveName(name) + " must be a finite number, but is " +
-           value.toXml());
+  failKind(name, "a finite number", value);
   return kNone;
 }
 
@@ -47,8 +88,7 @@ int ParamReader::integer(const std::string& name) {
   XmlRpc::XmlRpcValue value;
   if (!find(name, &value)) return 0;
   if (value.getType() == XmlRpc::XmlRpcValue::TypeInt) return value;
-  addError("parameter " + node_handle_.resolveName(name) + " must be an integer, but is " +
-           value.toXml());
+  failKind(name, "an integer", value);
   return 0;
 }
 
@@ -56,8 +96,7 @@ bool ParamReader::boolean(const std::string& name) {
   XmlRpc::XmlRpcValue value;
   if (!find(name, &value)) return false;
   if (value.getType() == XmlRpc::XmlRpcValue::TypeBoolean) return value;
-  addError("parameter " + node_handle_.resolveName(name) + " must be true or false, but is " +
-           value.toXml());
+  failKind(name, "true or false", value);
   return false;
 }
 
@@ -65,8 +104,7 @@ std::string ParamReader::text(const std::string& name) {
   XmlRpc::XmlRpcValue value;
   if (!find(name, &value)) return {};
   if (value.getType() == XmlRpc::XmlRpcValue::TypeString) return value;
-  addError("parameter " + node_handle_.resolveName(name) + " must be a string, but is " +
-           value.toXml());
+  failKind(name, "a string", value);
   return {};
 }
 
@@ -78,19 +116,16 @@ std::size_t ParamReader::choice(const std::string& name, const std::vector<std::
   if (found != choices.end()) return static_cast<std::size_t>(found - choices.begin());
   std::string list;
   for (const std::string& option : choices) list += (list.empty() ? "" : ", ") + option;
-  addError("parameter " + node_handle_.resolveName(name) + " must be one of (" + list +
-           "), but is '" + value + "'");
+  fail(name, "must be one of (" + list + "), but is '" + value + "'");
   return 0;
 }
 
 std::vector<std::vector<double>> ParamReader::rows(const std::string& name, std::size_t row_size) {
   XmlRpc::XmlRpcValue value;
   if (!find(name, &value)) return {};
-  const std::string error = "parameter " + node_handle_.resolveName(name) +
-                            " must be a list of lists of " + std::to_string(row_size) +
-                            " finite numbers";
+  const std::string kind = "a list of lists of " + std::to_string(row_size) + " finite numbers";
   if (value.getType() != XmlRpc::XmlRpcValue::TypeArray) {
-    addError(error);
+    failKind(name, kind, value);
     return {};
   }
   std::vector<std::vector<double>> rows;
@@ -104,7 +139,7 @@ std::vector<std::vector<double>> ParamReader::rows(const std::string& name, std:
       if (good) numbers.push_back(numberFrom(row[j]));
     }
     if (!good) {
-      addError(error);
+      fail(name, "must be " + kind + ", but row " + std::to_string(i) + " is not");
       return {};
     }
     rows.push_back(numbers);
@@ -113,7 +148,13 @@ std::vector<std::vector<double>> ParamReader::rows(const std::string& name, std:
 }
 
 void ParamReader::addErrors(const std::vector<std::string>& errors) {
-  errors_.insert(errors_.end(), errors.begin(), errors.end());
+  for (const std::string& error : errors) {
+    std::istringstream words(error);
+    const bool speaks_of_failed =
+        std::any_of(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>(),
+                    [this](const std::string& word) { return failed_names_.count(word) != 0; });
+    if (!speaks_of_failed) addError(error);
+  }
 }
 
 void ParamReader::findUnknownNames() {

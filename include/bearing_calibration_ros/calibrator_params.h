@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/unestimated_mount.h"
+#include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/param_reader.h"
+
+namespace bearing_calibration_ros {
+
+/// Parameter group `frames`.
+struct FrameNames {
+  std::string base;
+  std::string sensor;
+
+  std::vector<std::string> validate() const;
+};
+
+/// Parameter group `output`.
+struct OutputConfig {
+  std::string folder;  ///< where result.yaml is written
+  bool publish_tf = false;
+  std::string tf_child_frame;       ///< of its own: a frame may have one parent only
+  double max_rate_hz = 0.0;         ///< of the estimate, in wall time
+  double prediction_rate_hz = 0.0;  ///< of the predicted bearing, in the encoders' time
+
+  std::vector<std::string> validate(const FrameNames& frames) const;
+};
+
+/// Everything that the calibration nodelet reads from its private parameters.
+struct CalibrationNodeConfig {
+  FrameNames frames;
+  bool wheels_from_joint_states = false;
+  WheelJoints joints;
+  bearing_calibration::CalibratorConfig calibrator;
+  bearing_calibration::UnestimatedMount unestimated_mount;
+  OutputConfig output;
+  double input_timeout_s = 0.0;  ///< a stream silent for longer is said to be missing
+};
+
+/// Reads config/calibration.yaml's parameters.
+/// @throws std::runtime_error with one line for each parameter that is missing, wrong or unknown.
+CalibrationNodeConfig readCalibrationNodeConfig(const ros::NodeHandle& private_node_handle);
+
+}  // namespace bearing_calibration_ros

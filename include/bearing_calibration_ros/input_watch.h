@@ -1,0 +1,64 @@
+#pragma once
+
+#include <ros/time.h>
+
+#include <string>
+
+#include "bearing_calibration/common/input_outcome.h"
+#include "bearing_calibration/common/stamp.h"
+
+namespace bearing_calibration_ros {
+
+/// Notices that a clock has jumped back: a bag that loops, a simulation that starts anew.
+class ClockWatch {
+ public:
+  /// @returns true once for each jump of ROS time to an earlier moment.
+  bool hasJumpedBack(const ros::Time& now);
+
+ private:
+  ros::Time latest_;
+};
+
+/// Notices that a sensor's stamps have begun anew while ROS time went on: a bag that loops without
+/// --clock. One late reading is no such thing: many in a row are, when they follow each other.
+class StampWatch {
+ public:
+  /// Tells about the next reading of the stream; @returns true once for each new beginning.
+  bool hasBegunAnew(const bearing_calibration::InputOutcome& outcome,
+                    bearing_calibration::Stamp stamp);
+
+ private:
+  int refused_in_a_row_ = 0;
+  bearing_calibration::Stamp last_refused_;
+};
+
+/// Notices that an input is silent. All times are ROS time.
+class InputWatch {
+ public:
+  InputWatch(const std::string& wheel_topic, const std::string& bearing_topic, double timeout_s);
+
+  void sawWheels(const ros::Time& now) { wheels_.last = now; }
+  void sawBearings(const ros::Time& now) { bearings_.last = now; }
+  bool areWheelsAlive(const ros::Time& now) const { return isAlive(wheels_, now); }
+
+  /// One sentence for the input that is silent, with its topic; empty when none is.
+  std::string silence(const ros::Time& now);
+
+  /// The clock has begun anew.
+  void restart();
+
+ private:
+  struct Stream {
+    std::string topic;
+    ros::Time last;  ///< zero: never
+  };
+  bool isAlive(const Stream& stream, const ros::Time& now) const;
+  std::string sentence(const Stream& stream, const ros::Time& now) const;
+
+  Stream wheels_;
+  Stream bearings_;
+  ros::Duration timeout_;
+  ros::Time watching_since_;  ///< zero: not yet
+};
+
+}  // namespace bearing_calibration_ros

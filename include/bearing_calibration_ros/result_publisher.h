@@ -1,0 +1,55 @@
+#pragma once
+
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration_ros/calibrator_params.h"
+
+namespace bearing_calibration_ros {
+
+/// Publishes results: ~estimate, and for each newly fused bearing ~base_from_camera, ~transform
+/// and, on request, TF. All three topics are latched, so that who comes late sees the last one.
+class ResultPublisher {
+ public:
+  ResultPublisher(ros::NodeHandle private_node_handle, const CalibrationNodeConfig& config);
+
+  /// Publishes when there is news and the rate allows it.
+  void offer(const bearing_calibration::CalibrationResult& result,
+             std::uint32_t joint_states_without_wheels);
+  /// Publishes the estimate whatever there is; the poses still only when their stamp is a new one.
+  void publish(const bearing_calibration::CalibrationResult& result,
+               std::uint32_t joint_states_without_wheels);
+
+  /// The stamps begin anew with the clock.
+  void restartStamps() { last_pose_stamp_ = {}; }
+
+ private:
+  struct News {
+    bearing_calibration::CalibrationState state;
+    std::uint32_t bearings_used;
+    std::uint32_t bearings_gated;
+    bool operator==(const News& other) const;
+  };
+  static News newsOf(const bearing_calibration::CalibrationResult& result);
+  void publishPose(const bearing_calibration::MountEstimate& base_from_sensor,
+                   bearing_calibration::Stamp stamp);
+
+  FrameNames frames_;
+  bearing_calibration::UnestimatedMount unestimated_mount_;
+  OutputConfig output_;
+  ros::Publisher estimate_publisher_;
+  ros::Publisher pose_publisher_;
+  ros::Publisher transform_publisher_;
+  std::unique_ptr<tf2_ros::TransformBroadcaster> tf_broadcaster_;  ///< none unless on request
+  std::optional<News> last_news_;
+  ros::SteadyTime last_published_;
+  bearing_calibration::Stamp last_pose_stamp_;
+};
+
+}  // namespace bearing_calibration_ros

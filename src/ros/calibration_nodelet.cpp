@@ -1,0 +1,288 @@
+#include <bearing_calibration/LightBearings.h>
+#include <bearing_calibration/PredictedBearing.h>
+#include <bearing_calibration/WheelTicks.h>
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <nodelet/nodelet.h>
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+#include <string>
+
+#include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration_ros/calibration_diagnostics.h"
+#include "bearing_calibration_ros/calibrator_params.h"
+#include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/input_watch.h"
+#include "bearing_calibration_ros/log_throttle.h"
+#include "bearing_calibration_ros/result_publisher.h"
+#include "bearing_calibration_ros/result_saving.h"
+
+namespace bearing_calibration_ros {
+
+namespace core = bearing_calibration;
+
+/// Wheel readings and bearings in, the mount of the sensor out.
+///
+/// Threading: every subscriber, timer and service hangs on getNodeHandle()'s queue, which a nodelet
+/// manager serves with one thread at a time. So no callback runs beside another, and nothing here
+/// is locked. An exception ends at its callback (see guarded()): the manager and its other nodelets
+/// live on.
+class CalibrationNodelet : public nodelet::Nodelet {
+ private:
+  void onInit() override;
+  void advertise();
+  void subscribe();
+
+  void onTicks(const core::WheelTicksConstPtr& message);
+  void onJointStates(const sensor_msgs::JointStateConstPtr& message);
+  void onBearings(const core::LightBearingsConstPtr& message);
+  void onSecond(const ros::WallTimerEvent& event);
+  bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool onSave(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+
+  std::optional<ros::Time> timeOfReceipt();
+  void startAnew(const std::string& why);
+  void finishWheels(const core::InputOutcome& outcome, core::Stamp stamp, const ros::Time& now);
+  void refuseJointState(const sensor_msgs::JointState& message);
+  void warn(const std::string& topic, const core::InputOutcome& outcome);
+  void publishPrediction(core::Stamp newest_wheels);
+  void publishNow() { publisher_->publish(calibrator_->result(), joint_states_without_wheels_); }
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  template <typename Work>
+  void guarded(const char* callback, Work work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.what());
+    }
+  }
+
+  CalibrationNodeConfig config_;
+  std::unique_ptr<core::Calibrator> calibrator_;
+  std::unique_ptr<ResultPublisher> publisher_;
+  std::unique_ptr<InputWatch> input_watch_;
+  ClockWatch clock_watch_;
+  StampWatch stamp_watch_;
+  LogThrottle throttle_{kWarningPeriod_s};
+  std::uint32_t joint_states_without_wheels_ = 0;
+  std::uint32_t refused_before_ = 0;  ///< inputs, at the last diagnostics
+  core::Stamp last_prediction_;
+
+  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+  ros::Publisher prediction_publisher_;
+  ros::ServiceServer reset_service_, pause_service_, save_service_;
+  ros::Subscriber wheel_subscriber_, bearing_subscriber_;
+  ros::WallTimer timer_;
+
+  static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
+};
+
+void CalibrationNodelet::onInit() {
+  try {
+    config_ = readCalibrationNodeConfig(getPrivateNodeHandle());
+    calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator);
+    advertise();
+    subscribe();
+    publishNow();
+  } catch (const std::exception& error) {
+    NODELET_FATAL("not started: %s", error.what());
+    throw;  // tells the nodelet loader, which says nothing by itself
+  }
+}
+
+void CalibrationNodelet::advertise() {
+  ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
+  publisher_ = std::make_unique<ResultPublisher>(private_node_handle, config_);
+  prediction_publisher_ =
+      private_node_handle.advertise<core::PredictedBearing>("predicted_bearing", 1);
+  reset_service_ =
+      private_node_handle.advertiseService("reset", &CalibrationNodelet::onReset, this);
+  pause_service_ =
+      private_node_handle.advertiseService("pause", &CalibrationNodelet::onPause, this);
+  save_service_ = private_node_handle.advertiseService("save", &CalibrationNodelet::onSave, this);
+  diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), private_node_handle,
+                                                               getName());
+  diagnostics_->setHardwareID("none");
+  diagnostics_->add("calibration", this, &CalibrationNodelet::diagnose);
+}
+
+void CalibrationNodelet::subscribe() {
+  constexpr std::uint32_t kWheelQueue = 2000;   // 20 s at 100 Hz: a replay faster than the clock
+  constexpr std::uint32_t kBearingQueue = 200;  // the same 20 s at 10 Hz
+  const auto hints = ros::TransportHints().tcpNoDelay();
+  ros::NodeHandle& node_handle = getNodeHandle();
+  wheel_subscriber_ = config_.wheels_from_joint_states
+                          ? node_handle.subscribe("joint_states", kWheelQueue,
+                                                  &CalibrationNodelet::onJointStates, this, hints)
+                          : node_handle.subscribe("wheel_ticks", kWheelQueue,
+                                                  &CalibrationNodelet::onTicks, this, hints);
+  bearing_subscriber_ = node_handle.subscribe("bearings", kBearingQueue,
+                                              &CalibrationNodelet::onBearings, this, hints);
+  input_watch_ = std::make_unique<InputWatch>(
+      wheel_subscriber_.getTopic(), bearing_subscriber_.getTopic(), config_.input_timeout_s);
+  timer_ = node_handle.createWallTimer(ros::WallDuration(1.0), &CalibrationNodelet::onSecond, this);
+}
+
+void CalibrationNodelet::onTicks(const core::WheelTicksConstPtr& message) {
+  guarded("wheel ticks", [&] {
+    const std::optional<ros::Time> now = timeOfReceipt();
+    if (!now) return;
+    const core::WheelCounts counts = countsFromMessage(*message);
+    finishWheels(calibrator_->addTicks(counts, stampFromRos(*now)), counts.stamp, *now);
+  });
+}
+
+void CalibrationNodelet::onJointStates(const sensor_msgs::JointStateConstPtr& message) {
+  guarded("joint states", [&] {
+    const std::optional<ros::Time> now = timeOfReceipt();
+    if (!now) return;
+    const auto angles = anglesFromMessage(*message, config_.joints);
+    if (angles) {
+      finishWheels(calibrator_->addAngles(*angles, stampFromRos(*now)), angles->stamp, *now);
+    } else if (namesEither(*message, config_.joints) || !input_watch_->areWheelsAlive(*now)) {
+      refuseJointState(*message);  // else it is another publisher's, an arm's for instance
+    }
+  });
+}
+
+void CalibrationNodelet::onBearings(const core::LightBearingsConstPtr& message) {
+  guarded("bearings", [&] {
+    const std::optional<ros::Time> now = timeOfReceipt();
+    if (!now) return;
+    input_watch_->sawBearings(*now);
+    const std::string& frame = message->header.frame_id;
+    if (!frame.empty() && frame != config_.frames.sensor && throttle_.isDue("frame " + frame)) {
+      NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were",
+                   bearing_subscriber_.getTopic().c_str(), frame.c_str(),
+                   config_.frames.sensor.c_str());
+    }
+    warn(bearing_subscriber_.getTopic(),
+         calibrator_->addBearings(bearingsFromMessage(*message), stampFromRos(*now)));
+    publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
+  });
+}
+
+void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
+  guarded("timer", [&] {
+    timeOfReceipt();  // a clock that jumped back is noticed without inputs, too
+    publishNow();
+    diagnostics_->force_update();
+  });
+}
+
+bool CalibrationNodelet::onReset(std_srvs::Trigger::Request&,
+                                 std_srvs::Trigger::Response& response) {
+  guarded("reset", [&] {
+    startAnew("~reset was called");
+    response.success = true;
+    response.message = "the calibration starts anew";
+  });
+  return true;
+}
+
+bool CalibrationNodelet::onPause(std_srvs::SetBool::Request& request,
+                                 std_srvs::SetBool::Response& response) {
+  guarded("pause", [&] {
+    calibrator_->setPaused(request.data);
+    publishNow();
+    response.success = true;
+    response.message = request.data ? "paused: bearings are ignored" : "bearings are fused again";
+  });
+  return true;
+}
+
+bool CalibrationNodelet::onSave(std_srvs::Trigger::Request&,
+                                std_srvs::Trigger::Response& response) {
+  guarded("save", [&] {
+    const SavingOutcome outcome = saveResult(calibrator_->result(), config_, getName());
+    response.success = outcome.success;
+    response.message = outcome.message;
+  });
+  return true;
+}
+
+/// None while the clock is zero: simulated time has not begun.
+std::optional<ros::Time> CalibrationNodelet::timeOfReceipt() {
+  const ros::Time now = ros::Time::now();
+  if (now.isZero()) {
+    if (throttle_.isDue("clock")) {
+      NODELET_WARN("/clock has not begun (use_sim_time is set): inputs are ignored until then");
+    }
+    return std::nullopt;
+  }
+  if (clock_watch_.hasJumpedBack(now)) startAnew("the clock has jumped back");
+  return now;
+}
+
+void CalibrationNodelet::startAnew(const std::string& why) {
+  NODELET_WARN("%s: the calibration starts anew", why.c_str());
+  calibrator_->reset();
+  joint_states_without_wheels_ = refused_before_ = 0;
+  last_prediction_ = {};
+  stamp_watch_ = {};
+  input_watch_->restart();
+  publisher_->restartStamps();
+  publishNow();
+}
+
+void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::Stamp stamp,
+                                      const ros::Time& now) {
+  input_watch_->sawWheels(now);
+  warn(wheel_subscriber_.getTopic(), outcome);
+  if (stamp_watch_.hasBegunAnew(outcome, stamp)) {
+    startAnew("the stamps on " + wheel_subscriber_.getTopic() + " have jumped back");
+  }
+  publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
+  publishPrediction(stamp);
+}
+
+void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message) {
+  ++joint_states_without_wheels_;
+  if (!throttle_.isDue("joints")) return;
+  NODELET_WARN(
+      "%s: joints '%s' and '%s' with a position each are wanted, but the message has (%s): message "
+      "ignored",
+      wheel_subscriber_.getTopic().c_str(), config_.joints.left.c_str(),
+      config_.joints.right.c_str(), jointNames(message).c_str());
+}
+
+void CalibrationNodelet::warn(const std::string& topic, const core::InputOutcome& outcome) {
+  if (!outcome.isBadInput() || !throttle_.isDue(topic + core::nameOf(outcome.status))) return;
+  NODELET_WARN("%s: %s", topic.c_str(), core::describe(outcome).c_str());
+}
+
+void CalibrationNodelet::publishPrediction(core::Stamp newest_wheels) {
+  const core::Duration since_last = newest_wheels - last_prediction_;
+  const bool is_due =
+      core::secondsFromDuration(since_last) * config_.output.prediction_rate_hz >= 1.0;
+  if (!is_due || prediction_publisher_.getNumSubscribers() == 0) return;
+  const core::Duration latency = core::durationFromSeconds(config_.calibrator.bearings.latency_s);
+  const auto prediction = calibrator_->predictBearing(newest_wheels + latency);
+  if (!prediction) return;
+  last_prediction_ = newest_wheels;
+  prediction_publisher_.publish(messageFromPrediction(*prediction, config_.frames.sensor));
+}
+
+void CalibrationNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const ros::Time now = ros::Time::now();
+  const std::string silence = now.isZero() ? "/clock has not begun" : input_watch_->silence(now);
+  if (!silence.empty() && throttle_.isDue("silence")) NODELET_WARN("%s", silence.c_str());
+  const core::CalibrationResult result = calibrator_->result();
+  const std::uint32_t refused = result.tick_inputs.badInputs() + result.bearing_inputs.badInputs() +
+                                joint_states_without_wheels_;
+  fillDiagnostics(result, joint_states_without_wheels_, silence, refused != refused_before_,
+                  &status);
+  refused_before_ = refused;
+}
+
+}  // namespace bearing_calibration_ros
+
+PLUGINLIB_EXPORT_CLASS(bearing_calibration_ros::CalibrationNodelet, nodelet::Nodelet)

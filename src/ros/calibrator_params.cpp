@@ -1,0 +1,162 @@
+#include "bearing_calibration_ros/calibrator_params.h"
+
+#include <cstdlib>
+
+#include "bearing_calibration/common/requirement.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+
+FrameNames readFrames(ParamReader& params) {
+  return {params.text("frames/base"), params.text("frames/sensor")};
+}
+
+core::DriveGeometry readDrive(ParamReader& params) {
+  core::DriveGeometry drive;
+  drive.wheel_separation_m = params.number("wheels/separation");
+  drive.left_wheel_radius_m = params.number("wheels/left_radius");
+  drive.right_wheel_radius_m = params.number("wheels/right_radius");
+  drive.ticks_per_revolution = params.number("wheels/ticks_per_revolution");
+  drive.counter_bits = params.integer("wheels/counter_bits");
+  drive.max_wheel_speed_mps = params.number("wheels/max_speed");
+  return drive;
+}
+
+core::BearingInputConfig readBearings(ParamReader& params) {
+  core::BearingInputConfig bearings;
+  bearings.latency_s = params.number("bearings/latency");
+  bearings.extra_stddev_rad = params.number("bearings/extra_stddev");
+  bearings.max_stddev_rad = params.number("bearings/max_stddev");
+  bearings.max_future_s = params.number("bearings/max_future");
+  bearings.reorder_window_s = params.number("bearings/reorder_window");
+  bearings.max_waiting = params.integer("bearings/max_waiting");
+  bearings.min_quality = params.number("bearings/min_quality");
+  return bearings;
+}
+
+core::StartConfig readStart(ParamReader& params) {
+  constexpr core::StartConfig::Kind kKinds[] = {core::StartConfig::Kind::kNothing,
+                                                core::StartConfig::Kind::kGuess};
+  core::StartConfig start;
+  start.kind = kKinds[params.choice("start/from", {"nothing", "guess"})];
+  start.light_distance_m = params.number("start/light_distance");
+  start.light_distance_stddev_m = params.number("start/light_distance_stddev");
+  start.x_m = params.number("start/x");
+  start.y_m = params.number("start/y");
+  start.position_stddev_m = params.number("start/position_stddev");
+  start.yaw_rad = params.number("start/yaw");
+  start.yaw_stddev_rad = params.number("start/yaw_stddev");
+  return start;
+}
+
+core::FilterConfig readFilter(ParamReader& params) {
+  constexpr core::FilterConfig::Chart kCharts[] = {core::FilterConfig::Chart::kCartesian,
+                                                   core::FilterConfig::Chart::kPaper};
+  core::FilterConfig filter;
+  filter.chart = kCharts[params.choice("filter/chart", {"cartesian", "paper"})];
+  filter.gate_probability = params.number("filter/gate_probability");
+  filter.recovery_after = params.integer("filter/recovery_after");
+  filter.recovery_bearing_stddev_rad = params.number("filter/recovery_bearing_stddev");
+  filter.recovery_distance_stddev_m = params.number("filter/recovery_distance_stddev");
+  return filter;
+}
+
+core::CalibratorConfig readCalibrator(ParamReader& params) {
+  core::CalibratorConfig config;
+  config.drive = readDrive(params);
+  config.wheel_noise.independent_k_m = params.number("wheels/noise_independent");
+  config.wheel_noise.common_k_m = params.number("wheels/noise_common");
+  config.tick_history_s = params.number("wheels/history");
+  config.bearings = readBearings(params);
+  config.start = readStart(params);
+  config.filter = readFilter(params);
+  config.converged.position_stddev_m = params.number("converged/position_stddev");
+  config.converged.yaw_stddev_rad = params.number("converged/yaw_stddev");
+  return config;
+}
+
+core::UnestimatedMount readUnestimatedMount(ParamReader& params) {
+  core::UnestimatedMount mount;
+  mount.z_m = params.number("mount/z");
+  mount.z_stddev_m = params.number("mount/z_stddev");
+  mount.roll_rad = params.number("mount/roll");
+  mount.roll_stddev_rad = params.number("mount/roll_stddev");
+  mount.pitch_rad = params.number("mount/pitch");
+  mount.pitch_stddev_rad = params.number("mount/pitch_stddev");
+  return mount;
+}
+
+/// A leading ~/ is the user's home folder, as in a shell.
+std::string expandHome(const std::string& folder) {
+  const char* home = std::getenv("HOME");
+  return folder.compare(0, 2, "~/") == 0 && home != nullptr ? home + folder.substr(1) : folder;
+}
+
+OutputConfig readOutput(ParamReader& params) {
+  OutputConfig output;
+  output.folder = expandHome(params.text("output/folder"));
+  output.publish_tf = params.boolean("output/publish_tf");
+  output.tf_child_frame = params.text("output/tf_child_frame");
+  output.max_rate_hz = params.number("output/max_rate");
+  output.prediction_rate_hz = params.number("output/prediction_rate");
+  return output;
+}
+
+void requireFrameName(const std::string& name, const std::string& value,
+                      core::Requirements* require) {
+  require->that(!value.empty() && value.front() != '/' && value.find(' ') == std::string::npos,
+                name +
+                    " must be a frame's name without slash in front and without spaces, but is '" +
+                    value + "'");
+}
+
+}  // namespace
+
+std::vector<std::string> FrameNames::validate() const {
+  core::Requirements require;
+  requireFrameName("frames/base", base, &require);
+  requireFrameName("frames/sensor", sensor, &require);
+  require.that(sensor != base,
+               "frames/sensor must not be frames/base, but both are '" + base + "'");
+  return require.errors();
+}
+
+std::vector<std::string> OutputConfig::validate(const FrameNames& frames) const {
+  core::Requirements require;
+  require.that(!folder.empty(), "output/folder must not be empty");
+  requireFrameName("output/tf_child_frame", tf_child_frame, &require);
+  require.that(tf_child_frame != frames.base,
+               "output/tf_child_frame must not be frames/base, but both are '" + frames.base + "'");
+  require.positive("output/max_rate", max_rate_hz);
+  require.positive("output/prediction_rate", prediction_rate_hz);
+  return require.errors();
+}
+
+CalibrationNodeConfig readCalibrationNodeConfig(const ros::NodeHandle& private_node_handle) {
+  ParamReader params(private_node_handle);
+  CalibrationNodeConfig config;
+  config.frames = readFrames(params);
+  config.wheels_from_joint_states = params.choice("wheels/source", {"ticks", "joint_states"}) == 1;
+  config.joints = {params.text("wheels/left_joint"), params.text("wheels/right_joint")};
+  config.calibrator = readCalibrator(params);
+  config.unestimated_mount = readUnestimatedMount(params);
+  config.output = readOutput(params);
+  config.input_timeout_s = params.number("diagnostics/input_timeout");
+
+  core::Requirements require;
+  require.add(config.frames.validate());
+  require.add(config.calibrator.validate());
+  require.add(config.unestimated_mount.validate());
+  require.add(config.output.validate(config.frames));
+  require.positive("diagnostics/input_timeout", config.input_timeout_s);
+  require.that(config.joints.left != config.joints.right,
+               "wheels/left_joint must not be wheels/right_joint, but both are '" +
+                   config.joints.left + "'");
+  params.addErrors(require.errors());
+  params.throwIfAnyError();
+  return config;
+}
+
+}  // namespace bearing_calibration_ros

@@ -1,0 +1,228 @@
+#include "bearing_calibration_ros/conversions.h"
+
+#include <tf2/LinearMath/Quaternion.h>
+#include <tf2_geometry_msgs/tf2_geometry_msgs.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Row-major, as messages want it, whatever the matrix is stored like.
+template <typename Matrix, typename Array>
+void fillRowMajor(const Matrix& matrix, Array* array) {
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+      (*array)[static_cast<std::size_t>(row * matrix.cols() + column)] = matrix(row, column);
+    }
+  }
+}
+
+std::optional<double> positionOf(const std::string& joint, const sensor_msgs::JointState& message) {
+  const auto found = std::find(message.name.begin(), message.name.end(), joint);
+  const auto index = static_cast<std::size_t>(found - message.name.begin());
+  if (found == message.name.end() || index >= message.position.size()) return std::nullopt;
+  return message.position[index];
+}
+
+void appendCount(const std::string& reason, std::uint32_t count, std::string* text) {
+  if (count == 0) return;
+  if (!text->empty()) *text += "; ";
+  *text += reason + ": " + std::to_string(count);
+}
+
+void appendCounts(const std::string& stream, const core::InputCounts& counts, std::string* text) {
+  for (std::size_t i = 0; i < core::kInputStatusCount; ++i) {
+    const auto status = static_cast<core::InputStatus>(i);
+    if (!core::InputOutcome{status, 0.0}.isBadInput()) continue;
+    appendCount(stream + " " + core::nameOf(status), counts[status], text);
+  }
+}
+
+void fillMount(const std::optional<core::MountEstimate>& estimate,
+               core::CalibrationEstimate* message) {
+  const core::MountEstimate none{Eigen::Vector3d::Constant(kNone),
+                                 Eigen::Matrix3d::Constant(kNone)};
+  const core::MountEstimate& mount = estimate ? *estimate : none;
+  message->x_m = mount.mean.x();
+  message->y_m = mount.mean.y();
+  message->yaw_rad = mount.mean.z();
+  message->x_stddev_m = std::sqrt(mount.covariance(0, 0));
+  message->y_stddev_m = std::sqrt(mount.covariance(1, 1));
+  message->yaw_stddev_rad = std::sqrt(mount.covariance(2, 2));
+  fillRowMajor(mount.covariance, &message->covariance_x_y_yaw);
+}
+
+void fillPaperState(const std::optional<core::PaperEstimate>& estimate,
+                    core::CalibrationEstimate* message) {
+  const core::PaperEstimate none{core::Vector5::Constant(kNone), core::Matrix5::Constant(kNone),
+                                 false};
+  const core::PaperEstimate& paper = estimate ? *estimate : none;
+  message->D_m = paper.mean(core::PaperIndex::kDistance);
+  message->theta_rad = paper.mean(core::PaperIndex::kTheta);
+  message->phi_rad = paper.mean(core::PaperIndex::kPhi);
+  message->rho_m = paper.mean(core::PaperIndex::kRho);
+  message->psi_rad = paper.mean(core::PaperIndex::kPsi);
+  message->phi_psi_determined = paper.phi_psi_determined;
+  fillRowMajor(paper.covariance, &message->covariance_D_theta_phi_rho_psi);
+}
+
+}  // namespace
+
+core::Stamp stampFromRos(const ros::Time& time) {
+  constexpr std::int64_t kNanosecondsPerSecond = 1000000000;
+  return core::stampFromNanoseconds(static_cast<std::int64_t>(time.sec) * kNanosecondsPerSecond +
+                                    static_cast<std::int64_t>(time.nsec));
+}
+
+ros::Time rosFromStamp(core::Stamp stamp) {
+  constexpr std::int64_t kNanosecondsPerSecond = 1000000000;
+  const std::int64_t nanoseconds = stamp.time_since_epoch().count();
+  const std::int64_t seconds = nanoseconds / kNanosecondsPerSecond;
+  if (nanoseconds < 0 || seconds > std::numeric_limits<std::uint32_t>::max()) {
+    throw std::invalid_argument("stamp " + std::to_string(core::secondsFromStamp(stamp)) +
+                                " s does not fit into ros::Time");
+  }
+  return {static_cast<std::uint32_t>(seconds),
+          static_cast<std::uint32_t>(nanoseconds % kNanosecondsPerSecond)};
+}
+
+core::WheelCounts countsFromMessage(const core::WheelTicks& message) {
+  return {stampFromRos(message.header.stamp), message.left, message.right};
+}
+
+std::optional<core::WheelAngles> anglesFromMessage(const sensor_msgs::JointState& message,
+                                                   const WheelJoints& joints) {
+  const std::optional<double> left = positionOf(joints.left, message);
+  const std::optional<double> right = positionOf(joints.right, message);
+  if (!left || !right) return std::nullopt;
+  return core::WheelAngles{stampFromRos(message.header.stamp), *left, *right};
+}
+
+bool namesEither(const sensor_msgs::JointState& message, const WheelJoints& joints) {
+  return std::any_of(message.name.begin(), message.name.end(), [&](const std::string& name) {
+    return name == joints.left || name == joints.right;
+  });
+}
+
+std::string jointNames(const sensor_msgs::JointState& message) {
+  std::string names;
+  for (const std::string& name : message.name) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
+core::BearingSet bearingsFromMessage(const core::LightBearings& message) {
+  core::BearingSet bearings;
+  bearings.stamp = stampFromRos(message.header.stamp);
+  bearings.candidates.reserve(message.candidates.size());
+  for (const core::LightBearing& candidate : message.candidates) {
+    core::Bearing bearing;
+    bearing.azimuth_rad = candidate.azimuth;
+    bearing.azimuth_variance_rad2 = candidate.azimuth_variance;
+    bearing.image_radius_px = candidate.image_radius;
+    bearing.image_radius_variance_px2 = candidate.image_radius_variance;
+    bearing.elevation_rad = candidate.elevation;
+    bearing.elevation_variance_rad2 = candidate.elevation_variance;
+    bearing.light_id = candidate.light_id;
+    bearing.quality = static_cast<double>(candidate.quality);
+    bearings.candidates.push_back(bearing);
+  }
+  return bearings;
+}
+
+core::PredictedBearing messageFromPrediction(const core::BearingPrediction& prediction,
+                                             const std::string& sensor_frame) {
+  core::PredictedBearing message;
+  message.header.stamp = rosFromStamp(prediction.stamp);
+  message.header.frame_id = sensor_frame;
+  message.azimuth = prediction.azimuth_rad;
+  message.azimuth_variance = prediction.azimuth_variance_rad2;
+  message.light_id = prediction.light_id;
+  return message;
+}
+
+std::string rejectionsText(const core::CalibrationResult& result,
+                           std::uint32_t joint_states_without_wheels) {
+  std::string text;
+  appendCounts("ticks", result.tick_inputs, &text);
+  appendCounts("bearings", result.bearing_inputs, &text);
+  appendCount("joint states without the wheels", joint_states_without_wheels, &text);
+  return text;
+}
+
+core::CalibrationEstimate messageFromResult(const core::CalibrationResult& result,
+                                            std::uint32_t joint_states_without_wheels,
+                                            const std::string& base_frame) {
+  core::CalibrationEstimate message;
+  message.header.stamp = rosFromStamp(result.stamp);
+  message.header.frame_id = base_frame;
+  message.state = static_cast<std::uint8_t>(result.state);
+  message.state_text = std::string(core::nameOf(result.state)) + ": " + result.advice;
+  fillMount(result.base_from_sensor, &message);
+  fillPaperState(result.paper_state, &message);
+  message.nis = result.nis;
+  message.nis_mean = result.nis_mean;
+  message.distance_travelled_m = result.distance_travelled_m;
+  message.rotation_travelled_rad = result.rotation_travelled_rad;
+  message.bearings_used = result.bearings_used;
+  message.bearings_gated = result.bearings_gated;
+  message.bearings_rejected = result.bearing_inputs.badInputs();
+  message.bearings_waiting = result.bearings_waiting;
+  message.ticks_used = result.ticks_used;
+  message.ticks_rejected = result.tick_inputs.badInputs() + joint_states_without_wheels;
+  message.rejections = rejectionsText(result, joint_states_without_wheels);
+  return message;
+}
+
+geometry_msgs::PoseWithCovarianceStamped poseFromMount(const core::MountEstimate& base_from_sensor,
+                                                       const core::UnestimatedMount& unestimated,
+                                                       core::Stamp stamp,
+                                                       const std::string& base_frame) {
+  geometry_msgs::PoseWithCovarianceStamped pose;
+  pose.header.stamp = rosFromStamp(stamp);
+  pose.header.frame_id = base_frame;
+  pose.pose.pose.position.x = base_from_sensor.mean.x();
+  pose.pose.pose.position.y = base_from_sensor.mean.y();
+  pose.pose.pose.position.z = unestimated.z_m;
+  tf2::Quaternion orientation;
+  orientation.setRPY(unestimated.roll_rad, unestimated.pitch_rad, base_from_sensor.mean.z());
+  pose.pose.pose.orientation = tf2::toMsg(orientation);
+
+  enum Axis : int { kX, kY, kZ, kRoll, kPitch, kYaw };  // REP 103
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  const std::array<int, 3> estimated{kX, kY, kYaw};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      covariance(estimated.at(static_cast<std::size_t>(i)),
+                 estimated.at(static_cast<std::size_t>(j))) = base_from_sensor.covariance(i, j);
+    }
+  }
+  covariance(kZ, kZ) = std::pow(unestimated.z_stddev_m, 2);
+  covariance(kRoll, kRoll) = std::pow(unestimated.roll_stddev_rad, 2);
+  covariance(kPitch, kPitch) = std::pow(unestimated.pitch_stddev_rad, 2);
+  fillRowMajor(covariance, &pose.pose.covariance);
+  return pose;
+}
+
+geometry_msgs::TransformStamped transformFromPose(
+    const geometry_msgs::PoseWithCovarianceStamped& base_from_sensor,
+    const std::string& sensor_frame) {
+  geometry_msgs::TransformStamped transform;
+  transform.header = base_from_sensor.header;
+  transform.child_frame_id = sensor_frame;
+  transform.transform.translation.x = base_from_sensor.pose.pose.position.x;
+  transform.transform.translation.y = base_from_sensor.pose.pose.position.y;
+  transform.transform.translation.z = base_from_sensor.pose.pose.position.z;
+  transform.transform.rotation = base_from_sensor.pose.pose.orientation;
+  return transform;
+}
+
+}  // namespace bearing_calibration_ros

@@ -1,0 +1,64 @@
+#include "bearing_calibration_ros/result_publisher.h"
+
+#include <tuple>
+
+#include "bearing_calibration_ros/conversions.h"
+
+namespace bearing_calibration_ros {
+
+namespace core = bearing_calibration;
+
+ResultPublisher::ResultPublisher(ros::NodeHandle private_node_handle,
+                                 const CalibrationNodeConfig& config)
+    : frames_(config.frames),
+      unestimated_mount_(config.unestimated_mount),
+      output_(config.output),
+      estimate_publisher_(
+          private_node_handle.advertise<core::CalibrationEstimate>("estimate", 1, true)),
+      pose_publisher_(private_node_handle.advertise<geometry_msgs::PoseWithCovarianceStamped>(
+          "base_from_camera", 1, true)),
+      transform_publisher_(
+          private_node_handle.advertise<geometry_msgs::TransformStamped>("transform", 1, true)) {
+  if (output_.publish_tf) tf_broadcaster_ = std::make_unique<tf2_ros::TransformBroadcaster>();
+}
+
+bool ResultPublisher::News::operator==(const News& other) const {
+  return std::tie(state, bearings_used, bearings_gated) ==
+         std::tie(other.state, other.bearings_used, other.bearings_gated);
+}
+
+ResultPublisher::News ResultPublisher::newsOf(const core::CalibrationResult& result) {
+  return {result.state, result.bearings_used, result.bearings_gated};
+}
+
+void ResultPublisher::offer(const core::CalibrationResult& result,
+                            std::uint32_t joint_states_without_wheels) {
+  const bool is_news = !last_news_ || !(*last_news_ == newsOf(result));
+  const ros::WallDuration since_last = ros::SteadyTime::now() - last_published_;
+  if (is_news && since_last.toSec() * output_.max_rate_hz >= 1.0) {
+    publish(result, joint_states_without_wheels);
+  }
+}
+
+void ResultPublisher::publish(const core::CalibrationResult& result,
+                              std::uint32_t joint_states_without_wheels) {
+  last_news_ = newsOf(result);
+  last_published_ = ros::SteadyTime::now();
+  estimate_publisher_.publish(messageFromResult(result, joint_states_without_wheels, frames_.base));
+  if (result.base_from_sensor && result.stamp > last_pose_stamp_) {
+    publishPose(*result.base_from_sensor, result.stamp);
+  }
+}
+
+void ResultPublisher::publishPose(const core::MountEstimate& base_from_sensor, core::Stamp stamp) {
+  last_pose_stamp_ = stamp;
+  const geometry_msgs::PoseWithCovarianceStamped pose =
+      poseFromMount(base_from_sensor, unestimated_mount_, stamp, frames_.base);
+  pose_publisher_.publish(pose);
+  transform_publisher_.publish(transformFromPose(pose, frames_.sensor));
+  if (tf_broadcaster_) {
+    tf_broadcaster_->sendTransform(transformFromPose(pose, output_.tf_child_frame));
+  }
+}
+
+}  // namespace bearing_calibration_ros

@@ -1,0 +1,228 @@
+#include "bearing_calibration/calibration/result_file.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/common/atomic_file.h"
+
+namespace bearing_calibration {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own for each test, removed at the end.
+class ResultFileTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "result_file_test.XXXXXX").string();
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    path_ = (folder_ / "result.yaml").string();
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string text() const {
+    std::ostringstream text;
+    text << std::ifstream(path_).rdbuf();
+    return text.str();
+  }
+  void writeText(const std::string& text) const { std::ofstream(path_) << text; }
+
+  fs::path folder_;
+  std::string path_;
+};
+
+/// Positive definite, with entries that have no short decimal form.
+template <int Size>
+Eigen::Matrix<double, Size, Size> someCovariance() {
+  Eigen::Matrix<double, Size, Size> root;
+  for (int i = 0; i < Size * Size; ++i) root(i) = std::sin(i + 1.0) / 3.0;
+  Eigen::Matrix<double, Size, Size> covariance = root * root.transpose();
+  covariance.diagonal().array() += 1e-3;
+  return covariance;
+}
+
+SavedCalibration someCalibration() {
+  SavedCalibration saved;
+  saved.state = CalibrationState::kConverging;
+  saved.advice = "turn on the spot: \"x\" is weak\nand # so on";
+  saved.stamp = stampFromNanoseconds(1700000000123456789);
+  saved.base_frame = "base_link";
+  saved.sensor_frame = "camera";
+  saved.base_from_sensor.mean << 1.0 / 3.0, -0.1, -2.0 / 7.0;
+  saved.base_from_sensor.covariance = someCovariance<3>();
+  saved.unestimated = {0.35, 0.01, -0.001, 0.02, 1e-5, 0.03};
+  saved.paper_state.mean << 2.0, 0.1, -0.3, 0.34, 1e-17;
+  saved.paper_state.covariance = someCovariance<5>();
+  saved.paper_state.phi_psi_determined = true;
+  saved.cartesian_state.mean << 2.0, -1.0, 0.33, -0.1, -0.28;
+  saved.cartesian_state.covariance = 2.0 * someCovariance<5>();
+  saved.nis_mean = 1.02;
+  saved.distance_travelled_m = 12.5;
+  saved.rotation_travelled_rad = 33.1;
+  saved.bearings_used = 4000000000U;
+  saved.bearings_gated = 7;
+  saved.provenance = {"a test", "2026-01-01T00:00:00Z", {0.25, 0.03, 0.031, 2048.0, 16, 1.5}};
+  return saved;
+}
+
+TEST_F(ResultFileTest, ReadsBackExactlyWhatWasWritten) {
+  const SavedCalibration saved = someCalibration();
+  ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
+  const ResultFileContent content = readResultFile(path_);
+  ASSERT_TRUE(content.calibration.has_value()) << content.error;
+  const SavedCalibration& read = *content.calibration;
+  EXPECT_EQ(read.state, saved.state);
+  EXPECT_EQ(read.advice, saved.advice);
+  EXPECT_EQ(read.stamp, saved.stamp);
+  EXPECT_EQ(read.base_frame, saved.base_frame);
+  EXPECT_EQ(read.sensor_frame, saved.sensor_frame);
+  EXPECT_EQ(read.base_from_sensor.mean, saved.base_from_sensor.mean);
+  EXPECT_EQ(read.base_from_sensor.covariance, saved.base_from_sensor.covariance);
+  EXPECT_EQ(read.unestimated.z_m, saved.unestimated.z_m);
+  EXPECT_EQ(read.unestimated.z_stddev_m, saved.unestimated.z_stddev_m);
+  EXPECT_EQ(read.unestimated.roll_rad, saved.unestimated.roll_rad);
+  EXPECT_EQ(read.unestimated.roll_stddev_rad, saved.unestimated.roll_stddev_rad);
+  EXPECT_EQ(read.unestimated.pitch_rad, saved.unestimated.pitch_rad);
+  EXPECT_EQ(read.unestimated.pitch_stddev_rad, saved.unestimated.pitch_stddev_rad);
+  EXPECT_EQ(read.paper_state.mean, saved.paper_state.mean);
+  EXPECT_EQ(read.paper_state.covariance, saved.paper_state.covariance);
+  EXPECT_EQ(read.paper_state.phi_psi_determined, saved.paper_state.phi_psi_determined);
+  EXPECT_EQ(read.cartesian_state.mean, saved.cartesian_state.mean);
+  EXPECT_EQ(read.cartesian_state.covariance, saved.cartesian_state.covariance);
+  EXPECT_EQ(read.nis_mean, saved.nis_mean);
+  EXPECT_EQ(read.distance_travelled_m, saved.distance_travelled_m);
+  EXPECT_EQ(read.rotation_travelled_rad, saved.rotation_travelled_rad);
+  EXPECT_EQ(read.bearings_used, saved.bearings_used);
+  EXPECT_EQ(read.bearings_gated, saved.bearings_gated);
+  EXPECT_EQ(read.provenance.program, saved.provenance.program);
+  EXPECT_EQ(read.provenance.written_at, saved.provenance.written_at);
+  EXPECT_EQ(read.provenance.drive.wheel_separation_m, 0.25);
+  EXPECT_EQ(read.provenance.drive.left_wheel_radius_m, 0.03);
+  EXPECT_EQ(read.provenance.drive.right_wheel_radius_m, 0.031);
+  EXPECT_EQ(read.provenance.drive.ticks_per_revolution, 2048.0);
+  EXPECT_EQ(read.provenance.drive.counter_bits, 16);
+  EXPECT_EQ(read.provenance.drive.max_wheel_speed_mps, 1.5);
+}
+
+TEST_F(ResultFileTest, EveryStateHasANameThatReadsBack) {
+  for (int value = 0; value <= static_cast<int>(CalibrationState::kPaused); ++value) {
+    SavedCalibration saved = someCalibration();
+    saved.state = static_cast<CalibrationState>(value);
+    ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
+    const ResultFileContent content = readResultFile(path_);
+    ASSERT_TRUE(content.calibration.has_value()) << content.error;
+    EXPECT_EQ(content.calibration->state, saved.state);
+  }
+}
+
+// Whatever the place at which the file is cut, what remains is refused and nothing is thrown.
+TEST_F(ResultFileTest, RefusesAFileCutShortAnywhere) {
+  ASSERT_EQ(writeResultFile(path_, someCalibration()), std::nullopt);
+  const std::string whole = text();
+  const std::string last_value = "true\n";
+  ASSERT_EQ(whole.substr(whole.size() - last_value.size()), last_value);
+  for (std::size_t length = 0; length + last_value.size() <= whole.size(); ++length) {
+    writeText(whole.substr(0, length));
+    const ResultFileContent content = readResultFile(path_);
+    ASSERT_FALSE(content.calibration.has_value()) << "cut after " << length << " characters";
+    ASSERT_NE(content.error.find(path_), std::string::npos) << content.error;
+  }
+}
+
+struct Damage {
+  std::string find;
+  std::string replace;
+  std::string said;  ///< must be in the message
+};
+
+TEST_F(ResultFileTest, RefusesWhatCannotBeAndSaysWhy) {
+  ASSERT_EQ(writeResultFile(path_, someCalibration()), std::nullopt);
+  const std::string whole = text();
+  const std::vector<Damage> damages = {
+      {"bearing_calibration result", "camera_calibration", "not a result file"},
+      {"version: 1", "version: 2", "version 2"},
+      {"CONVERGING", "FINISHED", "FINISHED"},
+      {"y_m: -0.1", "y_m: .nan", "'y_m' is not finite"},
+      {"y_m: -0.1", "y_m: left", "'y_m' has a value of a wrong kind"},
+      {"y_m: -0.1", "why_m: -0.1", "'y_m' is missing"},
+      {"z_stddev_m: 0.01", "z_stddev_m: 0", "z_stddev"},
+      {"covariance_x_y_yaw: [", "covariance_x_y_yaw: [1, ", "does not have 9 numbers"},
+      {"covariance_x_y_yaw: [0.", "covariance_x_y_yaw: [-1.", "is not a covariance"},
+      {"bearings_used: 4000000000", "bearings_used: -1", "bearings_used"},
+      {"not_estimated:", "not_estimated: [", "refused"},
+  };
+  for (const Damage& damage : damages) {
+    std::string damaged = whole;
+    const std::size_t place = damaged.find(damage.find);
+    ASSERT_NE(place, std::string::npos) << damage.find << " is not in\n" << whole;
+    damaged.replace(place, damage.find.size(), damage.replace);
+    writeText(damaged);
+    const ResultFileContent content = readResultFile(path_);
+    EXPECT_FALSE(content.calibration.has_value()) << damage.replace;
+    EXPECT_NE(content.error.find(damage.said), std::string::npos) << content.error;
+    EXPECT_NE(content.error.find(path_), std::string::npos) << content.error;
+  }
+}
+
+TEST_F(ResultFileTest, RefusesForeignContent) {
+  for (const std::string content :
+       {"", "hello", "- 1\n- 2\n",
+        "\x7f"
+        "ELF\x01\x02",
+        "a: [b", "image_width: 640\ncamera_name: c\n", "format: [1, 2]\n"}) {
+    writeText(content);
+    EXPECT_FALSE(readResultFile(path_).calibration.has_value()) << content;
+    EXPECT_FALSE(readResultFile(path_).error.empty()) << content;
+  }
+  EXPECT_NE(readResultFile((folder_ / "none.yaml").string()).error.find("cannot be read"),
+            std::string::npos);
+}
+
+TEST_F(ResultFileTest, MakesMissingFoldersAndLeavesNothingElseBehind) {
+  const fs::path deep = folder_ / "a" / "b" / "result.yaml";
+  ASSERT_EQ(writeResultFile(deep.string(), someCalibration()), std::nullopt);
+  ASSERT_EQ(writeResultFile(deep.string(), someCalibration()), std::nullopt);  // replaces
+  const auto files = std::distance(fs::directory_iterator(deep.parent_path()), {});
+  EXPECT_EQ(files, 1);
+}
+
+// Root may write anywhere, so the folder is one that cannot exist: below a file.
+TEST_F(ResultFileTest, SaysWhyAFileCannotBeWritten) {
+  writeText("a file, not a folder");
+  const auto error = writeResultFile(path_ + "/below/result.yaml", someCalibration());
+  ASSERT_TRUE(error.has_value());
+  EXPECT_NE(error->find("Not a directory"), std::string::npos) << *error;
+}
+
+TEST_F(ResultFileTest, AFailedWriteKeepsTheOldFile) {
+  fs::create_directory(path_);  // a folder of the file's name cannot be replaced by a file
+  const auto error = writeFileAtomically(path_, "new");
+  ASSERT_TRUE(error.has_value());
+  EXPECT_NE(error->find("cannot replace " + path_), std::string::npos) << *error;
+  EXPECT_TRUE(fs::is_directory(path_));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "a temporary file is left";
+}
+
+// A reader that opened the old file reads it to its end, even when it is replaced meanwhile.
+TEST_F(ResultFileTest, ReplacesInsteadOfOverwriting) {
+  ASSERT_EQ(writeFileAtomically(path_, "old"), std::nullopt);
+  std::ifstream reader(path_);
+  ASSERT_EQ(writeFileAtomically(path_, "new"), std::nullopt);
+  std::string seen;
+  reader >> seen;
+  EXPECT_EQ(seen, "old");
+  EXPECT_EQ(text(), "new");
+}
+
+}  // namespace
+}  // namespace bearing_calibration
