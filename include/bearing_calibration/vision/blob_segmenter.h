@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "bearing_calibration/vision/annulus_mask.h"
+
+namespace bearing_calibration {
+
+/// Connected bright pixels (8 neighbours) by their integer moments.
+struct Blob {
+  std::int64_t pixels = 0;
+  std::int64_t sum_u = 0;
+  std::int64_t sum_v = 0;
+  std::int64_t sum_uu = 0;
+  std::int64_t sum_uv = 0;
+  std::int64_t sum_vv = 0;
+  bool cut = false;  ///< reaches the left or right end of an interval of the mask
+};
+
+/// Finds the connected pixels above a threshold in one pass over the mask's intervals: runs, joined
+/// by union-find, each adding closed sums to its blob. Buffers are kept from image to image.
+class BlobSegmenter {
+ public:
+  BlobSegmenter();
+
+  /// @param image CV_8UC1 or CV_16UC1. @param intervals in reading order.
+  /// @return the blobs, valid until the next call; complete() tells whether they are all.
+  const std::vector<Blob>& segment(const cv::Mat& image,
+                                   const std::vector<PixelInterval>& intervals, int threshold);
+
+  /// False when the last image had more bright runs than a scene with a light can have.
+  bool complete() const { return complete_; }
+
+ private:
+  struct Run {
+    int begin;
+    int end;
+    int label;
+  };
+
+  template <typename Level>
+  void scan(const cv::Mat& image, const std::vector<PixelInterval>& intervals, int threshold);
+  void startRow(int row);
+  void addRun(const PixelInterval& interval, int begin, int end);
+  int labelFromRowAbove(int begin, int end);
+  int root(int label);
+  void collect();
+
+  std::vector<Run> row_above_;
+  std::vector<Run> row_;
+  std::size_t first_above_ = 0;  ///< runs of the row above before this one lie left of the new run
+  int current_row_ = 0;
+  std::vector<int> parents_;
+  std::vector<Blob> parts_;  ///< by label
+  std::vector<Blob> blobs_;
+  bool complete_ = true;
+};
+
+/// Second central moments of the blob's pixels as small squares (a lone pixel has 1/12) [px^2].
+struct BlobShape {
+  double centre_u_px;
+  double centre_v_px;
+  double variance_uu_px2;
+  double variance_uv_px2;
+  double variance_vv_px2;
+  double fill;  ///< pixels over the area 4 pi sqrt(det) of the ellipse with these moments
+};
+BlobShape shapeOf(const Blob& blob);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+
+#include "bearing_calibration/vision/annulus_mask.h"
+#include "bearing_calibration/vision/blob_segmenter.h"
+#include "bearing_calibration/vision/detector_config.h"
+#include "bearing_calibration/vision/expected_spot.h"
+#include "bearing_calibration/vision/light_ellipse.h"
+
+namespace bearing_calibration {
+
+/// Why a bright spot is not taken for the light.
+enum class Rejection : std::uint8_t {
+  kNone,
+  kTooFewPixels,
+  kTooManyPixels,
+  kFill,            ///< not an ellipse
+  kMaskEdge,        ///< cut by the mask's edge or by a post
+  kNoLight,         ///< nothing is left over the background
+  kHorizon,         ///< above the mirror's apex
+  kTangentialSize,  ///< not the blur that the optics make
+  kRadialSize,
+  kAxis,          ///< not along the mirror's radius
+  kTooManySpots,  ///< not measured: the image has more spots than max_candidates
+};
+inline constexpr int kRejections = 11;
+
+/// A few words for people.
+const char* describe(Rejection rejection);
+
+/// The gates that need only the thresholded pixels.
+Rejection rejectionOf(const Blob& blob, const BlobShape& shape, const GateConfig& gates,
+                      const Range& area_px);
+
+/// The gates that need the measured ellipse.
+Rejection rejectionOf(const LightEllipse& ellipse, double image_radius_px, const SpotSize& expected,
+                      double horizon_radius_px, const DetectorConfig& config);
+
+/// Probability in 0 to 1 that an ellipse which passed the gates is a light rather than clutter:
+/// a light's fill, sizes and axis scatter about the expected ones as a normal distribution with the
+/// gates at three sigma, clutter's are anything inside the gates; both equally likely beforehand.
+/// It says how much like a light the spot is, not which of several lights it is.
+double qualityOf(const LightEllipse& ellipse, const SpotSize& expected,
+                 const DetectorConfig& config);
+
+}  // namespace bearing_calibration

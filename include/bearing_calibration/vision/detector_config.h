@@ -1,0 +1,88 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/optics/conic_mirror.h"
+
+namespace bearing_calibration {
+
+/// A holder that hides a sector of the mirror. A light of radius a at distance D is disturbed
+/// a / D further to either side: let the half width include that and about a degree.
+struct MirrorPost {
+  double azimuth_rad = 0.0;
+  double half_width_rad = 0.0;
+};
+
+/// The part of the image in which a light may be seen. Parameter group `mask`.
+struct MaskConfig {
+  double inner_radius_px = 0.0;  ///< inside, the camera sees itself
+  double outer_radius_px = 0.0;
+  int first_row = 0;
+  int last_row = 0;  ///< included
+  std::vector<MirrorPost> posts;
+};
+
+/// The image sensor. Levels are units of the grey image. Parameter group `sensor`.
+struct ImageSensor {
+  int width_px = 0;
+  int height_px = 0;
+  double electrons_per_level = 0.0;
+  double black_level = 0.0;       ///< what darkness reads
+  double saturation_level = 0.0;  ///< from this level on a pixel is full
+  double read_noise_electrons = 0.0;
+  double response_spread = 0.0;  ///< relative standard deviation of the pixels' sensitivities
+};
+
+/// What separates a light from the background. Parameter group `threshold`.
+struct ThresholdConfig {
+  double min_contrast_levels = 0.0;  ///< at least so far above the background's median
+  double spreads = 0.0;              ///< and at least so many of its spreads (robust sigmas)
+};
+
+/// What is known of the light. Parameter group `light`.
+struct LightModel {
+  double min_distance_m = 0.0;  ///< horizontal, from the mirror's axis
+  double max_distance_m = 0.0;
+  double radius_m = 0.0;           ///< of the glowing surface, 0 for a point
+  double brightness_spread = 0.0;  ///< relative, over that surface
+  bool below_apex = false;         ///< so that it lies inside the horizon's circle
+};
+
+/// What a candidate must fulfil. Parameter group `gates`.
+struct GateConfig {
+  bool mirror = false;  ///< compare size, axis and radius with the mirror's optics
+  int min_pixels = 0;   ///< of the thresholded spot
+  int max_pixels = 0;
+  double min_fill = 0.0;  ///< pixels over the area of the ellipse with the same second moments
+  double max_fill = 0.0;
+  double size_tolerance = 0.0;      ///< relative, beyond the range of expected standard deviations
+  double max_axis_error_rad = 0.0;  ///< between the spot's axis and the mirror's radius
+};
+
+/// Errors that no single image shows. Parameter group `alignment`.
+struct AlignmentConfig {
+  double centre_stddev_px = 0.0;      ///< of the mirror's centre in the image
+  double azimuth_stddev_rad = 0.0;    ///< tilt and offset of the mirror: floor of the azimuth
+  double elevation_stddev_rad = 0.0;  ///< and of the elevation
+};
+
+/// Everything that the light detector needs to know; the values worth running with stand in
+/// config/detection.yaml.
+struct DetectorConfig {
+  ImageSensor sensor;
+  ConicMirror mirror;
+  MirrorView view;
+  MaskConfig mask;
+  ThresholdConfig threshold;
+  LightModel light;
+  GateConfig gates;
+  AlignmentConfig alignment;
+  double defocus_sigma_px = 0.0;  ///< Gaussian blur of a sharp image before detection; 0 is off
+  int max_candidates = 0;         ///< spots that are measured in one image
+
+  /// One sentence for each value that cannot be; empty when all is well.
+  std::vector<std::string> validate() const;
+};
+
+}  // namespace bearing_calibration

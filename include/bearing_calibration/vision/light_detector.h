@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <vector>
+
+#include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration/vision/annulus_mask.h"
+#include "bearing_calibration/vision/blob_segmenter.h"
+#include "bearing_calibration/vision/detection_gates.h"
+#include "bearing_calibration/vision/detector_config.h"
+#include "bearing_calibration/vision/expected_spot.h"
+#include "bearing_calibration/vision/light_ellipse.h"
+#include "bearing_calibration/vision/robust_threshold.h"
+#include "bearing_calibration/vision/spot_meter.h"
+
+namespace bearing_calibration {
+
+/// A bright spot of an image: the light, or what was mistaken for it and why it was not.
+struct Detection {
+  LightEllipse
+      ellipse;      ///< only centre, fill and pixels where a gate before the measurement failed
+  Bearing bearing;  ///< only of an accepted spot
+  Rejection rejection = Rejection::kNone;
+
+  bool accepted() const { return rejection == Rejection::kNone; }
+};
+
+/// What one image showed.
+struct DetectionResult {
+  std::vector<Detection> lights;    ///< accepted
+  std::vector<Detection> rejected;  ///< the first max_candidates of them, for people to see
+  std::array<int, kRejections> rejections{};  ///< how many of each, by Rejection; specks left out
+  BackgroundLevel background;
+  int threshold_levels = 0;
+  bool in_region = false;      ///< found in the predicted region: the rest was not looked at
+  bool too_cluttered = false;  ///< more bright runs than a scene with a light can have: gave up
+};
+
+/// Finds the image of a light in a conic mirror: background, threshold, connected pixels, gates,
+/// intensity centroid, gates again, variance.
+class LightDetector {
+ public:
+  /// @throws std::invalid_argument with all the sentences of config.validate().
+  explicit LightDetector(const DetectorConfig& config);
+
+  /// @param image CV_8UC1 or CV_16UC1 of the configured size.
+  /// @param region looked at first; the whole mask follows when nothing is accepted there.
+  /// @return valid until the next call. Without software defocus nothing is allocated once the
+  ///   buffers have grown to what the scene needs.
+  /// @throws std::invalid_argument for an image of another type or size, or of a depth that cannot
+  ///   reach the configured saturation.
+  const DetectionResult& detect(const cv::Mat& image,
+                                const std::optional<AzimuthSector>& region = std::nullopt);
+
+  const DetectorConfig& config() const { return config_; }
+
+ private:
+  void requireImage(const cv::Mat& image) const;
+  void scan(const cv::Mat& image, const cv::Mat& sharp,
+            const std::vector<PixelInterval>& intervals);
+  void measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
+               Detection* detection) const;
+  void list(const Detection& detection);
+  bool cutByMask(const SpotWindow& window) const;
+  SpotWindow windowFor(const BlobShape& shape) const;
+
+  DetectorConfig config_;
+  AnnulusMask mask_;
+  ExpectedSpot expected_;
+  double horizon_radius_px_;
+  double window_size_;
+  BackgroundSampler sampler_;
+  BlobSegmenter segmenter_;
+  std::vector<PixelInterval> region_;
+  cv::Mat defocused_;
+  DetectionResult result_;
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace bearing_calibration {
+
+/// The image of a light: an ellipse of light over its background, by intensity. "Along" and
+/// "across" are the mirror's radius and its tangent (towards growing azimuth) at the centre.
+struct LightEllipse {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< (u, v)
+  double tangential_variance_px2 = 0.0;                 ///< second central moments
+  double radial_variance_px2 = 0.0;
+  double mixed_variance_px2 = 0.0;
+  double mass_levels = 0.0;         ///< sum of the light over the background
+  double peak_levels = 0.0;         ///< largest level, background included
+  double background_levels = 0.0;   ///< under the centre
+  double fill = 0.0;                ///< of the thresholded spot, 1 for an ellipse
+  double saturated_fraction = 0.0;  ///< of the thresholded spot's pixels
+  int pixels = 0;                   ///< of the thresholded spot
+};
+
+/// Variances of the centre by what the image itself shows.
+struct CentreVariance {
+  double tangential_px2 = 0.0;
+  double radial_px2 = 0.0;
+};
+
+/// Angle between the ellipse's axis and the mirror's radius or tangent, whichever is nearer [rad].
+double axisError(const LightEllipse& ellipse);
+
+}  // namespace bearing_calibration

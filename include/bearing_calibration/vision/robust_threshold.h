@@ -1,0 +1,39 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "bearing_calibration/vision/annulus_mask.h"
+#include "bearing_calibration/vision/detector_config.h"
+
+namespace bearing_calibration {
+
+/// What the masked part of an image looks like without its lights.
+struct BackgroundLevel {
+  double median = 0.0;
+  double spread = 0.0;  ///< robust sigma: median minus the 15.9 % quantile, which no lamp can move
+};
+
+/// Measures the background on a fixed grid of the mask's pixels.
+class BackgroundSampler {
+ public:
+  /// `max_level`: the largest level that is told from full (the rest counts as that).
+  explicit BackgroundSampler(double max_level);
+
+  /// @param image CV_8UC1 or CV_16UC1. No pixel sampled gives zeros.
+  BackgroundLevel measure(const cv::Mat& image, const std::vector<PixelInterval>& intervals);
+
+ private:
+  template <typename Level>
+  int fillHistogram(const cv::Mat& image, const std::vector<PixelInterval>& intervals);
+  double quantile(double fraction, int samples) const;
+
+  int levels_per_bin_;
+  std::vector<int> histogram_;
+};
+
+/// The level above which a pixel may belong to a light; always below saturation.
+int thresholdAbove(const BackgroundLevel& background, const ThresholdConfig& config,
+                   const ImageSensor& sensor);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,184 @@
+#include "bearing_calibration/vision/blob_segmenter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration {
+namespace {
+
+// A light is some tens of runs. So many are noise: the threshold lies in the background.
+constexpr std::size_t kMaxLabels = 20000;
+
+// Mostly the scene is dark: a block without a bright pixel is skipped at the speed of reading it.
+constexpr int kBlockPixels = 64;
+
+template <typename Level>
+bool anyAbove(const Level* block, int threshold) {
+  const Level limit = static_cast<Level>(threshold);
+  unsigned any = 0;
+  for (int i = 0; i < kBlockPixels; ++i) any |= static_cast<unsigned>(block[i] > limit);
+  return any != 0;
+}
+
+/// Calls found(begin, end) for each run of pixels above the threshold in row[begin, end).
+template <typename Level, typename Found>
+void forEachRun(const Level* row, const PixelInterval& interval, int threshold, Found found) {
+  constexpr int kNone = -1;
+  int start = kNone;
+  for (int block = interval.begin; block < interval.end; block += kBlockPixels) {
+    const int stop = std::min(block + kBlockPixels, interval.end);
+    const bool whole = stop - block == kBlockPixels;
+    if (start == kNone && whole && !anyAbove(row + block, threshold)) continue;
+    for (int u = block; u < stop; ++u) {
+      const bool bright = row[u] > threshold;
+      if (bright && start == kNone) start = u;
+      if (!bright && start != kNone) {
+        found(start, u);
+        start = kNone;
+      }
+    }
+  }
+  if (start != kNone) found(start, interval.end);
+}
+
+/// Sum of squares of the integers below n.
+std::int64_t squaresBelow(std::int64_t n) { return (n - 1) * n * (2 * n - 1) / 6; }
+
+void addTo(Blob* blob, std::int64_t row, std::int64_t begin, std::int64_t end) {
+  const std::int64_t pixels = end - begin;
+  const std::int64_t sum_u = (begin + end - 1) * pixels / 2;
+  blob->pixels += pixels;
+  blob->sum_u += sum_u;
+  blob->sum_v += row * pixels;
+  blob->sum_uu += squaresBelow(end) - squaresBelow(begin);
+  blob->sum_uv += row * sum_u;
+  blob->sum_vv += row * row * pixels;
+}
+
+void addTo(Blob* blob, const Blob& part) {
+  blob->pixels += part.pixels;
+  blob->sum_u += part.sum_u;
+  blob->sum_v += part.sum_v;
+  blob->sum_uu += part.sum_uu;
+  blob->sum_uv += part.sum_uv;
+  blob->sum_vv += part.sum_vv;
+  blob->cut = blob->cut || part.cut;
+}
+
+}  // namespace
+
+BlobSegmenter::BlobSegmenter() {
+  parents_.reserve(kMaxLabels);
+  parts_.reserve(kMaxLabels);
+  blobs_.reserve(kMaxLabels);
+  row_.reserve(kMaxLabels);
+  row_above_.reserve(kMaxLabels);
+}
+
+const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
+                                                const std::vector<PixelInterval>& intervals,
+                                                int threshold) {
+  parents_.clear();
+  parts_.clear();
+  row_.clear();
+  row_above_.clear();
+  first_above_ = 0;
+  complete_ = true;
+  if (image.depth() == CV_8U) {
+    scan<std::uint8_t>(image, intervals, threshold);
+  } else {
+    scan<std::uint16_t>(image, intervals, threshold);
+  }
+  collect();
+  return blobs_;
+}
+
+template <typename Level>
+void BlobSegmenter::scan(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
+                         int threshold) {
+  if (!intervals.empty()) current_row_ = intervals.front().row;
+  for (const PixelInterval& interval : intervals) {
+    if (!complete_) return;
+    if (interval.row != current_row_) startRow(interval.row);
+    forEachRun(image.ptr<Level>(interval.row), interval, threshold,
+               [&](int begin, int end) { addRun(interval, begin, end); });
+  }
+}
+
+void BlobSegmenter::startRow(int row) {
+  row_above_.swap(row_);
+  row_.clear();
+  if (row != current_row_ + 1) row_above_.clear();
+  current_row_ = row;
+  first_above_ = 0;
+}
+
+void BlobSegmenter::addRun(const PixelInterval& interval, int begin, int end) {
+  int label = labelFromRowAbove(begin, end);
+  constexpr int kNoLabel = -1;
+  if (label == kNoLabel) {
+    if (parts_.size() == kMaxLabels) {
+      complete_ = false;
+      return;
+    }
+    label = static_cast<int>(parts_.size());
+    parents_.push_back(label);
+    parts_.emplace_back();
+  }
+  Blob& part = parts_[static_cast<std::size_t>(label)];
+  addTo(&part, interval.row, begin, end);
+  part.cut = part.cut || begin == interval.begin || end == interval.end;
+  row_.push_back({begin, end, label});
+}
+
+/// The label of the runs above that touch [begin, end), which become one; -1 without any.
+int BlobSegmenter::labelFromRowAbove(int begin, int end) {
+  int label = -1;
+  while (first_above_ < row_above_.size() && row_above_[first_above_].end < begin) ++first_above_;
+  for (std::size_t i = first_above_; i < row_above_.size() && row_above_[i].begin <= end; ++i) {
+    const int above = root(row_above_[i].label);
+    if (label >= 0 && above != label) parents_[static_cast<std::size_t>(above)] = label;
+    if (label < 0) label = above;
+  }
+  return label;
+}
+
+int BlobSegmenter::root(int label) {
+  while (parents_[static_cast<std::size_t>(label)] != label) {
+    int& parent = parents_[static_cast<std::size_t>(label)];
+    parent = parents_[static_cast<std::size_t>(parent)];
+    label = parent;
+  }
+  return label;
+}
+
+void BlobSegmenter::collect() {
+  for (std::size_t label = 0; label < parts_.size(); ++label) {
+    const int owner = root(static_cast<int>(label));
+    if (owner == static_cast<int>(label)) continue;
+    addTo(&parts_[static_cast<std::size_t>(owner)], parts_[label]);
+  }
+  blobs_.clear();
+  for (std::size_t label = 0; label < parts_.size(); ++label) {
+    if (parents_[label] == static_cast<int>(label)) blobs_.push_back(parts_[label]);
+  }
+}
+
+BlobShape shapeOf(const Blob& blob) {
+  constexpr double kPixelVariance = 1.0 / 12.0;  // of a square of side 1
+  const double n = static_cast<double>(blob.pixels);
+  const double u = static_cast<double>(blob.sum_u) / n;
+  const double v = static_cast<double>(blob.sum_v) / n;
+  BlobShape shape{u, v, 0.0, 0.0, 0.0, 0.0};
+  shape.variance_uu_px2 = static_cast<double>(blob.sum_uu) / n - u * u + kPixelVariance;
+  shape.variance_uv_px2 = static_cast<double>(blob.sum_uv) / n - u * v;
+  shape.variance_vv_px2 = static_cast<double>(blob.sum_vv) / n - v * v + kPixelVariance;
+  const double det =
+      shape.variance_uu_px2 * shape.variance_vv_px2 - shape.variance_uv_px2 * shape.variance_uv_px2;
+  shape.fill = n / (4.0 * kPi * std::sqrt(det));
+  return shape;
+}
+
+}  // namespace bearing_calibration

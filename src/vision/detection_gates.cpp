@@ -1,0 +1,130 @@
+#include "bearing_calibration/vision/detection_gates.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration {
+namespace {
+
+// Thresholding a dim light leaves the core of its spot, a bright one gains a pixel all round.
+constexpr double kLeastPartOfArea = 0.4;
+constexpr double kLargestPartOfArea = 2.5;
+// A few pixels cannot look round: the fill's tolerance grows by this over their number.
+constexpr double kSmallSpotFill = 0.5;
+// An ellipse has an axis to compare when one deviation exceeds the other by so much.
+constexpr double kElongated = 1.25;
+constexpr double kGateSigmas = 3.0;
+
+/// Departure of `value` from the range in units of `tolerance` times its nearer end.
+double relativeDeparture(double value, const Range& range) {
+  if (value < range.low) return value / range.low - 1.0;
+  if (value > range.high) return value / range.high - 1.0;
+  return 0.0;
+}
+
+bool hasAxis(const SpotSize& expected) {
+  return expected.radial_stddev_px.low > kElongated * expected.tangential_stddev_px.high ||
+         expected.tangential_stddev_px.low > kElongated * expected.radial_stddev_px.high;
+}
+
+/// Density of a light's deviation over that of clutter, for a deviation in units of the gate.
+double likelihoodRatio(double part_of_gate) {
+  const double sigmas = kGateSigmas * part_of_gate;
+  const double light = std::exp(-0.5 * sigmas * sigmas) / std::sqrt(2.0 * kPi);
+  const double clutter = 1.0 / (2.0 * kGateSigmas);
+  return light / clutter;
+}
+
+double fillPartOfGate(const LightEllipse& ellipse, const GateConfig& gates) {
+  const double small = kSmallSpotFill / std::max(1, ellipse.pixels);
+  const double departure = ellipse.fill - 1.0;
+  return departure < 0.0 ? -departure / (1.0 - gates.min_fill + small)
+                         : departure / (gates.max_fill - 1.0 + small);
+}
+
+}  // namespace
+
+const char* describe(Rejection rejection) {
+  switch (rejection) {
+    case Rejection::kNone:
+      return "accepted";
+    case Rejection::kTooFewPixels:
+      return "too few pixels";
+    case Rejection::kTooManyPixels:
+      return "too many pixels";
+    case Rejection::kFill:
+      return "not an ellipse";
+    case Rejection::kMaskEdge:
+      return "cut by the mask";
+    case Rejection::kNoLight:
+      return "nothing over the background";
+    case Rejection::kHorizon:
+      return "above the horizon";
+    case Rejection::kTangentialSize:
+      return "wrong size along the azimuth";
+    case Rejection::kRadialSize:
+      return "wrong size along the radius";
+    case Rejection::kAxis:
+      return "axis off the radius";
+    case Rejection::kTooManySpots:
+      return "too many spots";
+  }
+  return "unknown";
+}
+
+Rejection rejectionOf(const Blob& blob, const BlobShape& shape, const GateConfig& gates,
+                      const Range& area_px) {
+  const double pixels = static_cast<double>(blob.pixels);
+  const double least = gates.mirror
+                           ? std::max<double>(gates.min_pixels, kLeastPartOfArea * area_px.low)
+                           : gates.min_pixels;
+  const double most = gates.mirror
+                          ? std::min<double>(gates.max_pixels, kLargestPartOfArea * area_px.high)
+                          : gates.max_pixels;
+  if (pixels < least) return Rejection::kTooFewPixels;
+  if (pixels > most) return Rejection::kTooManyPixels;
+  if (blob.cut) return Rejection::kMaskEdge;
+  const double small = kSmallSpotFill / pixels;
+  const bool elliptical =
+      shape.fill >= gates.min_fill - small && shape.fill <= gates.max_fill + small;
+  return elliptical ? Rejection::kNone : Rejection::kFill;
+}
+
+Rejection rejectionOf(const LightEllipse& ellipse, double image_radius_px, const SpotSize& expected,
+                      double horizon_radius_px, const DetectorConfig& config) {
+  if (!config.gates.mirror) return Rejection::kNone;
+  if (config.light.below_apex && image_radius_px > horizon_radius_px) return Rejection::kHorizon;
+  const double tangential = std::sqrt(std::max(0.0, ellipse.tangential_variance_px2));
+  const double radial = std::sqrt(std::max(0.0, ellipse.radial_variance_px2));
+  const double tolerance = config.gates.size_tolerance;
+  if (std::abs(relativeDeparture(tangential, expected.tangential_stddev_px)) > tolerance) {
+    return Rejection::kTangentialSize;
+  }
+  if (std::abs(relativeDeparture(radial, expected.radial_stddev_px)) > tolerance) {
+    return Rejection::kRadialSize;
+  }
+  if (hasAxis(expected) && std::abs(axisError(ellipse)) > config.gates.max_axis_error_rad) {
+    return Rejection::kAxis;
+  }
+  return Rejection::kNone;
+}
+
+double qualityOf(const LightEllipse& ellipse, const SpotSize& expected,
+                 const DetectorConfig& config) {
+  const GateConfig& gates = config.gates;
+  double ratio = likelihoodRatio(fillPartOfGate(ellipse, gates));
+  if (gates.mirror) {
+    const double tangential = std::sqrt(std::max(0.0, ellipse.tangential_variance_px2));
+    const double radial = std::sqrt(std::max(0.0, ellipse.radial_variance_px2));
+    ratio *= likelihoodRatio(relativeDeparture(tangential, expected.tangential_stddev_px) /
+                             gates.size_tolerance);
+    ratio *= likelihoodRatio(relativeDeparture(radial, expected.radial_stddev_px) /
+                             gates.size_tolerance);
+    if (hasAxis(expected)) ratio *= likelihoodRatio(axisError(ellipse) / gates.max_axis_error_rad);
+  }
+  return ratio / (1.0 + ratio);
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,82 @@
+#include "bearing_calibration/vision/expected_spot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration {
+namespace {
+
+constexpr double kPixelVariance = 1.0 / 12.0;  // of a square of side 1
+constexpr int kDistances = 8;                  // the blur changes slowly with the distance
+
+struct Stddevs {
+  double tangential_px;
+  double radial_px;
+};
+
+/// Standard deviations of the image of a light at one distance.
+Stddevs stddevsAt(const DetectorConfig& config, double image_radius_px, double distance_m) {
+  const SpotBlur blur = expectedBlur(config.mirror, image_radius_px, distance_m);
+  // A disc's standard deviation along a diameter is half its radius. Seen from the mirror, the
+  // light's radius covers the angle a / D.
+  const double half_angle_rad = config.light.radius_m / distance_m;
+  const double tangential_extent = 0.5 * half_angle_rad * image_radius_px;
+  const double radial_extent =
+      0.5 * half_angle_rad / elevationSlope(config.mirror, image_radius_px);
+  const double common = kPixelVariance + std::pow(config.defocus_sigma_px, 2);
+  const double blur_to_stddev = 0.25;  // of an evenly filled ellipse
+  return {std::sqrt(std::pow(blur_to_stddev * blur.tangential_diameter_px, 2) +
+                    std::pow(tangential_extent, 2) + common),
+          std::sqrt(std::pow(blur_to_stddev * blur.radial_diameter_px, 2) +
+                    std::pow(radial_extent, 2) + common)};
+}
+
+void include(Range* range, double value) {
+  range->low = std::min(range->low, value);
+  range->high = std::max(range->high, value);
+}
+
+SpotSize sizeAt(const DetectorConfig& config, double image_radius_px) {
+  const Range nothing{std::numeric_limits<double>::infinity(), 0.0};
+  SpotSize size{nothing, nothing};
+  const double step = 1.0 / (kDistances - 1);
+  const double nearest = 1.0 / config.light.min_distance_m;
+  const double farthest = 1.0 / config.light.max_distance_m;
+  for (int i = 0; i < kDistances; ++i) {
+    const double distance_m = 1.0 / (nearest + (farthest - nearest) * i * step);
+    const Stddevs stddevs = stddevsAt(config, image_radius_px, distance_m);
+    include(&size.tangential_stddev_px, stddevs.tangential_px);
+    include(&size.radial_stddev_px, stddevs.radial_px);
+  }
+  return size;
+}
+
+/// Area of the ellipse with these standard deviations.
+double area(double tangential_px, double radial_px) {
+  return 4.0 * kPi * tangential_px * radial_px;
+}
+
+}  // namespace
+
+ExpectedSpot::ExpectedSpot(const DetectorConfig& config)
+    : area_px_{std::numeric_limits<double>::infinity(), 0.0} {
+  const int last = static_cast<int>(std::ceil(config.mask.outer_radius_px));
+  for (int radius = 0; radius <= last; ++radius) {
+    // In the mirror's very centre the azimuth has no meaning and the cone no curvature.
+    const SpotSize size = sizeAt(config, std::max(radius, 1));
+    sizes_.push_back(size);
+    if (radius < config.mask.inner_radius_px) continue;
+    include(&area_px_, area(size.tangential_stddev_px.low, size.radial_stddev_px.low));
+    include(&area_px_, area(size.tangential_stddev_px.high, size.radial_stddev_px.high));
+  }
+}
+
+const SpotSize& ExpectedSpot::at(double image_radius_px) const {
+  const double last = static_cast<double>(sizes_.size() - 1);
+  return sizes_[static_cast<std::size_t>(std::clamp(std::round(image_radius_px), 0.0, last))];
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,204 @@
+#include "bearing_calibration/vision/light_detector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/bearing_variance.h"
+
+namespace bearing_calibration {
+namespace {
+
+// An evenly filled ellipse ends at two standard deviations; the window leaves room for the pixels'
+// size. A Gaussian goes on further.
+constexpr double kDiscWindow = 2.5;
+constexpr double kGaussianWindow = 3.2;
+// Just outside the disc: if the mask cuts there, it cuts the light.
+constexpr double kOutline = 2.1;
+
+const DetectorConfig& validated(const DetectorConfig& config) {
+  const std::vector<std::string> errors = config.validate();
+  if (errors.empty()) return config;
+  std::string message = "light detector:";
+  for (const std::string& error : errors) message += "\n  - " + error;
+  throw std::invalid_argument(message);
+}
+
+LightEllipse ellipseFrom(const Blob& blob, const BlobShape& shape) {
+  LightEllipse ellipse;
+  ellipse.centre_px = {shape.centre_u_px, shape.centre_v_px};
+  ellipse.fill = shape.fill;
+  ellipse.pixels =
+      static_cast<int>(std::min<std::int64_t>(blob.pixels, std::numeric_limits<int>::max()));
+  return ellipse;
+}
+
+void takeOver(const SpotMeasurement& spot, LightEllipse* ellipse) {
+  ellipse->centre_px = spot.centre_px;
+  ellipse->tangential_variance_px2 = spot.tangential.variance_px2;
+  ellipse->radial_variance_px2 = spot.radial.variance_px2;
+  ellipse->mixed_variance_px2 = spot.mixed_variance_px2;
+  ellipse->mass_levels = spot.mass_levels;
+  ellipse->peak_levels = spot.peak_levels;
+  ellipse->background_levels = spot.background.at_centre;
+  ellipse->saturated_fraction =
+      std::min(1.0, static_cast<double>(spot.full_pixels) / ellipse->pixels);
+}
+
+}  // namespace
+
+LightDetector::LightDetector(const DetectorConfig& config)
+    : config_(validated(config)),
+      mask_(config.mask, config.view, config.sensor),
+      expected_(config),
+      horizon_radius_px_(horizonRadiusPx(config.mirror)),
+      window_size_(config.defocus_sigma_px > 0.0 || !config.gates.mirror ? kGaussianWindow
+                                                                         : kDiscWindow),
+      sampler_(config.sensor.saturation_level) {
+  region_.reserve(2 * mask_.intervals().size());
+  result_.lights.reserve(static_cast<std::size_t>(config.max_candidates));
+  result_.rejected.reserve(static_cast<std::size_t>(config.max_candidates));
+}
+
+const DetectionResult& LightDetector::detect(const cv::Mat& image,
+                                             const std::optional<AzimuthSector>& region) {
+  requireImage(image);
+  const cv::Mat* searched = &image;
+  if (config_.defocus_sigma_px > 0.0) {
+    cv::GaussianBlur(image, defocused_, cv::Size(), config_.defocus_sigma_px);
+    searched = &defocused_;
+  }
+  if (region) {
+    mask_.clip(*region, &region_);
+    scan(*searched, image, region_);
+    result_.in_region = !result_.lights.empty();
+    if (result_.in_region) return result_;
+  }
+  scan(*searched, image, mask_.intervals());
+  result_.in_region = false;
+  return result_;
+}
+
+void LightDetector::requireImage(const cv::Mat& image) const {
+  if (image.type() != CV_8UC1 && image.type() != CV_16UC1) {
+    throw std::invalid_argument("the detector takes grey images of 8 or 16 bits only");
+  }
+  if (image.cols != config_.sensor.width_px || image.rows != config_.sensor.height_px) {
+    throw std::invalid_argument("the image is " + std::to_string(image.cols) + "x" +
+                                std::to_string(image.rows) + ", but the mask is for " +
+                                std::to_string(config_.sensor.width_px) + "x" +
+                                std::to_string(config_.sensor.height_px));
+  }
+  if (image.depth() == CV_8U &&
+      config_.sensor.saturation_level > std::numeric_limits<std::uint8_t>::max()) {
+    throw std::invalid_argument("an 8-bit image cannot reach the saturation level " +
+                                std::to_string(config_.sensor.saturation_level));
+  }
+}
+
+void LightDetector::scan(const cv::Mat& image, const cv::Mat& sharp,
+                         const std::vector<PixelInterval>& intervals) {
+  result_.lights.clear();
+  result_.rejected.clear();
+  result_.rejections.fill(0);
+  result_.background = sampler_.measure(image, intervals);
+  result_.threshold_levels = thresholdAbove(result_.background, config_.threshold, config_.sensor);
+  const std::vector<Blob>& blobs = segmenter_.segment(image, intervals, result_.threshold_levels);
+  result_.too_cluttered = !segmenter_.complete();
+  if (result_.too_cluttered) return;
+  int measured = 0;
+  for (const Blob& blob : blobs) {
+    if (blob.pixels < config_.gates.min_pixels) continue;  // specks of noise
+    const BlobShape shape = shapeOf(blob);
+    Detection detection;
+    detection.ellipse = ellipseFrom(blob, shape);
+    detection.rejection = rejectionOf(blob, shape, config_.gates, expected_.area_px());
+    if (detection.accepted() && measured++ < config_.max_candidates) {
+      measure(image, sharp, shape, &detection);
+    } else if (detection.accepted()) {
+      detection.rejection = Rejection::kTooManySpots;
+    }
+    list(detection);
+  }
+}
+
+void LightDetector::list(const Detection& detection) {
+  if (detection.accepted()) {
+    result_.lights.push_back(detection);
+    return;
+  }
+  ++result_.rejections[static_cast<std::size_t>(detection.rejection)];
+  const std::size_t most = static_cast<std::size_t>(config_.max_candidates);
+  if (result_.rejected.size() < most) result_.rejected.push_back(detection);
+}
+
+void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
+                            Detection* detection) const {
+  const SpotWindow window = windowFor(shape);
+  const SpotLevels levels{static_cast<double>(result_.threshold_levels),
+                          config_.sensor.saturation_level, config_.sensor.black_level,
+                          result_.background.median};
+  const std::optional<SpotMeasurement> spot =
+      measureSpot(image, sharp, window, levels,
+                  {config_.view.centre_u_px, config_.view.centre_v_px}, config_.view.handedness);
+  if (!spot) {
+    detection->rejection = Rejection::kNoLight;
+    return;
+  }
+  takeOver(*spot, &detection->ellipse);
+  if (cutByMask({spot->centre_px, window.covariance_px2, kOutline})) {
+    detection->rejection = Rejection::kMaskEdge;
+    return;
+  }
+  const double radius_px =
+      mirrorPixelFromImage(config_.view, spot->centre_px.x(), spot->centre_px.y()).image_radius_px;
+  const SpotSize& expected = expected_.at(radius_px);
+  detection->rejection =
+      rejectionOf(detection->ellipse, radius_px, expected, horizon_radius_px_, config_);
+  if (!detection->accepted()) return;
+  const CentreVariance variance =
+      centreVariance(config_, *spot, expected, detection->ellipse.saturated_fraction);
+  detection->bearing = bearingFromEllipse(config_, detection->ellipse, variance,
+                                          qualityOf(detection->ellipse, expected, config_));
+}
+
+/// With the mirror's gates, the window has the expected size and lies along the mirror's radius:
+/// clutter beside the light stays outside. Without them it follows the thresholded pixels.
+SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
+  SpotWindow window;
+  window.centre_px = {shape.centre_u_px, shape.centre_v_px};
+  window.size = window_size_;
+  if (!config_.gates.mirror) {
+    window.covariance_px2 << shape.variance_uu_px2, shape.variance_uv_px2, shape.variance_uv_px2,
+        shape.variance_vv_px2;
+    return window;
+  }
+  const Eigen::Vector2d from_centre =
+      window.centre_px - Eigen::Vector2d(config_.view.centre_u_px, config_.view.centre_v_px);
+  const SpotSize& expected = expected_.at(from_centre.norm());
+  const double radial = std::pow(expected.radial_stddev_px.high, 2);
+  const double tangential = std::pow(expected.tangential_stddev_px.high, 2);
+  const Eigen::Vector2d direction = from_centre.normalized();
+  window.covariance_px2 = tangential * Eigen::Matrix2d::Identity() +
+                          (radial - tangential) * direction * direction.transpose();
+  return window;
+}
+
+/// Whether the outline of the spot leaves the mask.
+bool LightDetector::cutByMask(const SpotWindow& window) const {
+  constexpr int kDirections = 16;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2.0 * kPi * i / kDirections;
+    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+    const double reach =
+        window.size / std::sqrt(direction.dot(window.covariance_px2.inverse() * direction));
+    const Eigen::Vector2d outline = window.centre_px + reach * direction;
+    if (!mask_.contains(outline.x(), outline.y())) return true;
+  }
+  return false;
+}
+
+}  // namespace bearing_calibration

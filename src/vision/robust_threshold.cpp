@@ -1,0 +1,70 @@
+#include "bearing_calibration/vision/robust_threshold.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace bearing_calibration {
+namespace {
+
+// Every fourth pixel of every fourth row: some ten thousand samples in a 640x480 image, a few
+// hundred in a narrow sector, enough for a quantile to a tenth of the spread.
+constexpr int kSampleStep = 4;
+constexpr int kMaxBins = 1024;
+constexpr double kOneSigmaBelow = 0.1587;  // of a normal distribution
+
+}  // namespace
+
+BackgroundSampler::BackgroundSampler(double max_level)
+    : levels_per_bin_(1 + static_cast<int>(max_level) / kMaxBins),
+      histogram_(static_cast<std::size_t>(max_level) / levels_per_bin_ + 1, 0) {}
+
+template <typename Level>
+int BackgroundSampler::fillHistogram(const cv::Mat& image,
+                                     const std::vector<PixelInterval>& intervals) {
+  int samples = 0;
+  const int last_bin = static_cast<int>(histogram_.size()) - 1;
+  for (const PixelInterval& interval : intervals) {
+    if (interval.row % kSampleStep != 0) continue;
+    const Level* row = image.ptr<Level>(interval.row);
+    for (int u = interval.begin; u < interval.end; u += kSampleStep) {
+      ++histogram_[static_cast<std::size_t>(std::min(row[u] / levels_per_bin_, last_bin))];
+      ++samples;
+    }
+  }
+  return samples;
+}
+
+double BackgroundSampler::quantile(double fraction, int samples) const {
+  const double wanted = fraction * samples;
+  double seen = 0.0;
+  for (std::size_t bin = 0; bin < histogram_.size(); ++bin) {
+    if (seen + histogram_[bin] >= wanted && histogram_[bin] > 0) {
+      // Levels are integers: within a bin the samples are taken as spread evenly about its middle.
+      const double within = (wanted - seen) / histogram_[bin] - 0.5;
+      return levels_per_bin_ * (static_cast<double>(bin) + 0.5 + within) - 0.5;
+    }
+    seen += histogram_[bin];
+  }
+  return 0.0;
+}
+
+BackgroundLevel BackgroundSampler::measure(const cv::Mat& image,
+                                           const std::vector<PixelInterval>& intervals) {
+  std::fill(histogram_.begin(), histogram_.end(), 0);
+  const int samples = image.depth() == CV_8U ? fillHistogram<std::uint8_t>(image, intervals)
+                                             : fillHistogram<std::uint16_t>(image, intervals);
+  if (samples == 0) return {};
+  const double median = quantile(0.5, samples);
+  return {median, median - quantile(kOneSigmaBelow, samples)};
+}
+
+int thresholdAbove(const BackgroundLevel& background, const ThresholdConfig& config,
+                   const ImageSensor& sensor) {
+  const double contrast = std::max(config.min_contrast_levels, config.spreads * background.spread);
+  // A scene that is bright everywhere still shows what is full.
+  return static_cast<int>(
+      std::min(std::floor(background.median + contrast), sensor.saturation_level - 1.0));
+}
+
+}  // namespace bearing_calibration
