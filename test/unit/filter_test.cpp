@@ -1,0 +1,170 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <random>
+
+#include "bearing_calibration/calibration/association.h"
+#include "bearing_calibration/calibration/light_start.h"
+#include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/ekf.h"
+#include "bearing_calibration/filter/mount_filter.h"
+#include "support/numerical_jacobian.h"
+
+namespace bearing_calibration {
+namespace {
+
+Matrix5 randomCovariance(std::mt19937_64* random) {
+  std::normal_distribution<double> normal;
+  Matrix5 root;
+  for (int i = 0; i < root.size(); ++i) root(i) = normal(*random);
+  return root * root.transpose() + 0.1 * Matrix5::Identity();
+}
+
+// The information form is an independent way to the same answer: P^-1 = P0^-1 + H^T H / R.
+TEST(UpdateScalar, AgreesWithTheInformationForm) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 100; ++i) {
+    Gaussian<5> prior{Vector5::Zero(), randomCovariance(&random)};
+    Eigen::Matrix<double, 1, 5> H;
+    for (int j = 0; j < 5; ++j) {
+      prior.mean(j) = normal(random);
+      H(j) = normal(random);
+    }
+    constexpr double kVariance = 0.3;
+    const double residual = normal(random);
+    const Gaussian<5> posterior = updateScalar<5>(prior, H, residual, kVariance);
+    const Matrix5 information = prior.covariance.inverse() + H.transpose() * H / kVariance;
+    const Vector5 mean = prior.mean + information.inverse() * H.transpose() * residual / kVariance;
+    EXPECT_LT((posterior.covariance * information - Matrix5::Identity()).norm(), 1e-9);
+    EXPECT_LT((posterior.mean - mean).norm(), 1e-9);
+  }
+}
+
+// A covariance of huge and tiny entries stays positive, as the short form of the update does not.
+TEST(UpdateScalar, KeepsAnIllConditionedCovariancePositive) {
+  Gaussian<5> state{Vector5::Zero(), Matrix5::Zero()};
+  state.covariance.diagonal() << 1e8, 1e8, 1.0, 1.0, 1e-6;
+  std::mt19937_64 random(9);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 1000; ++i) {
+    Eigen::Matrix<double, 1, 5> H;
+    for (int j = 0; j < 5; ++j) H(j) = normal(random);
+    state = updateScalar<5>(state, H, 0.0, 1e-10);
+    ASSERT_EQ((state.covariance - state.covariance.transpose()).norm(), 0.0);
+    ASSERT_GE(state.covariance.ldlt().vectorD().minCoeff(), 0.0) << "update " << i;
+  }
+}
+
+TEST(Innovation, IsWrapped) {
+  const AzimuthPrediction prediction{kPi - 0.01, 1e-4};
+  const Innovation innovation = prediction.innovationOf(-kPi + 0.01, 3e-4);
+  EXPECT_NEAR(innovation.residual, 0.02, 1e-12);
+  EXPECT_NEAR(innovation.nis(), 0.02 * 0.02 / 4e-4, 1e-9);
+}
+
+TEST(MountFilter, BothChartsAgreeOnAGoodStart) {
+  CartesianEstimate start;
+  start.mean << 1.5, 0.5, 0.1, -0.05, 1.0;
+  start.covariance.diagonal() << 1e-6, 1e-6, 1e-7, 1e-7, 1e-6;
+  const auto cartesian = makeCartesianFilter(start);
+  const auto paper = makePaperFilter(start);
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> noise(0.0, 1e-3);
+  OdometryIncrement motion;
+  for (int i = 0; i < 50; ++i) {
+    motion = append({}, {0.01, 0.02 + 0.001 * i}, 0.25, {1e-6, 0.0});
+    for (const auto& filter : {cartesian.get(), paper.get()}) filter->predict(motion);
+    const double azimuth = cartesian->predictAzimuth().azimuth_rad + noise(random);
+    EXPECT_NEAR(paper->predictAzimuth().azimuth_rad, cartesian->predictAzimuth().azimuth_rad, 1e-4);
+    for (const auto& filter : {cartesian.get(), paper.get()}) filter->update(azimuth, 1e-6);
+  }
+  const Vector5 difference = cartesian->cartesian().mean - paper->cartesian().mean;
+  const Vector5 stddev = cartesian->cartesian().covariance.diagonal().cwiseSqrt();
+  EXPECT_LT((difference.array() / stddev.array()).abs().maxCoeff(), 0.1);
+}
+
+TEST(PaperFilter, GivesANegativeRhoItsUsualName) {
+  CartesianEstimate start;
+  start.mean << 2.0, 0.0, 0.01, 0.0, 0.5;
+  start.covariance = 1e-2 * Matrix5::Identity();
+  const auto filter = makePaperFilter(start);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> noise(0.0, 0.3);
+  for (int i = 0; i < 200; ++i) {  // bearings at random drive rho to either side of zero
+    filter->update(filter->predictAzimuth().azimuth_rad + noise(random), 1e-2);
+    EXPECT_GE(filter->paper().mean(PaperIndex::kRho), 0.0);
+    EXPECT_GE(filter->paper().mean(PaperIndex::kDistance), 0.0);
+  }
+}
+
+// ---- the light ----
+
+TEST(PlaceLight, CovarianceIsThatOfTheNumericalJacobian) {
+  MountEstimate mount;
+  mount.mean << 0.1, -0.2, 2.0;
+  mount.covariance << 4e-4, 1e-4, 2e-5, 1e-4, 9e-4, -3e-5, 2e-5, -3e-5, 1e-4;
+  const LightDistance distance{1.5, 0.3};
+  constexpr double kAzimuth = -1.0;
+  constexpr double kVariance = 2e-4;
+  const auto place = [](const Vector5& v) {  // by x, y, yaw, distance, azimuth
+    MountEstimate m;
+    m.mean = v.head<3>();
+    return placeLight(m, {v(3), 0.0}, v(4), 0.0).mean;
+  };
+  Vector5 at;
+  at << mount.mean, distance.mean_m, kAzimuth;
+  const Matrix5 J = testing::numericalJacobian<5, 5>(place, at);
+  Matrix5 known = Matrix5::Zero();
+  known.topLeftCorner<3, 3>() = mount.covariance;
+  known(3, 3) = distance.stddev_m * distance.stddev_m;
+  known(4, 4) = kVariance;
+  const CartesianEstimate placed = placeLight(mount, distance, kAzimuth, kVariance);
+  EXPECT_LT((placed.covariance - J * known * J.transpose()).norm(), 1e-9);
+  // the light is seen where it was placed
+  EXPECT_NEAR(azimuthFromCartesian(placed.mean).azimuth_rad, kAzimuth, 1e-12);
+}
+
+TEST(WidenLight, LeavesTheMountAlone) {
+  CartesianEstimate estimate;
+  estimate.mean << 3.0, 4.0, 0.1, 0.0, 0.0;
+  estimate.covariance = Matrix5::Identity();
+  const CartesianEstimate wide = widenLight(estimate, 0.0, 0.1);
+  const Matrix5 change = wide.covariance - estimate.covariance;
+  EXPECT_EQ(change.rightCols(3).norm(), 0.0);
+  // 5 m away: 0.5 m across the line of sight (-0.8, 0.6), nothing along it
+  const Eigen::Matrix2d added = change.topLeftCorner<2, 2>();
+  EXPECT_NEAR(added.trace(), 0.25, 1e-12);
+  EXPECT_NEAR((added * Eigen::Vector2d(0.6, 0.8)).norm(), 0.0, 1e-12);
+}
+
+// ---- association ----
+
+Bearing candidate(double azimuth_rad, double stddev_rad) {
+  Bearing bearing;
+  bearing.azimuth_rad = azimuth_rad;
+  bearing.azimuth_variance_rad2 = stddev_rad * stddev_rad;
+  return bearing;
+}
+
+constexpr double kGate = 9.0;  // three sigmas
+const AzimuthPrediction kExpected{1.0, 1e-4};
+
+TEST(Associate, TakesTheNearestAndGatesTheFar) {
+  const Association found =
+      associate(kExpected, {candidate(2.0, 0.01), candidate(1.01, 0.01)}, kGate);
+  EXPECT_EQ(found.kind, Association::Kind::kFound);
+  EXPECT_EQ(found.candidate, 1U);
+  EXPECT_NEAR(found.innovation.nis(), 0.5, 1e-9);
+  EXPECT_EQ(associate(kExpected, {candidate(2.0, 0.01)}, kGate).kind, Association::Kind::kGated);
+  EXPECT_EQ(associate(kExpected, {}, kGate).kind, Association::Kind::kNothingSeen);
+}
+
+TEST(Associate, ChoosesNoneOfTwoThatAreAboutAsLikely) {
+  const auto both = associate(kExpected, {candidate(1.01, 0.01), candidate(0.985, 0.01)}, kGate);
+  EXPECT_EQ(both.kind, Association::Kind::kAmbiguous);
+}
+
+}  // namespace
+}  // namespace bearing_calibration
