@@ -1,0 +1,180 @@
+"""A robot without errors but its sensor's noise, and the calibration node's other end.
+
+The expected values of the tests come from here: exact arcs of a differential drive and the exact
+bearing of a light (doc/model.md), written a second time and independently of the package.
+"""
+
+import math
+import random
+import threading
+import time
+
+import rospy
+from bearing_calibration.msg import CalibrationEstimate, LightBearing, LightBearings, WheelTicks
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+
+NAN = float('nan')
+DEADLINE_S = 20.0  # for anything that should happen at once, on a machine that is busy otherwise
+
+
+def wait_until(condition, what, deadline_s=DEADLINE_S):
+    """Polls until condition() is true and returns its value; fails at the deadline."""
+    end = time.monotonic() + deadline_s
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.02)
+    raise AssertionError('not within %g s: %s' % (deadline_s, what))
+
+
+def wrap(angle):
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+class World:
+    """Robot, light and sensor. Drives 1 m straight, spins by 450 degrees, and so on (the paper's
+    second trajectory): two curvatures, so that everything is observable."""
+
+    WHEEL_SEPARATION = 0.25
+    WHEEL_RADIUS = 0.05
+    TICKS_PER_REVOLUTION = 65536.0
+    WHEEL_SPEED = 0.2
+    TICK_RATE = 50
+    TICKS_PER_BEARING = 5
+    STRAIGHT_S = 5.0
+    SPIN_S = 2.5 * math.pi * WHEEL_SEPARATION / 2.0 / WHEEL_SPEED
+
+    def __init__(self, start_stamp_s, seed=1, bearing_stddev=math.radians(0.5)):
+        self.sensor = (0.15, 0.08, math.radians(12.0))  # x, y, yaw in the base frame
+        self.light = (0.0, 0.0)
+        self.x, self.y, self.heading = 2.0, 0.0, math.radians(90.0)
+        self.left_m = self.right_m = 0.0
+        self.start_stamp_s = start_stamp_s
+        self.step = 0
+        self.bearing_stddev = bearing_stddev
+        self.random = random.Random(seed)
+
+    def stamp(self):
+        # integers, so that stamps repeat exactly from one run to the next
+        return rospy.Time.from_sec(self.start_stamp_s) + rospy.Duration(
+            nsecs=self.step * (10**9 // self.TICK_RATE))
+
+    def advance(self):
+        """One tick period on the exact arc."""
+        time_in_cycle = (self.step / self.TICK_RATE) % (self.STRAIGHT_S + self.SPIN_S)
+        way = self.WHEEL_SPEED / self.TICK_RATE
+        left = way if time_in_cycle < self.STRAIGHT_S else -way
+        turn = (way - left) / self.WHEEL_SEPARATION
+        self.x += 0.5 * (left + way) * math.cos(self.heading)  # straight or on the spot: no arc
+        self.y += 0.5 * (left + way) * math.sin(self.heading)
+        self.heading += turn
+        self.left_m += left
+        self.right_m += way
+        self.step += 1
+
+    def ticks(self):
+        per_metre = self.TICKS_PER_REVOLUTION / (2.0 * math.pi * self.WHEEL_RADIUS)
+        message = WheelTicks(left=round(self.left_m * per_metre),
+                             right=round(self.right_m * per_metre))
+        message.header.stamp = self.stamp()
+        return message
+
+    def joint_state(self, left_joint='left_wheel_joint', right_joint='right_wheel_joint'):
+        message = JointState(name=['arm', left_joint, right_joint])
+        message.position = [0.5, self.left_m / self.WHEEL_RADIUS, self.right_m / self.WHEEL_RADIUS]
+        message.header.stamp = self.stamp()
+        return message
+
+    def azimuth(self):
+        cosine, sine = math.cos(self.heading), math.sin(self.heading)
+        sensor_x = self.x + cosine * self.sensor[0] - sine * self.sensor[1]
+        sensor_y = self.y + sine * self.sensor[0] + cosine * self.sensor[1]
+        direction = math.atan2(self.light[1] - sensor_y, self.light[0] - sensor_x)
+        return wrap(direction - self.heading - self.sensor[2])
+
+    def candidate(self, **changes):
+        values = dict(azimuth=wrap(self.azimuth() + self.random.gauss(0.0, self.bearing_stddev)),
+                      azimuth_variance=self.bearing_stddev**2, image_radius=NAN,
+                      image_radius_variance=NAN, elevation=NAN, elevation_variance=NAN,
+                      light_id=LightBearing.UNKNOWN_LIGHT, quality=1.0)
+        values.update(changes)
+        return LightBearing(**values)
+
+    def bearings(self, *candidates):
+        message = LightBearings(candidates=list(candidates) or [self.candidate()])
+        message.header.stamp = self.stamp()
+        message.header.frame_id = 'camera'
+        return message
+
+
+class Node:
+    """The other end of the topics and services of one calibration node."""
+
+    def __init__(self, name='calibration', wheels='wheel_ticks'):
+        self.name = rospy.resolve_name(name)
+        self.lock = threading.Lock()
+        self.estimates, self.poses, self.transforms, self.logs = [], [], [], []
+        rospy.Subscriber(name + '/estimate', CalibrationEstimate, self._into(self.estimates))
+        rospy.Subscriber(name + '/base_from_camera', PoseWithCovarianceStamped,
+                         self._into(self.poses))
+        rospy.Subscriber(name + '/transform', TransformStamped, self._into(self.transforms))
+        rospy.Subscriber('/rosout_agg', Log, self._into(self.logs))
+        kind = WheelTicks if wheels == 'wheel_ticks' else JointState
+        self.wheels = rospy.Publisher(wheels, kind, queue_size=10000)
+        self.bearings = rospy.Publisher('bearings', LightBearings, queue_size=10000)
+        self.reset_service = rospy.ServiceProxy(name + '/reset', Trigger)
+        self.pause_service = rospy.ServiceProxy(name + '/pause', SetBool)
+        self.save_service = rospy.ServiceProxy(name + '/save', Trigger)
+        wait_until(lambda: self.wheels.get_num_connections() and
+                   self.bearings.get_num_connections() and self.estimates,
+                   'the node subscribes and publishes')
+
+    def _into(self, messages):
+        def keep(message):
+            with self.lock:
+                messages.append(message)
+        return keep
+
+    def estimate(self):
+        with self.lock:
+            return self.estimates[-1]
+
+    def wait_for(self, condition, what):
+        """Waits for an estimate that fulfils the condition; says the last one when none comes."""
+        try:
+            wait_until(lambda: condition(self.estimate()), what)
+        except AssertionError as error:
+            raise AssertionError('%s\nlast estimate:\n%s' % (error, self.estimate()))
+        return self.estimate()
+
+    def reset(self):
+        assert self.reset_service().success
+        return self.wait_for(lambda e: e.ticks_used == 0 and e.bearings_used == 0, 'reset')
+
+    def warnings(self, *parts):
+        """The warnings and errors of the log that contain all the parts."""
+        with self.lock:
+            return [log.msg for log in self.logs
+                    if log.level >= Log.WARN and all(part in log.msg for part in parts)]
+
+    def drive(self, world, seconds, wheels=World.ticks, with_wheels=True, with_bearings=True):
+        """Publishes what the robot's sensors say, ten times faster than it happens."""
+        for _ in range(round(seconds * World.TICK_RATE)):
+            world.advance()
+            if with_wheels:
+                self.wheels.publish(wheels(world))
+            if world.step % World.TICKS_PER_BEARING == 0:
+                if with_bearings:
+                    self.bearings.publish(world.bearings())
+                time.sleep(0.1 * World.TICKS_PER_BEARING / World.TICK_RATE)
+        return world
+
+
+def errors_in_stddevs(estimate, world):
+    return [abs(estimate.x_m - world.sensor[0]) / estimate.x_stddev_m,
+            abs(estimate.y_m - world.sensor[1]) / estimate.y_stddev_m,
+            abs(wrap(estimate.yaw_rad - world.sensor[2])) / estimate.yaw_stddev_rad]
