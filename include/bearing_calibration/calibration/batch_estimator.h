@@ -10,7 +10,7 @@ namespace bearing_calibration {
 
 /// How a whole record is weighed.
 struct BatchConfig {
-  int max_iterations = 30;
+  int max_iterations = 60;
   /// Residuals beyond so many standard deviations count linearly, not squared (Huber); 0 is off.
   double huber_sigmas = 2.0;
   /// Once the fit has settled, sights whose residual from all others exceeds so many standard
@@ -34,7 +34,8 @@ struct BatchEstimate {
   double chi_square = 0.0;     ///< of the sights that were used, innovations of the last pass
   int degrees_of_freedom = 0;  ///< of chi_square: sights used - 5
   double cost = 0.0;           ///< robust cost of all sights and slips: what two fits compare by
-  std::vector<double> nis;     ///< of each sight given those before it; NaN where left out
+  std::vector<double> nis;     ///< of each sight given those before it, by the variance
+                               ///< that the sensor says; NaN where left out
   std::vector<std::size_t> rejected;  ///< indices of sights left out
   std::vector<std::size_t> slips;     ///< indices of sights whose motion was given up
   double correlation = 0.0;  ///< lag-1 correlation of the innovations, 0 where insignificant

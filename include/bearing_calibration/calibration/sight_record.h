@@ -8,10 +8,6 @@
 
 namespace bearing_calibration {
 
-/// The motion of c in a, from that of b in a and of c in b; covariance, path and turns add up.
-OdometryIncrement compose(const OdometryIncrement& a_to_b_motion,
-                          const OdometryIncrement& b_to_c_motion);
-
 /// How a record stays small.
 struct SightRecordConfig {
   std::size_t capacity = 1200;  ///< sights: 2 min at 10 Hz before the first is thinned out
@@ -35,14 +31,17 @@ class SightRecord {
   void add(const Sight& sight);
   void clear();
 
-  /// In the order of time; the motion of each is since the one before it in this list.
+  /// In the order of time, the last one added always at the end; the motion of each is since the
+  /// one before it in this list.
   const std::vector<Sight>& sights() const { return sights_; }
 
  private:
+  bool isRepetition(const Sight& sight) const;
+  void removeInner(std::size_t index);
+
   SightRecordConfig config_;
   std::vector<Sight> sights_;
-  OdometryIncrement skipped_;  ///< motion of repetitions that were not kept
-  int repetitions_ = 0;
+  int repetitions_ = 0;  ///< sights at the end that repeat the one before them
 };
 
 }  // namespace bearing_calibration

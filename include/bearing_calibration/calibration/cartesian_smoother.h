@@ -1,0 +1,55 @@
+#pragma once
+
+#include <vector>
+
+#include "bearing_calibration/filter/cartesian_state.h"
+
+namespace bearing_calibration {
+
+/// How one sight of a record is weighed in a smoother pass.
+struct SightWeight {
+  double sensor_variance_rad2 = 0.0;   ///< of an ordinary bearing
+  double bearing_variance_rad2 = 0.0;  ///< what the pass uses: larger for a doubtful bearing
+  bool use_bearing = true;
+  bool slipped = false;  ///< the motion to this sight is not trusted at all
+};
+
+/// One sight seen from all others of the record.
+struct SmoothedSight {
+  Vector5 state = Vector5::Zero();  ///< smoothed mean at this sight
+  double innovation_rad = 0.0;      ///< against the sights before it
+  double innovation_variance_rad2 = 0.0;
+  /// Against all other sights, and the variance of what those expect, without the bearing's own.
+  double left_out_residual_rad = 0.0;
+  double left_out_variance_rad2 = 0.0;
+  /// What giving up the motion to this sight would take off the cost: chi-square(2) without slip.
+  double slip_gain = 0.0;
+};
+
+/// A whole record, smoothed once about a given path of states.
+struct SmootherPass {
+  std::vector<SmoothedSight> sights;
+  CartesianEstimate last;    ///< filtered, which is smoothed too, at the last sight
+  double motion_cost = 0.0;  ///< squared noise of all motions that the smoothed path implies
+};
+
+/// Weight of the linearisation point: how far one pass may go from it, as standard deviations of
+/// every position [m] and of the yaw [rad]. Large enough, it leaves the estimate alone.
+struct SmootherPrior {
+  double position_stddev_m;
+  double yaw_stddev_rad;
+};
+inline constexpr SmootherPrior kFreePass{100.0, 100.0};
+
+/// The Cartesian states at all sights, carried back from that at the last one along the odometry.
+std::vector<Vector5> statesAlongRecord(const std::vector<Sight>& sights, const Vector5& last);
+
+/// Kalman filter forward, disturbance smoother (modified Bryson-Frazier) backward; its disturbances
+/// are the test statistics for slips and outliers (de Jong and Penzer 1998). The noise of the
+/// odometry enters the light alone, which is linear in the base frame; only the bearings and the
+/// lever of the heading noise are linearised, about `path`.
+/// @param weights,path one for each sight.
+SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
+                    const std::vector<Vector5>& path, const SmootherPrior& prior);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,194 @@
+#include "bearing_calibration/calibration/cartesian_smoother.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/geometry/pose2.h"
+
+namespace bearing_calibration {
+namespace {
+
+using RowVector5 = Eigen::Matrix<double, 1, 5>;
+
+/// What a slipping wheel may do between two sights: wider than any slip, so that nothing of the
+/// motion is believed.
+constexpr double kSlipPositionStddev_m = 0.3;
+constexpr double kSlipYawStddev_rad = 0.5;
+
+/// Variance of Huber's bounded pull over that of an ordinary bearing's, for a sight that is mostly
+/// doubted: its square at 2 standard deviations where a fifth of all sights are outliers.
+constexpr double kDoubtfulPull = 1.6;
+
+/// What the backward pass needs from the forward one.
+struct ForwardStep {
+  Vector5 predicted;
+  Matrix5 predicted_covariance;
+  RowVector5 H;
+  Vector5 gain;
+  double innovation;  ///< against `predicted`, through the linearisation at the path
+  double innovation_variance;
+  double pull_variance;  ///< of innovation / innovation_variance
+  bool used;
+};
+
+/// l+ = R(-yaw) (l - t): the light in the base frame after the motion (t, yaw) (doc/model.md).
+Eigen::Vector2d lightAfter(const Pose2& motion, const Eigen::Vector2d& light) {
+  return motion.inverse() * light;
+}
+
+/// Covariance that the motion's noise gives the light, seen from the base's new place.
+Eigen::Matrix2d lightNoise(const Sight& sight, bool slipped, const Eigen::Vector2d& light_after) {
+  Eigen::Matrix<double, 2, 3> J_light_motion;
+  J_light_motion << -rotation2(-sight.motion.start_from_end.yaw_rad), -perpendicular(light_after);
+  Eigen::Matrix3d noise = sight.motion.covariance;
+  if (slipped) {
+    noise.diagonal() +=
+        Eigen::Vector3d(kSlipPositionStddev_m, kSlipPositionStddev_m, kSlipYawStddev_rad)
+            .cwiseAbs2();
+  }
+  return J_light_motion * noise * J_light_motion.transpose();
+}
+
+void predict(const Sight& sight, bool slipped, const Vector5& path, Vector5& mean,
+             Matrix5& covariance) {
+  const Eigen::Matrix2d F = rotation2(-sight.motion.start_from_end.yaw_rad);
+  mean.head<2>() = lightAfter(sight.motion.start_from_end, mean.head<2>());
+  covariance.topRows<2>() = (F * covariance.topRows<2>()).eval();
+  covariance.leftCols<2>() = (covariance.leftCols<2>() * F.transpose()).eval();
+  covariance.topLeftCorner<2, 2>() += lightNoise(sight, slipped, path.head<2>());
+}
+
+ForwardStep linearise(const Sight& sight, const SightWeight& weight, const Vector5& path,
+                      const Vector5& mean, const Matrix5& covariance) {
+  const AzimuthModel expected = azimuthFromCartesian(path);
+  ForwardStep step;
+  step.predicted = mean;
+  step.predicted_covariance = covariance;
+  step.H = expected.J_azimuth_state;
+  step.innovation =
+      wrapAngle(sight.azimuth_rad - expected.azimuth_rad) - (step.H * (mean - path)).value();
+  const Vector5 PHt = covariance * step.H.transpose();
+  step.innovation_variance = (step.H * PHt).value() + weight.bearing_variance_rad2;
+  step.pull_variance = 1.0 / step.innovation_variance;
+  if (weight.bearing_variance_rad2 > weight.sensor_variance_rad2) {
+    // The pull of a doubtful bearing is bounded by its weight, but it is not as small as a bearing
+    // of so large a variance would have it: else a few outliers look like a slip.
+    step.pull_variance = kDoubtfulPull / ((step.H * PHt).value() + weight.sensor_variance_rad2);
+  }
+  step.gain = PHt / step.innovation_variance;
+  step.used = weight.use_bearing;
+  return step;
+}
+
+/// Whether the sights before this one place the light at all. Where they do not, a slip changes
+/// nothing, and a false one looks as good as a true one.
+bool knowsLight(const ForwardStep& step, const Vector5& path) {
+  constexpr double kKnown = 0.5;  // standard deviation over the light's range
+  const Eigen::Vector2d ray = path.head<2>() - path.segment<2>(CartesianIndex::kSensorX);
+  return step.predicted_covariance.topLeftCorner<2, 2>().trace() <
+         kKnown * kKnown * ray.squaredNorm();
+}
+
+/// Disturbance r and its information N of everything after a moment.
+struct Disturbance {
+  Vector5 r = Vector5::Zero();
+  Matrix5 N = Matrix5::Zero();
+
+  void addBearing(const ForwardStep& step) {
+    const RowVector5 future = (step.gain.transpose() * N).eval();
+    const double precision = 1.0 / step.innovation_variance;
+    const double surprise = step.innovation * precision - step.gain.dot(r);
+    r += step.H.transpose() * surprise;
+    // (I - KH)' N (I - KH) + H'H/S, written as updates of rank 1 and 2
+    const double scale = (future * step.gain).value() + step.pull_variance;
+    N += scale * step.H.transpose() * step.H - step.H.transpose() * future -
+         future.transpose() * step.H;
+  }
+
+  void passMotion(const Sight& sight) {
+    const Eigen::Matrix2d F = rotation2(-sight.motion.start_from_end.yaw_rad);
+    r.head<2>() = (F.transpose() * r.head<2>()).eval();
+    N.topRows<2>() = (F.transpose() * N.topRows<2>()).eval();
+    N.leftCols<2>() = (N.leftCols<2>() * F).eval();
+  }
+
+  double slipGain() const {
+    const Eigen::Matrix2d information = N.topLeftCorner<2, 2>();
+    const double determinant = information.determinant();
+    // The last sights see a change of the light along their ray only: no slip can be told there.
+    constexpr double kLeastConditioning = 1e-9;
+    if (determinant <= kLeastConditioning * information.squaredNorm()) return 0.0;
+    return r.head<2>().dot(information.inverse() * r.head<2>());
+  }
+};
+
+/// Fills in the residual of a bearing against the state smoothed from all others.
+void leaveOut(const ForwardStep& step, double variance, const Disturbance& future,
+              SmoothedSight& smoothed) {
+  if (step.used) {
+    const double precision = 1.0 / step.innovation_variance + step.gain.dot(future.N * step.gain);
+    smoothed.left_out_residual_rad =
+        (step.innovation / step.innovation_variance - step.gain.dot(future.r)) / precision;
+    smoothed.left_out_variance_rad2 = std::max(1.0 / precision - variance, 0.0);
+    return;
+  }
+  const Vector5 PHt = step.predicted_covariance * step.H.transpose();
+  smoothed.left_out_residual_rad = step.innovation - PHt.dot(future.r);
+  smoothed.left_out_variance_rad2 = std::max((step.H * PHt).value() - PHt.dot(future.N * PHt), 0.0);
+}
+
+}  // namespace
+
+std::vector<Vector5> statesAlongRecord(const std::vector<Sight>& sights, const Vector5& last) {
+  std::vector<Vector5> states(sights.size(), last);
+  for (std::size_t i = sights.size(); i-- > 1;) {
+    states[i - 1].head<2>() =
+        sights[i].motion.start_from_end * Eigen::Vector2d(states[i].head<2>());
+  }
+  return states;
+}
+
+SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
+                    const std::vector<Vector5>& path, const SmootherPrior& prior) {
+  const std::size_t n = sights.size();
+  SmootherPass pass;
+  pass.sights.resize(n);
+  std::vector<ForwardStep> steps;
+  steps.reserve(n);
+
+  Vector5 mean = path.front();
+  Matrix5 covariance = Matrix5::Zero();
+  covariance.diagonal().setConstant(prior.position_stddev_m * prior.position_stddev_m);
+  covariance(4, 4) = prior.yaw_stddev_rad * prior.yaw_stddev_rad;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i > 0) predict(sights[i], weights[i].slipped, path[i], mean, covariance);
+    steps.push_back(linearise(sights[i], weights[i], path[i], mean, covariance));
+    const ForwardStep& step = steps.back();
+    pass.sights[i].innovation_rad = step.innovation;
+    pass.sights[i].innovation_variance_rad2 = step.innovation_variance;
+    if (!step.used) continue;
+    mean += step.gain * step.innovation;
+    covariance -= step.gain * step.innovation_variance * step.gain.transpose();
+  }
+  pass.last = {mean, 0.5 * (covariance + covariance.transpose())};
+
+  Disturbance future;
+  for (std::size_t i = n; i-- > 0;) {
+    SmoothedSight& smoothed = pass.sights[i];
+    leaveOut(steps[i], weights[i].bearing_variance_rad2, future, smoothed);
+    if (steps[i].used) future.addBearing(steps[i]);
+    smoothed.state = steps[i].predicted + steps[i].predicted_covariance * future.r;
+    if (i == 0) break;
+    const bool can_tell = !weights[i].slipped && knowsLight(steps[i], path[i]);
+    smoothed.slip_gain = can_tell ? future.slipGain() : 0.0;
+    const Eigen::Vector2d r_light = future.r.head<2>();
+    pass.motion_cost +=
+        r_light.dot(lightNoise(sights[i], weights[i].slipped, path[i].head<2>()) * r_light);
+    future.passMotion(sights[i]);
+  }
+  return pass;
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,65 @@
+#include "bearing_calibration/calibration/observability.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/calibration/cartesian_smoother.h"
+
+namespace bearing_calibration {
+
+MotionSummary summariseMotion(const std::vector<Sight>& sights) {
+  // Turns are compared with ways at this distance from the base's centre: about a robot's size.
+  constexpr double kLever_m = 0.3;
+  MotionSummary summary;
+  Pose2 first_from_base;
+  Eigen::Vector2d low = Eigen::Vector2d::Zero();
+  Eigen::Vector2d high = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d directions = Eigen::Matrix2d::Zero();
+  for (std::size_t i = 1; i < sights.size(); ++i) {
+    const OdometryIncrement& motion = sights[i].motion;
+    summary.path_m += motion.distance_m;
+    summary.turn_rad += motion.rotation_rad;
+    first_from_base = first_from_base * motion.start_from_end;
+    low = low.cwiseMin(first_from_base.position_m);
+    high = high.cwiseMax(first_from_base.position_m);
+    const Eigen::Vector2d step(
+        std::copysign(motion.distance_m, motion.start_from_end.position_m.x()),
+        std::copysign(kLever_m * motion.rotation_rad, motion.start_from_end.yaw_rad));
+    if (step.norm() > 0.0) directions += step * step.transpose() / step.norm();
+  }
+  summary.extent_m = (high - low).norm();
+  if (directions.trace() > 0.0) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(directions / directions.trace(),
+                                                                Eigen::EigenvaluesOnly);
+    summary.curvature_spread = 2.0 * std::max(0.0, solver.eigenvalues()(0));
+  }
+  return summary;
+}
+
+WeakestDirection weakestDirection(const CartesianEstimate& estimate) {
+  WeakestDirection weakest;
+  weakest.lever_m = (estimate.lightInBase() - estimate.sensorInBase()).norm();
+  Vector5 scale = Vector5::Ones();
+  scale(CartesianIndex::kSensorYaw) = weakest.lever_m;
+  const Matrix5 lengths = scale.asDiagonal() * estimate.covariance * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix5> solver(lengths);
+  weakest.direction = solver.eigenvectors().col(4);
+  weakest.stddev_m = std::sqrt(std::max(0.0, solver.eigenvalues()(4)));
+  return weakest;
+}
+
+Matrix5 cramerRaoBound(const std::vector<Sight>& sights,
+                       const std::vector<Eigen::Vector2d>& light_in_base,
+                       const Eigen::Vector3d& mount) {
+  std::vector<SightWeight> weights;
+  std::vector<Vector5> path;
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    weights.push_back({sights[i].azimuth_variance_rad2, sights[i].azimuth_variance_rad2});
+    path.emplace_back();
+    path.back() << light_in_base[i], mount;
+  }
+  return smooth(sights, weights, path, kFreePass).last.covariance;
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,133 @@
+#include "tools/simulated_case.h"
+
+#include <cmath>
+#include <random>
+
+#include "bearing_calibration/odometry/odometry_track.h"
+#include "bearing_calibration/odometry/wheel_odometer.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// The paper's robot (section V-A): wheel separation 0.25 m, K = 1e-6 m, encoders at 100 Hz,
+/// bearings at 10 Hz with 1 degree.
+RobotConfig paperRobot(std::uint64_t seed) {
+  constexpr double kSeparation_m = 0.25;
+  constexpr double kWheelRadius_m = 0.05;
+  constexpr double kTicksPerRevolution = 100000.0;  // so fine that quantisation adds nothing
+  constexpr double kMaxWheelSpeed_mps = 2.0;
+  constexpr double kChongKleeman_m = 1e-6;
+  RobotConfig robot;
+  robot.encoders.drive = {
+      kSeparation_m, kWheelRadius_m, kWheelRadius_m, kTicksPerRevolution, 32, kMaxWheelSpeed_mps};
+  robot.encoders.noise = {kChongKleeman_m, 0.0};
+  robot.sensor.stddev_rad = radiansFromDegrees(1.0);
+  robot.seed = seed;
+  return robot;
+}
+
+/// Draws of their own for what a case is, apart from the noise of the run of the same seed.
+class Draws {
+ public:
+  enum class Purpose : std::uint32_t { kCase, kSlips };
+  Draws(std::uint64_t seed, Purpose purpose) : engine_(engineFor(seed, purpose)) {}
+
+  double between(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine_);
+  }
+  double angle() { return between(-kPi, kPi); }
+  bool coin() { return between(0.0, 1.0) < 0.5; }
+
+ private:
+  static std::mt19937_64 engineFor(std::uint64_t seed, Purpose purpose) {
+    std::seed_seq words{static_cast<std::uint64_t>(purpose), seed};
+    return std::mt19937_64(words);
+  }
+  std::mt19937_64 engine_;
+};
+
+Eigen::Vector2d polar(double distance_m, double direction_rad) {
+  return distance_m * Eigen::Vector2d(std::cos(direction_rad), std::sin(direction_rad));
+}
+
+}  // namespace
+
+SimulatedCase paperCase(std::uint64_t seed) {
+  constexpr double kRho_m = 0.1;
+  const double phi = radiansFromDegrees(30.0);
+  const double psi = radiansFromDegrees(30.0);
+  SimulatedCase simulated;
+  simulated.robot = paperRobot(seed);
+  simulated.robot.base_from_sensor = {polar(kRho_m, phi), phi + psi};
+  simulated.robot.world_from_start = {{2.0, 0.0}, 0.5 * kPi};
+  simulated.lights = {Light()};
+  return simulated;
+}
+
+SimulatedCase randomCase(std::uint64_t seed, TrajectoryConfig::Kind kind,
+                         const RandomCaseRange& range) {
+  Draws draws(seed, Draws::Purpose::kCase);
+  SimulatedCase simulated;
+  simulated.robot = paperRobot(seed);
+  const double rho = draws.between(0.0, range.max_mount_distance_m);
+  simulated.robot.base_from_sensor = {polar(rho, draws.angle()), draws.angle()};
+  simulated.robot.world_from_start = {{0.0, 0.0}, draws.angle()};
+  const double distance = std::exp(
+      draws.between(std::log(range.min_light_distance_m), std::log(range.max_light_distance_m)));
+  simulated.lights = {Light{polar(distance, draws.angle())}};
+  simulated.trajectory.kind = kind;
+  simulated.trajectory.seed = seed;
+  return simulated;
+}
+
+void addSlips(SimulatedCase& simulated, int count, std::uint64_t seed) {
+  Draws draws(seed, Draws::Purpose::kSlips);
+  for (int i = 0; i < count; ++i) {
+    WheelSlip slip;
+    slip.when = {draws.between(0.0, simulated.duration_s), draws.between(0.2, 0.5)};
+    slip.wheel = draws.coin() ? WheelSlip::Wheel::kLeft : WheelSlip::Wheel::kRight;
+    const double off = draws.between(0.3, 0.7);
+    slip.excess = draws.coin() ? off : -off;
+    simulated.robot.faults.slips.push_back(slip);
+  }
+}
+
+std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGeometry& drive,
+                                    const WheelNoise& noise) {
+  WheelOdometer odometer(drive);
+  OdometryTrack track(drive.wheel_separation_m, noise, durationFromSeconds(1.0));
+  std::vector<Sight> sights;
+  auto ticks = record.ticks.begin();
+  for (const BearingSet& set : record.bearings) {
+    while (ticks != record.ticks.end() && (track.empty() || track.newest() < set.stamp)) {
+      odometer.add(*ticks++);
+      track.add(*odometer.travel());
+    }
+    if (set.candidates.empty() || !track.covers(set.stamp)) continue;
+    const Bearing& bearing = set.candidates.front();
+    sights.push_back(
+        {set.stamp, track.motionTo(set.stamp), bearing.azimuth_rad, bearing.azimuth_variance_rad2});
+    track.anchorAt(set.stamp);
+  }
+  return sights;
+}
+
+SightRun simulate(const SimulatedCase& simulated) {
+  const RobotConfig& robot = simulated.robot;
+  const double separation = robot.encoders.drive.wheel_separation_m * robot.separation_factor;
+  RobotSimulator simulator(robot, simulated.lights,
+                           makeTrajectory(simulated.trajectory, separation));
+  SightRun run;
+  run.record = record(&simulator, simulated.duration_s);
+  run.sights = sightsFromRecord(run.record, robot.encoders.drive, robot.encoders.noise);
+  for (std::size_t i = 0; i < run.record.bearings.size(); ++i) {
+    if (run.record.bearings[i].candidates.empty()) continue;
+    const Eigen::Vector2d light =
+        run.record.world_from_base[i].inverse() * simulated.lights.front().position_m;
+    run.truth.emplace_back();
+    run.truth.back() << light, robot.base_from_sensor.position_m, robot.base_from_sensor.yaw_rad;
+  }
+  return run;
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/simulation/robot_simulator.h"
+#include "bearing_calibration/simulation/trajectory_config.h"
+
+namespace bearing_calibration {
+
+/// One robot, one light and one way to drive: everything that a run is made of.
+struct SimulatedCase {
+  RobotConfig robot;
+  std::vector<Light> lights;  ///< the first is the one that the mount is calibrated with
+  TrajectoryConfig trajectory;
+  double duration_s = 100.0;
+};
+
+/// The settings of the paper's section V: its mount, light, noise and second trajectory.
+SimulatedCase paperCase(std::uint64_t seed);
+
+/// What is drawn at random beside the noise.
+struct RandomCaseRange {
+  double max_mount_distance_m = 1.0;
+  double min_light_distance_m = 0.3;  ///< from the base's start
+  double max_light_distance_m = 10.0;
+};
+
+/// A mount of any direction and yaw, a light anywhere and a robot of any heading: uniform in all
+/// of them (the light's distance in its logarithm, so that near and far are as frequent).
+SimulatedCase randomCase(std::uint64_t seed, TrajectoryConfig::Kind kind,
+                         const RandomCaseRange& range);
+
+/// `count` slips of one wheel, 0.2 to 0.5 s long and 30 to 70 % off, anywhere in the run.
+void addSlips(SimulatedCase& simulated, int count, std::uint64_t seed);
+
+/// What an estimator gets of a run, and the truth.
+struct SightRun {
+  SimulatedRecord record;      ///< raw: ticks and bearings
+  std::vector<Sight> sights;   ///< one candidate per image, with the motion between them
+  std::vector<Vector5> truth;  ///< Cartesian state at each sight
+};
+
+SightRun simulate(const SimulatedCase& simulated);
+
+/// The sights of a record: each bearing of the first candidate with the motion since the last.
+std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGeometry& drive,
+                                    const WheelNoise& noise);
+
+}  // namespace bearing_calibration
