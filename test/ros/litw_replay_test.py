@@ -1,0 +1,271 @@
+#!/usr/bin/env python3
+"""The real recording `litw`, replayed from bags through the calibration nodelet.
+
+Each of its nine landmarks alone is one calibration of the same mount: it gets a nodelet, a bag made
+by csv_to_bag, and a rough start. The bags are played at once, with the bags' own clock.
+"""
+
+import csv
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import roslib.packages
+import rosgraph
+import rosparam
+import rospkg
+import rospy
+
+from bearing_calibration.msg import CalibrationEstimate
+from rosgraph_msgs.msg import Clock
+
+REPOSITORY = rospkg.RosPack().get_path('bearing_calibration')
+sys.path.insert(0, os.path.join(REPOSITORY, 'test', 'support'))
+import junit_unittest  # noqa: E402  (lies beside the tests, not on the path)
+
+DATA = os.environ.get('BEARING_CALIBRATION_DATA')
+NO_DATA = 'BEARING_CALIBRATION_DATA is not set: it names the folder of the real recordings'
+LANDMARKS = (1, 3, 4, 6, 7, 8, 10, 12, 15)
+
+# Where the estimate must end.
+MAX_POSITION_ERROR_M = 0.06
+MAX_YAW_ERROR_RAD = math.radians(2.5)
+
+# The rough start: one corner of these for each landmark in turn.
+DISTANCE_ERROR = 0.2  # relative
+YAW_ERROR_RAD = math.radians(20)
+
+# The recording's README: bearings scatter by 0.019 rad with a lag-1 correlation a of 0.3 to 0.6.
+# Such a series says as much as white noise whose variance is larger by (1 + a) / (1 - a); a = 0.5.
+BEARING_STDDEV_RAD = 0.019 * math.sqrt((1 + 0.5) / (1 - 0.5))
+
+# Any will do: a radius and a resolution that make one tick of this length.
+METERS_PER_TICK = 1e-5
+WHEEL_RADIUS_M = 0.1
+
+WHEEL_SEPARATION_M = 0.40
+# The README: the odometry errs by 7 mm along the way and 0.013 rad in heading per second. At the
+# recording's mean wheel speed v, eq. 22 gives a heading variance of 2 K v / b^2 and a variance along
+# the way of K v / 2 per second; what is missing of the latter is common to both wheels.
+MEAN_WHEEL_SPEED_MPS = 0.274
+NOISE_INDEPENDENT_M = 0.013**2 * WHEEL_SEPARATION_M**2 / (2 * MEAN_WHEEL_SPEED_MPS)
+NOISE_COMMON_M = 0.007**2 / MEAN_WHEEL_SPEED_MPS - NOISE_INDEPENDENT_M / 2
+
+LATENCY_S = 0.11  # by which bearings lag the odometry, from the README
+
+PARAMETERS = {
+    'wheels': {
+        'source': 'ticks',
+        'separation': WHEEL_SEPARATION_M,
+        'left_radius': WHEEL_RADIUS_M,
+        'right_radius': WHEEL_RADIUS_M,
+        'ticks_per_revolution': 2 * math.pi * WHEEL_RADIUS_M / METERS_PER_TICK,
+        'counter_bits': 64,
+        'max_speed': 3.0,
+        'noise_independent': NOISE_INDEPENDENT_M,
+        'noise_common': NOISE_COMMON_M,
+    },
+    'bearings': {
+        'latency': LATENCY_S,
+        'extra_stddev': 0.0,
+        # At 40 times real time a clock message that is late by half a second, on a busy machine,
+        # makes all others look 20 s early.
+        'max_future': 20.0,
+    },
+    'start': {
+        'from': 'guess',
+        'x': 0.0,
+        'y': 0.0,
+        'position_stddev': 0.3,
+        'yaw_stddev': YAW_ERROR_RAD,
+    },
+    # After a rough start the paper's chart bends less than the Cartesian one (doc/model.md).
+    'filter': {'chart': 'paper'},
+}
+
+START_TIME_S = 1000000  # of the recording, on the bags' clock
+PLAYBACK_RATE = 40  # a message every 0.3 ms for all landmarks together
+CLOCK_RATE_HZ = 1000  # in wall time: steps of 40 ms in the recording's
+START_DEADLINE_S = 60
+PLAYBACK_DEADLINE_S = 200
+END_DEADLINE_S = 20
+
+
+def rowsOf(name):
+    with open(os.path.join(DATA, 'litw', name)) as file:
+        return list(csv.DictReader(file))
+
+
+def waitFor(condition, deadline_s, what):
+    """Polls until `condition` holds; raises an error that says what did not happen."""
+    deadline = time.monotonic() + deadline_s
+    while not condition():
+        if time.monotonic() > deadline:
+            raise RuntimeError('after %d s still not so: %s' % (deadline_s, what))
+        time.sleep(0.05)
+
+
+def namespaceOf(landmark):
+    return 'landmark_%d' % landmark
+
+
+class Replay:
+    """Nodelets, bags and player of all landmarks; `estimates` are the last ones by landmark."""
+
+    def __init__(self):
+        self.folder = tempfile.mkdtemp()
+        self.processes = []
+        self.estimates = {}
+        self.sights = {}
+        self.truth = None
+
+    def prepare(self):
+        with open(os.path.join(DATA, 'litw', 'truth.json')) as file:
+            self.truth = json.load(file)
+        # Nodelets wait for the clock and drop what comes before it.
+        clock = rospy.Publisher('/clock', Clock, queue_size=1, latch=True)
+        clock.publish(rospy.Time.from_sec(START_TIME_S))
+        bearings = rowsOf('bearings.csv')
+        for index, landmark in enumerate(LANDMARKS):
+            self.sights[landmark] = [row for row in bearings if int(row['landmark_id']) == landmark]
+            self.makeBag(landmark)
+            self.startNodelet(index, landmark)
+        waitFor(self.nodeletsListen, START_DEADLINE_S, 'the nodelets have subscribed')
+
+    def bagOf(self, landmark):
+        return os.path.join(self.folder, '%s.bag' % namespaceOf(landmark))
+
+    def makeBag(self, landmark):
+        program = roslib.packages.find_node('bearing_calibration', 'csv_to_bag')[0]
+        namespace = namespaceOf(landmark)
+        subprocess.run(
+            [program, os.path.join(DATA, 'litw', 'odometry_calibrated.csv'),
+             os.path.join(DATA, 'litw', 'bearings.csv'), '--landmark', str(landmark),
+             '--output', self.bagOf(landmark), '--meters-per-tick', str(METERS_PER_TICK),
+             '--bearing-stddev', str(BEARING_STDDEV_RAD), '--start-time', str(START_TIME_S),
+             '--ticks-topic', namespace + '/wheel_ticks',
+             '--bearings-topic', namespace + '/bearings'], check=True, timeout=60)
+
+    def startOf(self, index, landmark):
+        """A guess that is wrong by as much as a user may be wrong, in one of the four corners."""
+        range_m = float(self.sights[landmark][0]['range_m'])
+        distance_sign = 1 if index % 2 == 0 else -1
+        yaw_sign = 1 if index // 2 % 2 == 0 else -1
+        return {'light_distance': range_m * (1 + distance_sign * DISTANCE_ERROR),
+                'light_distance_stddev': range_m * DISTANCE_ERROR,
+                'yaw': self.truth['yaw_rad'] + yaw_sign * YAW_ERROR_RAD}
+
+    def startNodelet(self, index, landmark):
+        namespace = '/' + namespaceOf(landmark)
+        file = os.path.join(REPOSITORY, 'config', 'calibration.yaml')
+        for parameters, _ in rosparam.load_file(file):
+            rosparam.upload_params(namespace + '/calibration', parameters)
+        for group, values in PARAMETERS.items():
+            rosparam.upload_params('%s/calibration/%s' % (namespace, group), values)
+        rosparam.upload_params(namespace + '/calibration/start', self.startOf(index, landmark))
+        rosparam.set_param(namespace + '/calibration/output/folder', self.folder)
+        rospy.Subscriber(namespace + '/calibration/estimate', CalibrationEstimate,
+                         lambda message: self.estimates.update({landmark: message}))
+        self.start(['rosrun', 'nodelet', 'nodelet', 'standalone',
+                    'bearing_calibration/CalibrationNodelet',
+                    '__ns:=' + namespace, '__name:=calibration'])
+
+    def start(self, command):
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
+        self.processes.append(process)
+        return process
+
+    def nodeletsListen(self):
+        """All of them are subscribed: what is played before is lost."""
+        subscriptions = dict(rosgraph.Master('/litw_replay').getSystemState()[1])
+        topics = ['/%s/%s' % (namespaceOf(landmark), topic)
+                  for landmark in LANDMARKS for topic in ('wheel_ticks', 'bearings')]
+        return all(topic in subscriptions for topic in topics)
+
+    def play(self):
+        player = self.start(
+            ['rosbag', 'play', '--clock', '--hz', str(CLOCK_RATE_HZ), '-r', str(PLAYBACK_RATE),
+             '--quiet', '--wait-for-subscribers', '--queue', '1000']
+            + [self.bagOf(landmark) for landmark in LANDMARKS])
+        code = player.wait(timeout=PLAYBACK_DEADLINE_S)
+        if code != 0:
+            raise RuntimeError('rosbag play ended with %d' % code)
+        waitFor(lambda: all(map(self.isComplete, LANDMARKS)), END_DEADLINE_S,
+                'every bearing is accounted for: %s' % {
+                    landmark: (self.seenBy(landmark), len(self.sights[landmark]))
+                    for landmark in LANDMARKS})
+
+    def seenBy(self, landmark):
+        """How many of the bag's bearings the nodelet's last estimate speaks of."""
+        estimate = self.estimates.get(landmark)
+        if estimate is None:
+            return 0
+        return (estimate.bearings_used + estimate.bearings_gated + estimate.bearings_rejected
+                + estimate.bearings_waiting)
+
+    def sightsBeforeTheFirstTicks(self, landmark):
+        """How many were seen, their latency taken off, before the odometry starts."""
+        first_s = float(rowsOf('odometry_calibrated.csv')[0]['t_s'])
+        return sum(float(row['t_s']) - LATENCY_S < first_s for row in self.sights[landmark])
+
+    def isComplete(self, landmark):
+        return self.seenBy(landmark) == len(self.sights[landmark])
+
+    def stop(self):
+        for process in self.processes:
+            process.terminate()
+        for process in self.processes:
+            try:
+                process.wait(timeout=10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+        shutil.rmtree(self.folder)
+
+
+@unittest.skipUnless(DATA, NO_DATA)
+class LitwReplay(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('litw_replay', disable_signals=True)
+        cls.replay = Replay()
+        cls.addClassCleanup(cls.replay.stop)
+        cls.replay.prepare()
+        cls.replay.play()
+
+    def assertEndsNearTheTruth(self, landmark):
+        estimate = self.replay.estimates[landmark]
+        truth = self.replay.truth
+        position_error_m = math.hypot(estimate.x_m - truth['x_m'], estimate.y_m - truth['y_m'])
+        yaw_error_rad = abs(math.remainder(estimate.yaw_rad - truth['yaw_rad'], 2 * math.pi))
+        found = ('landmark %d: x %.3f +- %.3f m, y %.3f +- %.3f m, yaw %.3f +- %.3f rad; off by '
+                 '%.1f cm and %.2f deg; %d bearings used, %d gated' % (
+                     landmark, estimate.x_m, estimate.x_stddev_m, estimate.y_m,
+                     estimate.y_stddev_m, estimate.yaw_rad, estimate.yaw_stddev_rad,
+                     100 * position_error_m, math.degrees(yaw_error_rad),
+                     estimate.bearings_used, estimate.bearings_gated))
+        print(found)
+        self.assertEqual(estimate.ticks_rejected, 0, estimate.rejections)
+        self.assertEqual(estimate.bearings_rejected,
+                         self.replay.sightsBeforeTheFirstTicks(landmark), estimate.rejections)
+        self.assertLessEqual(position_error_m, MAX_POSITION_ERROR_M, found)
+        self.assertLessEqual(yaw_error_rad, MAX_YAW_ERROR_RAD, found)
+
+
+def addTestOf(landmark):
+    def test(self):
+        self.assertEndsNearTheTruth(landmark)
+    setattr(LitwReplay, 'testLandmark%02d' % landmark, test)
+
+
+for each in LANDMARKS:
+    addTestOf(each)
+
+if __name__ == '__main__':
+    sys.exit(junit_unittest.main([__file__] + sys.argv[1:]))
