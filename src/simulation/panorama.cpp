@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/simulation/random_stream.h"
 
 namespace bearing_calibration {
@@ -83,6 +84,13 @@ Panorama::Place Panorama::placeOf(double azimuth_rad, double elevation_rad) cons
   const double height = range > 0.0 ? (elevation_rad - extent_.lowest_rad) / range : 0.0;
   const int row = static_cast<int>(std::lround(std::clamp(height, 0.0, 1.0) * (kRows - 1)));
   return {columnsFrom(azimuth_rad), row};
+}
+
+std::vector<std::string> RoomLook::validate() const {
+  Requirements require;
+  require.notNegative("surroundings/brightness", brightness);
+  require.between("surroundings/contrast", contrast, 0.0, 1.0);
+  return require.errors();
 }
 
 RadianceFunction roomRadiance(const RoomLook& look) {

@@ -24,7 +24,8 @@ std::vector<std::string> RobotConfig::validate() const {
   require.add(sensor.validate());
   require.positive("faults/separation_factor", separation_factor);
   require.that(std::isfinite(stamp_latency_s), "faults/stamp_latency must be finite");
-  require.that(durationFromSeconds(step_s) > Duration::zero(), "the step must last some time");
+  require.that(std::isfinite(step_s) && durationFromSeconds(step_s) > Duration::zero(),
+               "the step (1 / trajectory/step_rate) must last some time");
   require.that(steps_per_reading > 0, "there must be at least one step in a reading's period");
   require.that(steps_per_bearing > 0, "there must be at least one step in a bearing's period");
   require.that(isStamped(start), "the start must have a stamp greater than zero");

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace bearing_calibration {
@@ -53,6 +54,8 @@ struct RoomLook {
   double brightness = 0.05;  ///< of the walls at the horizon [full wells]
   double contrast = 0.5;     ///< of the differences around, 0 to 1
   std::uint64_t seed = 1;
+
+  std::vector<std::string> validate() const;
 };
 RadianceFunction roomRadiance(const RoomLook& look);
 

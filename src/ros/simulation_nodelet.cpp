@@ -1,0 +1,184 @@
+#include <bearing_calibration/WheelTicks.h>
+#include <geometry_msgs/Twist.h>
+#include <nodelet/nodelet.h>
+#include <ros/ros.h>
+
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/simulated_camera.h"
+#include "bearing_calibration_ros/simulated_clock.h"
+#include "bearing_calibration_ros/simulation_params.h"
+#include "bearing_calibration_ros/truth_publisher.h"
+
+namespace bearing_calibration_ros {
+
+namespace core = bearing_calibration;
+
+/// A robot with wheel encoders and a camera under a conic mirror, near a light.
+///
+/// Threading: one thread moves the robot and publishes everything but images; the camera renders on
+/// its own (see SimulatedCamera); cmd_vel comes on the nodelet's queue and leaves its command under
+/// a lock for the first of them.
+class SimulationNodelet : public nodelet::Nodelet {
+ public:
+  ~SimulationNodelet() override;
+
+ private:
+  void onInit() override;
+  void startRobot(core::RobotConfig config, const DrivingConfig& driving);
+  void onCommand(const geometry_msgs::TwistConstPtr& message);
+
+  void run();
+  bool isOver() const;
+  void followCommand();
+  void publishTicks();
+  void photograph();
+
+  SimulationNodeConfig config_;
+  std::unique_ptr<SimulatedClock> clock_;
+  std::unique_ptr<core::RobotSimulator> simulator_;
+  core::CommandedTrajectory* commanded_ = nullptr;  ///< the simulator's, when it is such a one
+  std::unique_ptr<TruthPublisher> truth_;
+  std::unique_ptr<SimulatedCamera> camera_;
+  ros::Publisher ticks_publisher_;
+  ros::Subscriber command_subscriber_;
+  std::deque<Shot> exposed_;  ///< images whose stamp is still to come: the camera is late
+  std::uint64_t image_count_ = 0;
+
+  std::mutex command_mutex_;
+  std::optional<geometry_msgs::Twist> command_;  ///< under command_mutex_
+  std::thread thread_;
+
+  static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
+};
+
+SimulationNodelet::~SimulationNodelet() {
+  if (clock_) clock_->stop();
+  if (camera_) camera_->stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void SimulationNodelet::onInit() {
+  try {
+    config_ = readSimulationNodeConfig(getPrivateNodeHandle());
+    ros::NodeHandle& node_handle = getNodeHandle();
+    clock_ = std::make_unique<SimulatedClock>(node_handle, config_.clock);
+    startRobot(config_.robot, config_.driving);
+    truth_ = std::make_unique<TruthPublisher>(getPrivateNodeHandle(), config_, clock_->start());
+    const auto log_error = [this](const std::string& error) {
+      NODELET_ERROR_THROTTLE(kWarningPeriod_s, "camera: %s", error.c_str());
+    };
+    camera_ =
+        std::make_unique<SimulatedCamera>(node_handle, config_.frames.sensor, config_.renderer,
+                                          config_.room, config_.lights, log_error);
+    constexpr std::uint32_t kTicksQueue = 1000;  // ten seconds: the calibration needs every reading
+    ticks_publisher_ = node_handle.advertise<core::WheelTicks>("wheel_ticks", kTicksQueue);
+    if (commanded_ != nullptr) {
+      command_subscriber_ =
+          node_handle.subscribe("cmd_vel", 1, &SimulationNodelet::onCommand, this);
+    }
+    thread_ = std::thread(&SimulationNodelet::run, this);
+  } catch (const std::exception& error) {
+    NODELET_FATAL("not started: %s", error.what());
+    throw;  // tells the nodelet loader, which says nothing by itself
+  }
+}
+
+void SimulationNodelet::startRobot(core::RobotConfig config, const DrivingConfig& driving) {
+  const core::DriveGeometry& drive = config.encoders.drive;
+  config.start = clock_->start();
+  std::unique_ptr<core::Trajectory> trajectory;
+  if (driving.follows_commands) {
+    auto commanded = std::make_unique<core::CommandedTrajectory>(
+        drive.wheel_separation_m, drive.max_wheel_speed_mps, driving.command_timeout_s);
+    commanded_ = commanded.get();
+    trajectory = std::move(commanded);
+  } else {
+    trajectory = core::makeTrajectory(driving.trajectory, drive.wheel_separation_m);
+  }
+  if (driving.duration_s > 0.0) {
+    trajectory =
+        std::make_unique<core::LimitedTrajectory>(std::move(trajectory), driving.duration_s);
+  }
+  simulator_ =
+      std::make_unique<core::RobotSimulator>(config, config_.lights, std::move(trajectory));
+}
+
+void SimulationNodelet::onCommand(const geometry_msgs::TwistConstPtr& message) {
+  if (!std::isfinite(message->linear.x) || !std::isfinite(message->angular.z)) {
+    NODELET_WARN_THROTTLE(
+        kWarningPeriod_s, "%s: velocity (%f m/s, %f rad/s) is not finite: command ignored",
+        command_subscriber_.getTopic().c_str(), message->linear.x, message->angular.z);
+    return;
+  }
+  const std::lock_guard<std::mutex> lock(command_mutex_);
+  command_ = *message;
+}
+
+void SimulationNodelet::run() {
+  try {
+    while (!isOver() && clock_->waitUntil(simulator_->now())) {
+      publishTicks();
+      photograph();
+      followCommand();
+      simulator_->step();
+    }
+    if (isOver()) NODELET_INFO("end of the trajectory");
+  } catch (const std::exception& error) {
+    NODELET_FATAL("the simulation ended: %s", error.what());
+  }
+}
+
+bool SimulationNodelet::isOver() const {
+  return config_.driving.stops_at_end && simulator_->timeSeconds() > config_.driving.duration_s;
+}
+
+void SimulationNodelet::followCommand() {
+  const std::lock_guard<std::mutex> lock(command_mutex_);
+  if (!command_) return;
+  commanded_->command(command_->linear.x, command_->angular.z);
+  command_.reset();
+}
+
+void SimulationNodelet::publishTicks() {
+  const auto counts = simulator_->readTicks();
+  if (!counts) return;
+  core::WheelTicks message;
+  message.header.stamp = rosFromStamp(counts->stamp);
+  message.left = counts->left_ticks;
+  message.right = counts->right_ticks;
+  ticks_publisher_.publish(message);
+}
+
+void SimulationNodelet::photograph() {
+  if (simulator_->bearingsDue()) {
+    truth_->publish(*simulator_);
+    const core::Stamp stamp =
+        simulator_->now() + core::durationFromSeconds(config_.robot.stamp_latency_s);
+    exposed_.push_back(
+        {stamp, image_count_++, simulator_->worldFromSensor(), simulator_->lightsOccluded()});
+  }
+  // A time of the simulation's own waits for the renderer; wall time does not.
+  const auto when_busy =
+      config_.clock.publish ? SimulatedCamera::WhenBusy::kWait : SimulatedCamera::WhenBusy::kDrop;
+  while (!exposed_.empty() && exposed_.front().stamp <= simulator_->now()) {
+    if (!camera_->take(exposed_.front(), when_busy)) {
+      NODELET_WARN_THROTTLE(kWarningPeriod_s,
+                            "camera/image_raw: the renderer cannot follow: image dropped");
+    }
+    exposed_.pop_front();
+  }
+}
+
+}  // namespace bearing_calibration_ros
+
+PLUGINLIB_EXPORT_CLASS(bearing_calibration_ros::SimulationNodelet, nodelet::Nodelet)
