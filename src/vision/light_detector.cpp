@@ -1,5 +1,6 @@
 #include "bearing_calibration/vision/light_detector.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -190,11 +191,11 @@ SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
 /// Whether the outline of the spot leaves the mask.
 bool LightDetector::cutByMask(const SpotWindow& window) const {
   constexpr int kDirections = 16;
+  const Eigen::Matrix2d information = window.covariance_px2.inverse();
   for (int i = 0; i < kDirections; ++i) {
     const double angle = 2.0 * kPi * i / kDirections;
     const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
-    const double reach =
-        window.size / std::sqrt(direction.dot(window.covariance_px2.inverse() * direction));
+    const double reach = window.size / std::sqrt(direction.dot(information * direction));
     const Eigen::Vector2d outline = window.centre_px + reach * direction;
     if (!mask_.contains(outline.x(), outline.y())) return true;
   }

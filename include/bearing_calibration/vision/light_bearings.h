@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration/vision/light_detector.h"
+
+namespace bearing_calibration {
+
+/// When the rows of an image were exposed. Parameter group `time`.
+struct ShutterConfig {
+  double stamp_to_mid_exposure_s = 0.0;  ///< of the first row; negative when stamped at read-out
+  double row_time_s = 0.0;               ///< from one row's exposure to the next one's; 0: global
+  /// Fastest change of a bearing: how wrong a candidate may be whose row was exposed at another
+  /// moment than the stamp says [rad/s].
+  double max_turn_rate_radps = 0.0;
+
+  std::vector<std::string> validate() const;
+};
+
+/// Mid-exposure of a row (fractions are allowed).
+Stamp midExposure(const ShutterConfig& config, Stamp image_stamp, double row);
+
+/// The lights of an image as bearings of one moment: the mid-exposure of the row of the likeliest
+/// one (of the image's middle row when there is none). The others, whose rows were exposed a little
+/// earlier or later, get (max_turn_rate * that time)^2 added to their azimuth's variance.
+BearingSet bearingsFromLights(const std::vector<Detection>& lights, const ShutterConfig& config,
+                              Stamp image_stamp, int image_height_px);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,91 @@
+#include "bearing_calibration/vision/annotation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration {
+namespace {
+
+const cv::Scalar kAccepted(0, 220, 0);  // blue, green, red
+const cv::Scalar kRejected(40, 40, 255);
+const cv::Scalar kMask(255, 120, 0);
+
+cv::Point pointOf(const Eigen::Vector2d& position_px) {
+  return {cvRound(position_px.x()), cvRound(position_px.y())};
+}
+
+void write(cv::Mat* picture, const std::string& text, const cv::Point& beside,
+           const cv::Scalar& colour) {
+  constexpr double kTextScale = 0.4;
+  constexpr int kGap_px = 14;
+  cv::putText(*picture, text, beside + cv::Point(kGap_px, -kGap_px), cv::FONT_HERSHEY_SIMPLEX,
+              kTextScale, colour, 1, cv::LINE_AA);
+}
+
+void drawMask(cv::Mat* picture, const DetectorConfig& config) {
+  const cv::Point centre = pointOf({config.view.centre_u_px, config.view.centre_v_px});
+  cv::circle(*picture, centre, cvRound(config.mask.inner_radius_px), kMask);
+  cv::circle(*picture, centre, cvRound(config.mask.outer_radius_px), kMask);
+  cv::drawMarker(*picture, centre, kMask);
+  if (config.gates.mirror && config.light.below_apex) {
+    cv::circle(*picture, centre, cvRound(horizonRadiusPx(config.mirror)), kMask, 1, cv::LINE_AA);
+  }
+  for (const MirrorPost& post : config.mask.posts) {
+    for (double side : {-1.0, 1.0}) {
+      const double azimuth_rad = post.azimuth_rad + side * post.half_width_rad;
+      const auto at = [&](double radius_px) {
+        return pointOf(imageFromMirrorPixel(config.view, {radius_px, azimuth_rad}));
+      };
+      cv::line(*picture, at(config.mask.inner_radius_px), at(config.mask.outer_radius_px), kMask);
+    }
+  }
+}
+
+void drawLight(cv::Mat* picture, const Detection& light, const DetectorConfig& config) {
+  const LightEllipse& ellipse = light.ellipse;
+  constexpr double kDegreesPerTurn = 360.0;
+  const Eigen::Vector2d from_centre =
+      ellipse.centre_px - Eigen::Vector2d(config.view.centre_u_px, config.view.centre_v_px);
+  const double radius_angle_deg = degreesFromRadians(std::atan2(from_centre.y(), from_centre.x()));
+  // An evenly filled ellipse ends at two standard deviations.
+  const cv::Size half_axes(
+      cvRound(2.0 * std::sqrt(std::max(0.0, ellipse.radial_variance_px2))),
+      cvRound(2.0 * std::sqrt(std::max(0.0, ellipse.tangential_variance_px2))));
+  const cv::Point centre = pointOf(ellipse.centre_px);
+  cv::ellipse(*picture, centre, half_axes, radius_angle_deg, 0.0, kDegreesPerTurn, kAccepted, 1,
+              cv::LINE_AA);
+  char text[80];
+  std::snprintf(text, sizeof text, "%.2f +- %.3f deg, quality %.2f",
+                degreesFromRadians(light.bearing.azimuth_rad),
+                degreesFromRadians(std::sqrt(light.bearing.azimuth_variance_rad2)),
+                light.bearing.quality);
+  write(picture, text, centre, kAccepted);
+}
+
+}  // namespace
+
+cv::Mat annotate(const cv::Mat& image, const DetectionResult& result,
+                 const DetectorConfig& config) {
+  const double full = config.sensor.saturation_level;
+  constexpr double kFullOnScreen = 255.0;
+  cv::Mat grey;
+  cv::Mat picture;
+  image.convertTo(grey, CV_8U, kFullOnScreen / full);
+  cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+  drawMask(&picture, config);
+  constexpr int kMarker_px = 10;
+  for (const Detection& spot : result.rejected) {
+    const cv::Point centre = pointOf(spot.ellipse.centre_px);
+    cv::drawMarker(picture, centre, kRejected, cv::MARKER_TILTED_CROSS, kMarker_px);
+    write(&picture, describe(spot.rejection), centre, kRejected);
+  }
+  for (const Detection& light : result.lights) drawLight(&picture, light, config);
+  return picture;
+}
+
+}  // namespace bearing_calibration

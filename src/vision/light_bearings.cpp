@@ -1,0 +1,50 @@
+#include "bearing_calibration/vision/light_bearings.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/common/requirement.h"
+
+namespace bearing_calibration {
+namespace {
+
+double rowOf(const Detection& light) { return light.ellipse.centre_px.y(); }
+
+}  // namespace
+
+std::vector<std::string> ShutterConfig::validate() const {
+  constexpr double kLongest_s = 10.0;  // no camera is later; a larger value is in milliseconds
+  Requirements require;
+  require.between("time/stamp_to_mid_exposure", stamp_to_mid_exposure_s, -kLongest_s, kLongest_s);
+  require.between("time/row_time", row_time_s, -1.0, 1.0);
+  require.notNegative("time/max_turn_rate", max_turn_rate_radps);
+  return require.errors();
+}
+
+Stamp midExposure(const ShutterConfig& config, Stamp image_stamp, double row) {
+  return image_stamp +
+         durationFromSeconds(config.stamp_to_mid_exposure_s + row * config.row_time_s);
+}
+
+BearingSet bearingsFromLights(const std::vector<Detection>& lights, const ShutterConfig& config,
+                              Stamp image_stamp, int image_height_px) {
+  BearingSet set;
+  if (lights.empty()) {
+    set.stamp = midExposure(config, image_stamp, 0.5 * (image_height_px - 1));
+    return set;
+  }
+  const auto likeliest = std::max_element(lights.begin(), lights.end(),
+                                          [](const Detection& left, const Detection& right) {
+                                            return left.bearing.quality < right.bearing.quality;
+                                          });
+  set.stamp = midExposure(config, image_stamp, rowOf(*likeliest));
+  for (const Detection& light : lights) {
+    const double apart_s = (rowOf(light) - rowOf(*likeliest)) * config.row_time_s;
+    set.candidates.push_back(light.bearing);
+    set.candidates.back().azimuth_variance_rad2 +=
+        std::pow(config.max_turn_rate_radps * apart_s, 2);
+  }
+  return set;
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,126 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/vision/light_detector.h"
+#include "support/default_rig.h"
+#include "support/synthetic_spot.h"
+
+namespace bearing_calibration {
+namespace {
+
+using test::defaultDetector;
+
+constexpr double kBackground = 20.0;
+
+/// Errors over exposures of one light at random azimuths and distances of 0.5 to 5 m.
+struct Series {
+  int images = 0;
+  int found = 0;
+  double sum_error = 0.0;         ///< [rad]
+  double sum_square_error = 0.0;  ///< [rad^2]
+  double sum_nees = 0.0;
+  double sum_nees_radius = 0.0;
+  int bounds = 0;
+  double sum_bound = 0.0;  ///< Cramer-Rao [rad^2]
+
+  double rmse_deg() const { return degreesFromRadians(std::sqrt(sum_square_error / found)); }
+  double bias_deg() const { return degreesFromRadians(sum_error / found); }
+  double nees() const { return sum_nees / found; }
+};
+
+Series runSeries(const DetectorConfig& config, double light_levels, int images, unsigned seed,
+                 bool with_bound) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> azimuth_of(-kPi, kPi);
+  std::uniform_real_distribution<double> log_distance_of(std::log(0.5), std::log(5.0));
+  LightDetector detector(config);
+  Series series;
+  for (int i = 0; i < images; ++i) {
+    const double azimuth = azimuth_of(random);
+    const LightPlace light{std::exp(log_distance_of(random)), test::kDefaultLightHeight_m};
+    const test::SpotDrawing spot = test::spotOfLight(config, light, azimuth, light_levels);
+    cv::Mat expected =
+        test::flatImage(config.sensor.width_px, config.sensor.height_px, kBackground);
+    addSpot(&expected, spot);
+    const DetectionResult& result = detector.detect(test::expose(expected, config.sensor, &random));
+    ++series.images;
+    if (result.lights.size() != 1) continue;
+    ++series.found;
+    const Bearing& bearing = result.lights.front().bearing;
+    const double error = wrapAngle(bearing.azimuth_rad - azimuth);
+    series.sum_error += error;
+    series.sum_square_error += error * error;
+    series.sum_nees += error * error / bearing.azimuth_variance_rad2;
+    const double radius_error = bearing.image_radius_px - *radiusFromLight(config.mirror, light);
+    series.sum_nees_radius += radius_error * radius_error / bearing.image_radius_variance_px2;
+    constexpr int kImagesPerBound = 10;  // it is slow, and varies little with the place
+    if (with_bound && i % kImagesPerBound == 0) {
+      series.sum_bound += test::azimuthBound(config, spot, kBackground);
+      ++series.bounds;
+    }
+  }
+  return series;
+}
+
+// The sum of squared normalised errors is chi-square distributed when the variance is honest.
+void expectHonest(double nees, int samples) {
+  constexpr double kOneInThousand = 1e-3;
+  EXPECT_GT(nees, chiSquareQuantile(kOneInThousand, samples) / samples);
+  EXPECT_LT(nees, chiSquareQuantile(1.0 - kOneInThousand, samples) / samples);
+}
+
+// The detector's own figures are asked of it: RMSE 0.01 deg, bias 0.001 deg, and the centroid's
+// 2.6 times the bound, which photon noise inside the disc forbids it to reach.
+TEST(BearingVariance, IsHonestForACleanPointLightAndNearTheBound) {
+  const Series series = runSeries(defaultDetector(), 160.0, 400, 21, true);
+  EXPECT_EQ(series.found, series.images);
+  expectHonest(series.nees(), series.found);
+  expectHonest(series.sum_nees_radius / series.found, series.found);
+  EXPECT_LT(series.rmse_deg(), 0.01);
+  EXPECT_LT(std::abs(series.bias_deg()), 0.001);
+  const double ratio =
+      std::sqrt(series.sum_square_error / series.found / (series.sum_bound / series.bounds));
+  EXPECT_LT(ratio, 2.6);
+  EXPECT_GT(ratio, 1.0 - 3.0 / std::sqrt(2.0 * series.found)) << "below the Cramer-Rao bound";
+  RecordProperty("rmse_deg", std::to_string(series.rmse_deg()));
+  RecordProperty("nees", std::to_string(series.nees()));
+  RecordProperty("rmse_over_bound", std::to_string(ratio));
+}
+
+TEST(BearingVariance, IsHonestForADimLight) {
+  const Series series = runSeries(defaultDetector(), 50.0, 200, 22, false);
+  EXPECT_EQ(series.found, series.images);
+  expectHonest(series.nees(), series.found);
+}
+
+TEST(BearingVariance, IsNotTooSmallForASaturatedLight) {
+  constexpr double kThreeTimesFull = 765.0;
+  const Series series = runSeries(defaultDetector(), kThreeTimesFull, 200, 23, false);
+  EXPECT_EQ(series.found, series.images);
+  EXPECT_LT(series.nees(), 1.3);
+  EXPECT_LT(series.rmse_deg(), 0.02);
+}
+
+TEST(BearingVariance, TheAlignmentsFloorIsAlwaysThere) {
+  DetectorConfig config = defaultDetector();
+  config.alignment.azimuth_stddev_rad = 0.01;
+  config.alignment.centre_stddev_px = 0.5;
+  LightDetector detector(config);
+  const LightPlace light{1.0, test::kDefaultLightHeight_m};
+  cv::Mat expected = test::flatImage(640, 480, kBackground);
+  addSpot(&expected, test::spotOfLight(config, light, 0.4, 160.0));
+  std::mt19937 random(24);
+  const DetectionResult& result = detector.detect(test::expose(expected, config.sensor, &random));
+  ASSERT_EQ(result.lights.size(), 1u);
+  const Bearing& bearing = result.lights.front().bearing;
+  const double floor = 0.01 * 0.01 + 0.25 / std::pow(bearing.image_radius_px, 2);
+  EXPECT_GT(bearing.azimuth_variance_rad2, floor);
+  EXPECT_LT(bearing.azimuth_variance_rad2, 1.01 * floor);
+}
+
+}  // namespace
+}  // namespace bearing_calibration

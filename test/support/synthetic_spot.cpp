@@ -1,0 +1,140 @@
+#include "support/synthetic_spot.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "support/default_rig.h"
+
+namespace bearing_calibration {
+namespace test {
+
+cv::Mat flatImage(int width_px, int height_px, double background_levels) {
+  return cv::Mat(height_px, width_px, CV_64FC1, cv::Scalar(background_levels));
+}
+
+void addSpot(cv::Mat* expected_levels, const SpotDrawing& spot) {
+  constexpr int kSubSamples = 24;  // along a pixel's side
+  const double c = std::cos(spot.major_angle_rad);
+  const double s = std::sin(spot.major_angle_rad);
+  const double a = 0.5 * spot.major_diameter_px;
+  const double b = 0.5 * spot.minor_diameter_px;
+  const int reach = static_cast<int>(std::ceil(std::max(a, b))) + 1;
+  const int u0 = static_cast<int>(std::round(spot.centre_px.x()));
+  const int v0 = static_cast<int>(std::round(spot.centre_px.y()));
+  for (int v = std::max(0, v0 - reach); v <= std::min(expected_levels->rows - 1, v0 + reach); ++v) {
+    for (int u = std::max(0, u0 - reach); u <= std::min(expected_levels->cols - 1, u0 + reach);
+         ++u) {
+      int inside = 0;
+      for (int i = 0; i < kSubSamples * kSubSamples; ++i) {
+        const double du = u + (i % kSubSamples + 0.5) / kSubSamples - 0.5 - spot.centre_px.x();
+        const double dv = v + (i / kSubSamples + 0.5) / kSubSamples - 0.5 - spot.centre_px.y();
+        const double x = (c * du + s * dv) / a;
+        const double y = (-s * du + c * dv) / b;
+        inside += x * x + y * y <= 1.0 ? 1 : 0;
+      }
+      expected_levels->at<double>(v, u) += spot.light_levels * inside / (kSubSamples * kSubSamples);
+    }
+  }
+}
+
+SpotDrawing spotOfLight(const DetectorConfig& config, const LightPlace& light, double azimuth_rad,
+                        double light_levels) {
+  const double radius_px = radiusFromLight(config.mirror, light).value();
+  const SpotBlur blur = expectedBlur(config.mirror, radius_px, light.distance_m);
+  SpotDrawing spot;
+  spot.centre_px = imageFromMirrorPixel(config.view, {radius_px, azimuth_rad});
+  const Eigen::Vector2d from_centre =
+      spot.centre_px - Eigen::Vector2d(config.view.centre_u_px, config.view.centre_v_px);
+  spot.major_angle_rad = std::atan2(from_centre.y(), from_centre.x());
+  spot.major_diameter_px = blur.radial_diameter_px;
+  spot.minor_diameter_px = blur.tangential_diameter_px;
+  spot.light_levels = light_levels;
+  return spot;
+}
+
+cv::Mat expose(const cv::Mat& expected_levels, const ImageSensor& sensor, std::mt19937* random) {
+  std::normal_distribution<double> normal;
+  cv::Mat image(expected_levels.size(), CV_8UC1);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      const double electrons = expected_levels.at<double>(v, u) * sensor.electrons_per_level;
+      // The normal limit of the Poisson distribution: hundreds of electrons in every lit pixel.
+      const double deviation =
+          std::sqrt(std::max(0.0, electrons) + std::pow(sensor.read_noise_electrons, 2));
+      const double level = (electrons + deviation * normal(*random)) / sensor.electrons_per_level;
+      image.at<std::uint8_t>(v, u) =
+          static_cast<std::uint8_t>(std::clamp(std::round(level), 0.0, sensor.saturation_level));
+    }
+  }
+  return image;
+}
+
+double azimuthBound(const DetectorConfig& config, const SpotDrawing& spot,
+                    double background_levels) {
+  const int width = config.sensor.width_px;
+  const int height = config.sensor.height_px;
+  const auto draw = [&](const Eigen::Vector2d& shift) {
+    SpotDrawing moved = spot;
+    moved.centre_px += shift;
+    cv::Mat image = flatImage(width, height, background_levels);
+    addSpot(&image, moved);
+    return image;
+  };
+  constexpr double kStep_px = 0.25;  // many sub-samples wide
+  const cv::Mat mean = draw(Eigen::Vector2d::Zero());
+  const cv::Mat du = (draw({kStep_px, 0.0}) - draw({-kStep_px, 0.0})) / (2.0 * kStep_px);
+  const cv::Mat dv = (draw({0.0, kStep_px}) - draw({0.0, -kStep_px})) / (2.0 * kStep_px);
+  const double g = config.sensor.electrons_per_level;
+  const double read2 = std::pow(config.sensor.read_noise_electrons / g, 2) + 1.0 / 12.0;
+  Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
+  const int reach = static_cast<int>(2.0 * spot.major_diameter_px);
+  for (int v = std::max(0, static_cast<int>(spot.centre_px.y()) - reach);
+       v < std::min(height, static_cast<int>(spot.centre_px.y()) + reach); ++v) {
+    for (int u = std::max(0, static_cast<int>(spot.centre_px.x()) - reach);
+         u < std::min(width, static_cast<int>(spot.centre_px.x()) + reach); ++u) {
+      const double level = mean.at<double>(v, u);
+      const Eigen::Vector4d row(du.at<double>(v, u), dv.at<double>(v, u),
+                                (level - background_levels) / spot.light_levels, 1.0);
+      information += row * row.transpose() / (level / g + read2);
+    }
+  }
+  const Eigen::Matrix2d covariance = information.inverse().topLeftCorner<2, 2>();
+  const Eigen::Vector2d from_centre =
+      spot.centre_px - Eigen::Vector2d(config.view.centre_u_px, config.view.centre_v_px);
+  const Eigen::Vector2d tangent =
+      Eigen::Vector2d(-from_centre.y(), from_centre.x()) / from_centre.squaredNorm();
+  return tangent.dot(covariance * tangent);
+}
+
+DetectorConfig defaultDetector() {
+  DetectorConfig config;
+  config.mirror = defaultMirror();
+  config.view = {319.5, 239.5, 1};
+  config.sensor.width_px = 640;
+  config.sensor.height_px = 480;
+  config.sensor.electrons_per_level = 12000.0 / 255.0;
+  config.sensor.saturation_level = 255.0;
+  config.sensor.read_noise_electrons = 12.0;
+  config.mask.inner_radius_px = 40.0;
+  config.mask.outer_radius_px = 250.0;
+  config.mask.first_row = 0;
+  config.mask.last_row = config.sensor.height_px - 1;
+  config.threshold.min_contrast_levels = 25.0;
+  config.threshold.spreads = 6.0;
+  config.light.min_distance_m = 0.25;
+  config.light.max_distance_m = 10.0;
+  config.light.below_apex = true;
+  config.gates.mirror = true;
+  config.gates.min_pixels = 4;
+  config.gates.max_pixels = 2000;
+  config.gates.min_fill = 0.93;
+  config.gates.max_fill = 1.04;
+  config.gates.size_tolerance = 0.2;
+  config.gates.max_axis_error_rad = radiansFromDegrees(15.0);
+  config.max_candidates = 100;
+  return config;
+}
+
+}  // namespace test
+}  // namespace bearing_calibration

@@ -1,0 +1,105 @@
+#include "bearing_calibration/vision/annulus_mask.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "bearing_calibration/common/angle.h"
+#include "support/synthetic_spot.h"
+
+namespace bearing_calibration {
+namespace {
+
+using Pixels = std::set<std::pair<int, int>>;
+
+Pixels pixelsOf(const std::vector<PixelInterval>& intervals) {
+  Pixels pixels;
+  for (const PixelInterval& interval : intervals) {
+    for (int u = interval.begin; u < interval.end; ++u) {
+      EXPECT_TRUE(pixels.insert({interval.row, u}).second) << "twice: " << interval.row << " " << u;
+    }
+  }
+  return pixels;
+}
+
+DetectorConfig smallDetector(int handedness) {
+  DetectorConfig config = test::defaultDetector();
+  config.sensor.width_px = 120;
+  config.sensor.height_px = 90;
+  config.view = {61.3, 43.8, handedness};
+  config.mask.inner_radius_px = 10.0;
+  config.mask.outer_radius_px = 50.0;
+  config.mask.first_row = 3;
+  config.mask.last_row = 80;
+  config.mask.posts = {{radiansFromDegrees(90.0), radiansFromDegrees(8.0)},
+                       {radiansFromDegrees(-175.0), radiansFromDegrees(10.0)}};
+  return config;
+}
+
+TEST(AnnulusMask, HoldsTheAnnulusLessPostsAndRows) {
+  for (int handedness : {1, -1}) {
+    const DetectorConfig config = smallDetector(handedness);
+    const AnnulusMask mask(config.mask, config.view, config.sensor);
+    const Pixels pixels = pixelsOf(mask.intervals());
+    for (int v = 0; v < config.sensor.height_px; ++v) {
+      for (int u = 0; u < config.sensor.width_px; ++u) {
+        const double du = u - 61.3;
+        const double up = 43.8 - v;
+        const double radius = std::sqrt(du * du + up * up);
+        const double azimuth_deg = handedness * degreesFromRadians(std::atan2(up, du));
+        const bool in_post = (azimuth_deg >= 82.0 && azimuth_deg <= 98.0) || azimuth_deg >= 175.0 ||
+                             azimuth_deg <= -165.0;
+        const bool expected = radius >= 10.0 && radius <= 50.0 && v >= 3 && v <= 80 && !in_post;
+        EXPECT_EQ(pixels.count({v, u}) == 1, expected) << "row " << v << " column " << u;
+        EXPECT_EQ(mask.contains(u, v), expected);
+      }
+    }
+  }
+}
+
+TEST(AnnulusMask, APixelBesideTheImageIsOutside) {
+  const DetectorConfig config = smallDetector(1);
+  const AnnulusMask mask(config.mask, config.view, config.sensor);
+  EXPECT_FALSE(mask.contains(-1.0, 40.0));
+  EXPECT_FALSE(mask.contains(120.0, 40.0));
+  EXPECT_FALSE(mask.contains(60.0, 1e12));
+  EXPECT_FALSE(mask.contains(std::nan(""), 40.0));
+}
+
+TEST(AnnulusMask, ASectorIsTheMaskWithinItsAngle) {
+  for (int handedness : {1, -1}) {
+    const DetectorConfig config = smallDetector(handedness);
+    const AnnulusMask mask(config.mask, config.view, config.sensor);
+    std::vector<PixelInterval> clipped;
+    for (double centre_deg = -180.0; centre_deg <= 180.0; centre_deg += 15.0) {
+      for (double half_width_deg : {3.0, 20.0, 89.0}) {
+        mask.clip({radiansFromDegrees(centre_deg), radiansFromDegrees(half_width_deg)}, &clipped);
+        const Pixels found = pixelsOf(clipped);
+        for (const auto& [v, u] : pixelsOf(mask.intervals())) {
+          const double azimuth = mirrorPixelFromImage(config.view, u, v).azimuth_rad;
+          const double off =
+              std::abs(degreesFromRadians(wrapAngle(azimuth - radiansFromDegrees(centre_deg))));
+          constexpr double kOnTheBorder_deg = 1e-9;
+          if (std::abs(off - half_width_deg) < kOnTheBorder_deg) continue;
+          EXPECT_EQ(found.count({v, u}) == 1, off < half_width_deg)
+              << "row " << v << " column " << u << " sector " << centre_deg << " +- "
+              << half_width_deg;
+        }
+      }
+    }
+  }
+}
+
+TEST(AnnulusMask, AHalfPlaneIsNoSector) {
+  const DetectorConfig config = smallDetector(1);
+  const AnnulusMask mask(config.mask, config.view, config.sensor);
+  std::vector<PixelInterval> clipped;
+  EXPECT_THROW(mask.clip({0.0, 0.5 * kPi}, &clipped), std::invalid_argument);
+  EXPECT_THROW(mask.clip({0.0, 0.0}, &clipped), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace bearing_calibration

@@ -1,0 +1,97 @@
+#include "bearing_calibration/vision/light_bearings.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/search_region.h"
+
+namespace bearing_calibration {
+namespace {
+
+const Stamp kImageStamp = stampFromSeconds(100.0);
+
+Detection lightInRow(double row, double quality) {
+  Detection light;
+  light.ellipse.centre_px = {0.0, row};
+  light.bearing.azimuth_variance_rad2 = 1e-6;
+  light.bearing.quality = quality;
+  return light;
+}
+
+TEST(LightBearings, TheStampIsTheRowsMidExposure) {
+  const ShutterConfig config{0.004, 50e-6, 1.0};
+  const BearingSet set = bearingsFromLights({lightInRow(200.5, 0.9)}, config, kImageStamp, 480);
+  EXPECT_EQ((set.stamp - kImageStamp).count(), 4000000 + 10025000);
+  ASSERT_EQ(set.candidates.size(), 1u);
+  EXPECT_DOUBLE_EQ(set.candidates.front().azimuth_variance_rad2, 1e-6);
+}
+
+TEST(LightBearings, WithoutALightItIsTheMiddleRows) {
+  const BearingSet set = bearingsFromLights({}, {-0.01, 1e-3, 1.0}, kImageStamp, 101);
+  EXPECT_EQ((set.stamp - kImageStamp).count(), -10000000 + 50000000);
+  EXPECT_TRUE(set.candidates.empty());
+}
+
+TEST(LightBearings, ALessLikelyLightPaysForItsOtherRow) {
+  const ShutterConfig config{0.0, 50e-6, 2.0};
+  const BearingSet set = bearingsFromLights({lightInRow(300.0, 0.5), lightInRow(100.0, 0.9)},
+                                            config, kImageStamp, 480);
+  EXPECT_EQ((set.stamp - kImageStamp).count(), 5000000);
+  EXPECT_DOUBLE_EQ(set.candidates[1].azimuth_variance_rad2, 1e-6);
+  const double seconds_apart = 200.0 * 50e-6;
+  EXPECT_DOUBLE_EQ(set.candidates[0].azimuth_variance_rad2,
+                   1e-6 + std::pow(2.0 * seconds_apart, 2));
+}
+
+SearchConfig search() {
+  SearchConfig config;
+  config.use = true;
+  config.sigmas = 3.0;
+  config.margin_rad = 0.1;
+  config.max_half_width_rad = 0.5;
+  config.max_age_s = 0.2;
+  config.max_turn_rate_radps = 1.0;
+  return config;
+}
+
+TEST(SearchRegion, GrowsWithTheUncertaintyAndTheAge) {
+  const BearingPrediction prediction{kImageStamp, 4.0, 0.05 * 0.05};
+  const auto now = searchRegion(search(), prediction, kImageStamp);
+  ASSERT_TRUE(now);
+  EXPECT_NEAR(now->centre_rad, 4.0 - 2.0 * kPi, 1e-12);
+  EXPECT_NEAR(now->half_width_rad, 0.1 + 3.0 * 0.05, 1e-12);
+  for (double age : {-0.1, 0.1}) {
+    const auto later = searchRegion(search(), prediction, kImageStamp + durationFromSeconds(age));
+    ASSERT_TRUE(later);
+    EXPECT_NEAR(later->half_width_rad, 0.25 + 0.1, 1e-9);
+  }
+}
+
+TEST(SearchRegion, AUselessPredictionMeansToSearchEverywhere) {
+  const BearingPrediction good{kImageStamp, 0.0, 0.01};
+  EXPECT_TRUE(searchRegion(search(), good, kImageStamp));
+  SearchConfig off = search();
+  off.use = false;
+  EXPECT_FALSE(searchRegion(off, good, kImageStamp));
+  EXPECT_FALSE(searchRegion(search(), good, kImageStamp + durationFromSeconds(0.21)));
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(searchRegion(search(), {kImageStamp, 0.0, 1.0}, kImageStamp));
+  EXPECT_FALSE(searchRegion(search(), {kImageStamp, kNaN, 0.01}, kImageStamp));
+  EXPECT_FALSE(searchRegion(search(), {kImageStamp, 0.0, kNaN}, kImageStamp));
+  EXPECT_FALSE(searchRegion(search(), {kImageStamp, 0.0, -0.01}, kImageStamp));
+}
+
+TEST(SearchRegion, ValidateNamesEveryWrongValue) {
+  EXPECT_TRUE(search().validate().empty());
+  SearchConfig config = search();
+  config.margin_rad = 0.0;
+  config.max_half_width_rad = 2.0;
+  EXPECT_EQ(config.validate().size(), 2u);
+  EXPECT_EQ((ShutterConfig{40.0, std::nan(""), -1.0}).validate().size(), 3u);
+}
+
+}  // namespace
+}  // namespace bearing_calibration

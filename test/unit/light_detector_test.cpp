@@ -1,0 +1,266 @@
+#include "bearing_calibration/vision/light_detector.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <numeric>
+#include <random>
+
+#include "bearing_calibration/common/angle.h"
+#include "support/default_rig.h"
+#include "support/synthetic_spot.h"
+
+namespace {
+std::size_t allocations = 0;
+}  // namespace
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace bearing_calibration {
+namespace {
+
+using test::defaultDetector;
+using test::kDefaultLightHeight_m;
+using test::SpotDrawing;
+using test::spotOfLight;
+
+constexpr double kBackground = 20.0;
+constexpr double kLight = 160.0;
+
+cv::Mat exposeSpots(const DetectorConfig& config, const std::vector<SpotDrawing>& spots,
+                    unsigned seed) {
+  cv::Mat expected = test::flatImage(config.sensor.width_px, config.sensor.height_px, kBackground);
+  for (const SpotDrawing& spot : spots) addSpot(&expected, spot);
+  std::mt19937 random(seed);
+  return test::expose(expected, config.sensor, &random);
+}
+
+SpotDrawing lightAt(const DetectorConfig& config, double distance_m, double azimuth_rad) {
+  return spotOfLight(config, {distance_m, kDefaultLightHeight_m}, azimuth_rad, kLight);
+}
+
+/// The only rejection of an image, for a message of its name.
+std::string onlyRejection(const DetectionResult& result) {
+  if (!result.lights.empty()) return "accepted";
+  if (result.rejected.size() != 1) return std::to_string(result.rejected.size()) + " rejected";
+  return describe(result.rejected.front().rejection);
+}
+
+TEST(LightDetector, FindsTheLightAtEveryDistanceAndAzimuth) {
+  for (int handedness : {1, -1}) {
+    DetectorConfig config = defaultDetector();
+    config.view.handedness = handedness;
+    LightDetector detector(config);
+    for (double distance : {0.5, 1.0, 5.0}) {
+      for (double azimuth : {-3.0, -1.2, 0.1, 2.4}) {
+        const DetectionResult& result =
+            detector.detect(exposeSpots(config, {lightAt(config, distance, azimuth)}, 5));
+        ASSERT_EQ(result.lights.size(), 1u) << onlyRejection(result) << " at " << distance << " m";
+        const Bearing& bearing = result.lights.front().bearing;
+        const double stddev = std::sqrt(bearing.azimuth_variance_rad2);
+        EXPECT_NEAR(wrapAngle(bearing.azimuth_rad - azimuth), 0.0, 5.0 * stddev);
+        const double radius = *radiusFromLight(config.mirror, {distance, kDefaultLightHeight_m});
+        EXPECT_NEAR(bearing.image_radius_px, radius,
+                    5.0 * std::sqrt(bearing.image_radius_variance_px2));
+        EXPECT_NEAR(bearing.elevation_rad, elevationFromRadius(config.mirror, radius),
+                    5.0 * std::sqrt(bearing.elevation_variance_rad2));
+        EXPECT_GT(bearing.quality, 0.5);
+        EXPECT_LE(bearing.quality, 1.0);
+      }
+    }
+  }
+}
+
+TEST(LightDetector, SixteenBitsGiveTheSameBearing) {
+  const DetectorConfig config = defaultDetector();
+  const cv::Mat narrow = exposeSpots(config, {lightAt(config, 1.0, 0.3)}, 6);
+  DetectorConfig wide_config = config;
+  constexpr int kScale = 16;
+  wide_config.sensor.electrons_per_level /= kScale;
+  wide_config.sensor.saturation_level *= kScale;
+  wide_config.threshold.min_contrast_levels *= kScale;
+  cv::Mat wide;
+  narrow.convertTo(wide, CV_16U, kScale);
+  LightDetector narrow_detector(config);
+  LightDetector wide_detector(wide_config);
+  const DetectionResult& narrow_result = narrow_detector.detect(narrow);
+  const DetectionResult& wide_result = wide_detector.detect(wide);
+  ASSERT_EQ(narrow_result.lights.size(), 1u);
+  ASSERT_EQ(wide_result.lights.size(), 1u) << onlyRejection(wide_result);
+  EXPECT_NEAR(wide_result.lights.front().bearing.azimuth_rad,
+              narrow_result.lights.front().bearing.azimuth_rad, 1e-9);
+}
+
+TEST(LightDetector, SaysWhyASpotIsNotTheLight) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  const SpotDrawing light = lightAt(config, 1.0, 0.7);
+  const auto rejection = [&](const SpotDrawing& spot) {
+    return onlyRejection(detector.detect(exposeSpots(config, {spot}, 7)));
+  };
+  EXPECT_EQ(rejection(light), "accepted");
+  SpotDrawing spot = light;
+  spot.major_diameter_px = spot.minor_diameter_px = 4.0;
+  EXPECT_EQ(rejection(spot), "too few pixels");
+  spot.major_diameter_px = spot.minor_diameter_px = 60.0;
+  EXPECT_EQ(rejection(spot), "too many pixels");
+  spot = light;
+  spot.minor_diameter_px *= 1.5;
+  EXPECT_EQ(rejection(spot), "wrong size along the azimuth");
+  spot = light;
+  spot.major_diameter_px *= 1.4;
+  EXPECT_EQ(rejection(spot), "wrong size along the radius");
+  spot = light;
+  spot.major_angle_rad += radiansFromDegrees(20.0);
+  EXPECT_EQ(rejection(spot), "axis off the radius");
+  constexpr double kOverTheApex_m = 0.05;
+  EXPECT_EQ(rejection(spotOfLight(config, {1.0, kOverTheApex_m}, 0.0, kLight)),
+            "above the horizon");
+}
+
+TEST(LightDetector, ASpotCutByAPostOrByTheRowsIsRefused) {
+  DetectorConfig config = defaultDetector();
+  config.mask.posts = {{0.7 + radiansFromDegrees(4.0), radiansFromDegrees(3.0)}};
+  const cv::Mat image = exposeSpots(config, {lightAt(config, 1.0, 0.7)}, 8);
+  LightDetector behind_post(config);
+  EXPECT_EQ(onlyRejection(behind_post.detect(image)), "cut by the mask");
+  config.mask.posts.clear();
+  config.mask.first_row = static_cast<int>(lightAt(config, 1.0, 0.7).centre_px.y()) - 4;
+  LightDetector below_row(config);
+  EXPECT_EQ(onlyRejection(below_row.detect(image)), "cut by the mask");
+}
+
+TEST(LightDetector, ARectangleIsNoEllipse) {
+  DetectorConfig config = defaultDetector();
+  config.gates.min_fill = 0.97;  // a rectangle has 3 / pi = 0.955
+  cv::Mat image(config.sensor.height_px, config.sensor.width_px, CV_8UC1, cv::Scalar(20));
+  image(cv::Rect(480, 230, 19, 11)).setTo(180);
+  LightDetector detector(config);
+  EXPECT_EQ(onlyRejection(detector.detect(image)), "not an ellipse");
+}
+
+TEST(LightDetector, LooksInThePredictedRegionFirst) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  const cv::Mat image =
+      exposeSpots(config, {lightAt(config, 1.0, 0.7), lightAt(config, 1.5, -2.0)}, 9);
+  EXPECT_EQ(detector.detect(image).lights.size(), 2u);
+  EXPECT_FALSE(detector.detect(image).in_region);
+  const DetectionResult& result = detector.detect(image, AzimuthSector{0.75, 0.2});
+  ASSERT_EQ(result.lights.size(), 1u);
+  EXPECT_TRUE(result.in_region);
+  EXPECT_NEAR(result.lights.front().bearing.azimuth_rad, 0.7, 0.01);
+}
+
+TEST(LightDetector, LooksEverywhereWhenTheRegionIsEmpty) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  const cv::Mat image = exposeSpots(config, {lightAt(config, 1.0, 0.7)}, 10);
+  const DetectionResult& result = detector.detect(image, AzimuthSector{-1.5, 0.2});
+  EXPECT_EQ(result.lights.size(), 1u);
+  EXPECT_FALSE(result.in_region);
+}
+
+TEST(LightDetector, UniformImagesShowNothing) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  for (int level : {0, 128, 255}) {
+    const cv::Mat image(config.sensor.height_px, config.sensor.width_px, CV_8UC1,
+                        cv::Scalar(level));
+    EXPECT_TRUE(detector.detect(image).lights.empty()) << "level " << level;
+  }
+}
+
+TEST(LightDetector, SoftwareDefocusMakesAnEllipseOfASharpLight) {
+  DetectorConfig config = defaultDetector();
+  config.mirror.aperture_m = 0.1e-3;  // a pinhole: the light is about a pixel wide
+  config.defocus_sigma_px = 3.0;
+  config.threshold.min_contrast_levels = 4.0;
+  LightDetector detector(config);
+  constexpr double kAzimuth = 0.7;
+  SpotDrawing sharp = lightAt(config, 1.0, kAzimuth);
+  sharp.light_levels = 235.0;
+  sharp.major_diameter_px = sharp.minor_diameter_px = 4.0;
+  // The light itself may be some centimetres wide.
+  const DetectionResult& result = detector.detect(exposeSpots(config, {sharp}, 11));
+  ASSERT_EQ(result.lights.size(), 1u) << onlyRejection(result);
+  const Detection& light = result.lights.front();
+  const double expected_stddev = std::sqrt(9.0 + 1.0 + 1.0 / 12.0);
+  EXPECT_NEAR(std::sqrt(light.ellipse.radial_variance_px2), expected_stddev, 0.5);
+  EXPECT_NEAR(light.bearing.azimuth_rad, kAzimuth,
+              5.0 * std::sqrt(light.bearing.azimuth_variance_rad2));
+}
+
+TEST(LightDetector, WithoutTheMirrorsGatesManySmallLightsAreFound) {
+  DetectorConfig config = defaultDetector();
+  config.gates.mirror = false;
+  config.gates.min_pixels = 1;
+  LightDetector detector(config);
+  cv::Mat image(config.sensor.height_px, config.sensor.width_px, CV_8UC1, cv::Scalar(5));
+  for (int i = 0; i < 12; ++i) image.at<std::uint8_t>(150 + 10 * (i % 4), 420 + 10 * (i / 4)) = 200;
+  EXPECT_EQ(detector.detect(image).lights.size(), 12u);
+}
+
+TEST(LightDetector, MeasuresNoMoreThanItsLimit) {
+  DetectorConfig config = defaultDetector();
+  config.gates.mirror = false;
+  config.gates.min_pixels = 1;
+  config.max_candidates = 5;
+  LightDetector detector(config);
+  cv::Mat image(config.sensor.height_px, config.sensor.width_px, CV_8UC1, cv::Scalar(5));
+  for (int i = 0; i < 12; ++i) image.at<std::uint8_t>(150 + 10 * (i % 4), 420 + 10 * (i / 4)) = 200;
+  const DetectionResult& result = detector.detect(image);
+  EXPECT_EQ(result.lights.size(), 5u);
+  EXPECT_EQ(result.rejections[static_cast<std::size_t>(Rejection::kTooManySpots)], 7);
+}
+
+TEST(LightDetector, WrongImagesBreakTheContract) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  EXPECT_THROW(detector.detect(cv::Mat()), std::invalid_argument);
+  EXPECT_THROW(detector.detect(cv::Mat(1, 1, CV_8UC1)), std::invalid_argument);
+  EXPECT_THROW(detector.detect(cv::Mat(480, 640, CV_8UC3)), std::invalid_argument);
+  EXPECT_NO_THROW(detector.detect(cv::Mat(480, 640, CV_16UC1, cv::Scalar(0))));
+  DetectorConfig wide = config;
+  wide.sensor.saturation_level = 4095.0;
+  LightDetector wide_detector(wide);
+  EXPECT_THROW(wide_detector.detect(cv::Mat(480, 640, CV_8UC1)), std::invalid_argument);
+}
+
+TEST(LightDetector, RefusesAConfigurationWithEveryError) {
+  EXPECT_THROW(LightDetector(DetectorConfig{}), std::invalid_argument);
+  DetectorConfig config = defaultDetector();
+  EXPECT_TRUE(config.validate().empty());
+  config.view.handedness = 0;
+  config.light.min_distance_m = 0.0;
+  config.mask.last_row = 480;
+  EXPECT_EQ(config.validate().size(), 3u);
+}
+
+TEST(LightDetector, AllocatesNothingOnceItIsWarm) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  const cv::Mat image =
+      exposeSpots(config, {lightAt(config, 1.0, 0.7), lightAt(config, 1.5, -2.0)}, 12);
+  detector.detect(image);
+  detector.detect(image, AzimuthSector{0.75, 0.2});
+  const std::size_t before = allocations;
+  std::size_t lights = 0;
+  for (int i = 0; i < 10; ++i) {
+    lights += detector.detect(image).lights.size();
+    lights += detector.detect(image, AzimuthSector{0.75, 0.2}).lights.size();
+  }
+  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(lights, 30u);
+}
+
+}  // namespace
+}  // namespace bearing_calibration
