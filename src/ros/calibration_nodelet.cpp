@@ -228,6 +228,7 @@ void CalibrationNodelet::startAnew(const std::string& why) {
   joint_states_without_wheels_ = refused_before_ = 0;
   last_prediction_ = {};
   stamp_watch_ = {};
+  throttle_ = LogThrottle(kWarningPeriod_s);  // what was said of the old calibration is old, too
   input_watch_->restart();
   publisher_->restartStamps();
   publishNow();

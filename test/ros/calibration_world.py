@@ -122,7 +122,7 @@ class Node:
         rospy.Subscriber(name + '/base_from_camera', PoseWithCovarianceStamped,
                          self._into(self.poses))
         rospy.Subscriber(name + '/transform', TransformStamped, self._into(self.transforms))
-        rospy.Subscriber('/rosout_agg', Log, self._into(self.logs))
+        rospy.Subscriber('/rosout', Log, self._into(self.logs))  # no /rosout_agg in a rostest
         kind = WheelTicks if wheels == 'wheel_ticks' else JointState
         self.wheels = rospy.Publisher(wheels, kind, queue_size=10000)
         self.bearings = rospy.Publisher('bearings', LightBearings, queue_size=10000)
@@ -152,6 +152,8 @@ class Node:
         return self.estimate()
 
     def reset(self):
+        with self.lock:
+            del self.logs[:]
         assert self.reset_service().success
         return self.wait_for(lambda e: e.ticks_used == 0 and e.bearings_used == 0, 'reset')
 

@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+"""What bad input gets: a message with the topic, the value and what was done; a count; and no other
+effect. The node lives on."""
+
+import math
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+from bearing_calibration.msg import LightBearings
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+from calibration_world import NAN, Node, World, wait_until
+
+MAX_WAITING = 100  # config/calibration.yaml
+
+
+def later(message, seconds):
+    message.header.stamp += rospy.Duration.from_sec(seconds)
+    return message
+
+
+def wrapped(ticks):
+    """The counters of a 16-bit encoder."""
+    ticks.left %= 2**16
+    ticks.right %= 2**16
+    return ticks
+
+
+class CalibrationBadInputTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('calibration_bad_input_test')
+        cls.node = Node()
+        cls.statuses = []
+        rospy.Subscriber('/diagnostics', DiagnosticArray,
+                         lambda message: cls.statuses.extend(message.status))
+
+    def setUp(self):
+        self.node.reset()
+        self.world = World(rospy.Time.now().to_sec() - 1000.0)
+        self.node.drive(self.world, 2.0, wheels=lambda world: wrapped(world.ticks()))
+        self.before = self.node.wait_for(
+            lambda e: e.ticks_used == 100 and e.bearings_used == 20, 'a start without faults')
+
+    def assert_refused(self, reason, *said):
+        """Refused, counted, said; and neither the estimate nor the other counts have changed."""
+        estimate = self.node.wait_for(lambda e: reason + ': 1' in e.rejections, reason)
+        self.assertEqual(estimate.rejections, reason + ': 1', 'and nothing else is counted')
+        for field in ('x_m', 'y_m', 'yaw_rad', 'covariance_x_y_yaw', 'D_m', 'bearings_used',
+                      'bearings_gated', 'ticks_used', 'distance_travelled_m'):
+            self.assertEqual(getattr(estimate, field), getattr(self.before, field), field)
+        wait_until(lambda: self.node.warnings(*said), 'a warning with %s, but there is only %s'
+                   % (said, self.node.warnings('/')))
+        wait_until(lambda: any(value.key == 'inputs refused' and reason in value.value
+                               for status in self.statuses for value in status.values),
+                   'the count in /diagnostics')
+        self.assert_lives_on()
+
+    def assert_lives_on(self):
+        """Good input is taken as before."""
+        used = self.node.estimate().bearings_used
+        self.node.drive(self.world, 1.0, wheels=lambda world: wrapped(world.ticks()))
+        self.node.wait_for(lambda e: e.bearings_used == used + 10, 'ten more bearings')
+
+    def bearings(self, **changes):
+        """The next image, of which one candidate is as `changes` say."""
+        message = later(self.world.bearings(self.world.candidate(**changes)), 0.01)
+        self.node.bearings.publish(message)
+
+    def test_azimuth_nan(self):
+        self.bearings(azimuth=NAN)
+        self.assert_refused('bearings azimuth not finite', '/bearings', 'nan rad', 'left out')
+
+    def test_azimuth_infinite(self):
+        self.bearings(azimuth=math.inf)
+        self.assert_refused('bearings azimuth not finite', '/bearings', 'rad', 'left out')
+
+    def test_variance_zero(self):
+        self.bearings(azimuth_variance=0.0)
+        self.assert_refused('bearings variance not positive', '/bearings', 'rad^2', 'left out')
+
+    def test_variance_negative(self):
+        self.bearings(azimuth_variance=-0.1)
+        self.assert_refused('bearings variance not positive', '/bearings', 'rad^2', 'left out')
+
+    def test_variance_nan(self):
+        self.bearings(azimuth_variance=NAN)
+        self.assert_refused('bearings variance not positive', '/bearings', 'rad^2', 'left out')
+
+    def test_variance_absurd(self):
+        self.bearings(azimuth_variance=100.0)
+        self.assert_refused('bearings variance too large', '/bearings', '100', 'left out')
+
+    def test_quality_out_of_range(self):
+        self.bearings(quality=1.5)
+        self.assert_refused('bearings quality not in 0 to 1', '/bearings', '1.5', 'left out')
+
+    def test_bearing_stamp_zero(self):
+        message = self.world.bearings()
+        message.header.stamp = rospy.Time()
+        self.node.bearings.publish(message)
+        self.assert_refused('bearings stamp is zero', '/bearings', 'stamp is zero', 'left out')
+
+    def test_bearing_stamp_in_the_future(self):
+        message = self.world.bearings()
+        message.header.stamp = rospy.Time.now() + rospy.Duration(5.0)
+        self.node.bearings.publish(message)
+        self.assert_refused('bearings stamp in the future', '/bearings', 'after the time of receipt')
+
+    def test_bearing_stamp_before_the_last(self):
+        self.node.bearings.publish(later(self.world.bearings(), -0.5))
+        self.assert_refused('bearings stamp not after the last', '/bearings', '0.5', 'left out')
+
+    def test_tick_stamp_zero(self):
+        message = wrapped(self.world.ticks())
+        message.header.stamp = rospy.Time()
+        self.node.wheels.publish(message)
+        self.assert_refused('ticks stamp is zero', '/wheel_ticks', 'stamp is zero', 'left out')
+
+    def test_tick_stamp_in_the_future(self):
+        message = wrapped(self.world.ticks())
+        message.header.stamp = rospy.Time.now() + rospy.Duration(5.0)
+        self.node.wheels.publish(message)
+        self.assert_refused('ticks stamp in the future', '/wheel_ticks', 'after the time of receipt')
+
+    def test_tick_stamp_repeated(self):
+        self.node.wheels.publish(wrapped(self.world.ticks()))
+        self.assert_refused('ticks stamp not after the last', '/wheel_ticks', 'left out')
+
+    def test_ticks_that_do_not_fit_the_counter(self):
+        message = later(wrapped(self.world.ticks()), 0.01)
+        message.left = 2**20
+        self.node.wheels.publish(message)
+        self.assert_refused('ticks count exceeds the counter', '/wheel_ticks', '1048576', 'left out')
+
+    def test_ticks_faster_than_the_wheels(self):
+        message = later(self.world.ticks(), 0.01)
+        message.left += 20000  # 20000 of 65536 ticks in 10 ms: 9.6 m/s, the wheels reach 2
+        self.node.wheels.publish(wrapped(message))
+        self.assert_refused('ticks wheel faster than possible', '/wheel_ticks', 'max_speed')
+
+    def test_one_bad_candidate_does_not_spoil_the_others(self):
+        self.world.advance()
+        self.node.wheels.publish(wrapped(self.world.ticks()))
+        self.node.bearings.publish(self.world.bearings(self.world.candidate(azimuth=NAN),
+                                                       self.world.candidate()))
+        estimate = self.node.wait_for(lambda e: e.bearings_used == 21, 'the good candidate is used')
+        self.assertEqual(estimate.bearings_rejected, 1)
+
+    def test_an_image_without_light_is_no_fault(self):
+        self.world.advance()
+        self.node.wheels.publish(wrapped(self.world.ticks()))
+        empty = LightBearings()
+        empty.header.stamp = self.world.stamp()
+        self.node.bearings.publish(empty)
+        self.node.wait_for(lambda e: e.ticks_used == 101, 'one more reading')
+        self.assert_lives_on()
+        self.assertEqual(self.node.estimate().rejections, '')
+
+    def test_ticks_without_bearings_are_said(self):
+        self.assert_silence_said('wheel readings without bearings', '/bearings',
+                                 with_bearings=False)
+
+    def test_bearings_without_ticks_are_said_and_do_not_pile_up(self):
+        self.assert_silence_said('bearings without wheel readings', '/wheel_ticks',
+                                 with_wheels=False)
+        for _ in range(2 * MAX_WAITING):
+            self.world.step += 1
+            self.node.bearings.publish(self.world.bearings())
+            time.sleep(0.002)
+        estimate = self.node.wait_for(lambda e: 'too many bearings wait' in e.rejections, 'dropped')
+        self.assertLessEqual(estimate.bearings_waiting, MAX_WAITING)
+        self.assertEqual(estimate.bearings_used, self.before.bearings_used)
+
+    def assert_silence_said(self, sentence, topic, **drive):
+        """One stream goes on for longer than diagnostics/input_timeout, the other does not."""
+        end = time.monotonic() + 20.0
+        del self.statuses[:]
+        while not self.node.warnings(sentence, topic):
+            self.assertLess(time.monotonic(), end, 'no warning: ' + sentence)
+            self.node.drive(self.world, 0.1, wheels=lambda world: wrapped(world.ticks()), **drive)
+            time.sleep(0.05)
+        wait_until(lambda: [s for s in self.statuses if s.level == DiagnosticStatus.WARN and
+                            sentence in s.message], 'a diagnostic warning: ' + sentence)
+
+    def test_an_unknown_frame_is_said(self):
+        message = later(self.world.bearings(), 0.01)
+        message.header.frame_id = 'lidar'
+        self.node.bearings.publish(message)
+        wait_until(lambda: self.node.warnings('/bearings', "'lidar'", "'camera'"), 'a warning')
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'calibration_bad_input', CalibrationBadInputTest, sys.argv)
