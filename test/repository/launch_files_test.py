@@ -1,0 +1,122 @@
+"""Launch and configuration files as they are shipped: they load, and they say what they take."""
+
+import glob
+import os
+import re
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+import roslaunch.config
+import roslaunch.xmlloader
+import roslib.packages
+import yaml
+
+REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+LAUNCH_FILES = sorted(glob.glob(os.path.join(REPOSITORY, 'launch', '*.launch')))
+CONFIG_FILES = sorted(glob.glob(os.path.join(REPOSITORY, 'config', '*.yaml')))
+EXPECTED_LAUNCH_FILES = {'calibrate.launch', 'demo.launch', 'detect.launch', 'replay.launch'}
+
+# Arguments that have no default because only the user knows them.
+REQUIRED_ARGUMENTS = {'replay.launch': ['bag:=/tmp/some.bag']}
+
+# "name: value  # comment"; a group's name has no value.
+PARAMETER = re.compile(r'^ *[A-Za-z_]\w*:\s*(?P<value>[^#]*?)\s*(#\s*(?P<comment>.*))?$')
+UNIT = re.compile(r'\[[^\])]+[\])]')  # [m], [rad], [0 to 1)
+
+
+def load(path, *arguments):
+    config = roslaunch.config.ROSLaunchConfig()
+    name = os.path.basename(path)
+    roslaunch.xmlloader.XmlLoader().load(
+        path, config, argv=REQUIRED_ARGUMENTS.get(name, []) + list(arguments), verbose=False)
+    return config
+
+
+def declaredNodelets():
+    tree = ElementTree.parse(os.path.join(REPOSITORY, 'nodelet_plugins.xml'))
+    return {element.get('name') for element in tree.iter('class')}
+
+
+class LaunchFiles(unittest.TestCase):
+
+    def testAllOfThemAreThere(self):
+        self.assertLessEqual(EXPECTED_LAUNCH_FILES, set(map(os.path.basename, LAUNCH_FILES)))
+
+    def testTheyLoadAndTheirProgramsExist(self):
+        for path in LAUNCH_FILES:
+            with self.subTest(launch=os.path.basename(path)):
+                config = load(path)
+                self.assertEqual(config.config_errors, [])
+                self.assertTrue(config.nodes)
+                for node in config.nodes:
+                    self.assertTrue(roslib.packages.find_node(node.package, node.type),
+                                    '%s/%s is not there' % (node.package, node.type))
+
+    def testTheirNodeletsAreDeclared(self):
+        loaded = set()
+        for path in LAUNCH_FILES:
+            for node in load(path).nodes:
+                loaded.update(re.findall(r'bearing_calibration/\w+', node.args))
+        self.assertTrue(loaded)
+        self.assertLessEqual(loaded, declaredNodelets())
+
+    def testTheirArgumentsAreDocumented(self):
+        for path in LAUNCH_FILES:
+            for argument in ElementTree.parse(path).getroot().findall('arg'):
+                if argument.get('value') is None:  # those with a value are no arguments to the user
+                    with self.subTest(launch=os.path.basename(path), arg=argument.get('name')):
+                        self.assertTrue(argument.get('doc'))
+
+    def testTheirOtherFilesExist(self):
+        for path in LAUNCH_FILES:
+            with open(path) as file:
+                names = re.findall(r'\$\(find bearing_calibration\)/([\w./-]+)', file.read())
+            for name in names:
+                with self.subTest(launch=os.path.basename(path), file=name):
+                    self.assertTrue(os.path.exists(os.path.join(REPOSITORY, name)))
+
+
+class ConfigFiles(unittest.TestCase):
+
+    def testEveryOneIsLoadedByALaunchFile(self):
+        texts = ''
+        for path in LAUNCH_FILES:
+            with open(path) as file:
+                texts += file.read()
+        unused = [path for path in CONFIG_FILES if os.path.basename(path) not in texts]
+        self.assertEqual(unused, [])
+
+    def testNumbersAreNumbers(self):
+        """YAML 1.1 reads 1e-6 as text: it wants a point."""
+        def check(name, value):
+            if isinstance(value, dict):
+                for key, inner in value.items():
+                    check('%s/%s' % (name, key), inner)
+            elif isinstance(value, str):
+                self.assertNotRegex(value, r'^[-+.0-9]+(e[-+0-9]+)?$', '%s is text' % name)
+        for path in CONFIG_FILES:
+            with open(path) as file:
+                check(os.path.basename(path), yaml.safe_load(file))
+
+    def testEveryParameterHasACommentAndEveryQuantityAUnit(self):
+        """The comment stands beside the parameter or on the lines above it."""
+        for path in CONFIG_FILES:
+            with open(path) as file:
+                lines = file.read().split('\n')
+            above = ''
+            for number, line in enumerate(lines, 1):
+                if line.strip().startswith('#'):
+                    above += line
+                    continue
+                parameter = PARAMETER.match(line)
+                if parameter is not None and parameter.group('value'):
+                    comment = (parameter.group('comment') or '') + above
+                    with self.subTest(place='%s:%d: %s' % (os.path.basename(path), number, line)):
+                        self.assertTrue(comment, 'has no comment')
+                        if isinstance(yaml.safe_load(parameter.group('value')), float):
+                            self.assertRegex(comment, UNIT, 'has no [unit]')
+                above = ''
+
+
+if __name__ == '__main__':
+    unittest.main()

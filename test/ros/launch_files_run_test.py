@@ -1,0 +1,131 @@
+"""Every launch file starts, all its nodes stay, and it ends without a crash on ctrl-C."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+import unittest
+
+import roslaunch.config
+import roslaunch.xmlloader
+import rosbag
+import rosgraph
+import rospy
+
+from bearing_calibration.msg import WheelTicks
+
+REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+
+START_DEADLINE_S = 30
+STAY_S = 2  # a node that refuses its parameters is gone by then
+STOP_DEADLINE_S = 20
+
+CRASH = re.compile(r'terminate called|Aborted|Segmentation|Traceback|has died|exit code')
+
+
+def freePort():
+    with socket.socket() as probe:
+        probe.bind(('', 0))
+        return probe.getsockname()[1]
+
+
+class RunningLaunch:
+    """A launch file of this package with a master of its own."""
+
+    def __init__(self, name, arguments, folder):
+        self.path = os.path.join(REPOSITORY, 'launch', name)
+        self.arguments = arguments
+        self.master_uri = 'http://localhost:%d' % freePort()
+        self.log_path = os.path.join(folder, name + '.log')
+        environment = dict(os.environ, ROS_MASTER_URI=self.master_uri, ROS_LOG_DIR=folder)
+        with open(self.log_path, 'w') as log:
+            self.process = subprocess.Popen(
+                ['roslaunch', '-p', self.master_uri.rsplit(':', 1)[1], self.path] + arguments,
+                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=environment,
+                start_new_session=True)
+
+    def expectedNodes(self):
+        config = roslaunch.config.ROSLaunchConfig()
+        roslaunch.xmlloader.XmlLoader().load(self.path, config, argv=self.arguments, verbose=False)
+        return {node.namespace + node.name for node in config.nodes}
+
+    def presentNodes(self):
+        master = rosgraph.Master('/launch_files_run_test', master_uri=self.master_uri)
+        try:
+            return {node for kind in master.getSystemState() for _, nodes in kind for node in nodes}
+        except (OSError, rosgraph.MasterException):
+            return set()  # not up yet
+
+    def missingNodes(self):
+        return self.expectedNodes() - self.presentNodes()
+
+    def waitForNodes(self):
+        deadline = time.monotonic() + START_DEADLINE_S
+        while self.missingNodes() and self.process.poll() is None:
+            if time.monotonic() > deadline:
+                break
+            time.sleep(0.2)
+
+    def stop(self):
+        """Ctrl-C; its return code, or None when it had to be killed."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        try:
+            return self.process.wait(timeout=STOP_DEADLINE_S)
+        except subprocess.TimeoutExpired:
+            os.killpg(self.process.pid, signal.SIGKILL)
+            self.process.wait()
+            return None
+
+    def output(self):
+        with open(self.log_path) as log:
+            return log.read()
+
+
+class LaunchFilesRun(unittest.TestCase):
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def assertRuns(self, name, *arguments):
+        launch = RunningLaunch(name, list(arguments), self.folder)
+        try:
+            launch.waitForNodes()
+            self.assertEqual(launch.missingNodes(), set(), launch.output())
+            time.sleep(STAY_S)
+            self.assertIsNone(launch.process.poll(), launch.output())
+            self.assertEqual(launch.missingNodes(), set(), launch.output())
+        finally:
+            code = launch.stop()
+        self.assertEqual(code, 0, launch.output())
+        self.assertNotRegex(launch.output(), CRASH)
+
+    def testCalibrate(self):
+        self.assertRuns('calibrate.launch')
+
+    def testCalibrateStandalone(self):
+        self.assertRuns('calibrate.launch', 'standalone:=true')
+
+    def testDetect(self):
+        self.assertRuns('detect.launch')
+
+    def testDemo(self):
+        self.assertRuns('demo.launch')
+
+    def testReplay(self):
+        bag_path = os.path.join(self.folder, 'ticks.bag')
+        with rosbag.Bag(bag_path, 'w') as bag:
+            for second in range(1, 60):  # longer than the test
+                ticks = WheelTicks()
+                ticks.header.stamp = rospy.Time(second)
+                bag.write('wheel_ticks', ticks, ticks.header.stamp)
+        self.assertRuns('replay.launch', 'bag:=' + bag_path)
+
+
+if __name__ == '__main__':
+    unittest.main()
