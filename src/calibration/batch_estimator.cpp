@@ -77,8 +77,8 @@ double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWe
 /// as the fit is near; then the weights go from Huber's to plain ones without the outliers.
 class Fit {
  public:
-  Fit(const std::vector<Sight>& sights, const Vector5& start, const BatchConfig& config)
-      : config_(config), sights_(sights), path_(statesAlongRecord(sights, start)) {
+  Fit(const std::vector<Sight>& sights, const RecordStart& start, const BatchConfig& config)
+      : config_(config), sights_(sights), path_(trackLight(sights, start)) {
     for (const Sight& sight : sights) {
       weights_.push_back({sight.azimuth_variance_rad2, sight.azimuth_variance_rad2});
     }
@@ -334,8 +334,10 @@ double BatchEstimate::inlierFraction() const {
 BatchEstimator::BatchEstimator(const BatchConfig& config) : config_(validated(config)) {}
 
 BatchEstimate BatchEstimator::estimate(const std::vector<Sight>& sights,
-                                       const Vector5& start) const {
-  if (sights.empty()) throw std::invalid_argument("a batch estimate needs at least one sight");
+                                       const RecordStart& start) const {
+  if (start.sight >= sights.size()) {
+    throw std::invalid_argument("the start of a batch estimate is not at one of its sights");
+  }
   for (const Sight& sight : sights) {
     if (!(sight.azimuth_variance_rad2 > 0.0)) {
       throw std::invalid_argument("azimuth variance " +

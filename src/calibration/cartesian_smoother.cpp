@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "bearing_calibration/calibration/light_track.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/geometry/pose2.h"
@@ -33,31 +34,24 @@ struct ForwardStep {
   bool used;
 };
 
-/// l+ = R(-yaw) (l - t): the light in the base frame after the motion (t, yaw) (doc/model.md).
-Eigen::Vector2d lightAfter(const Pose2& motion, const Eigen::Vector2d& light) {
-  return motion.inverse() * light;
-}
-
-/// Covariance that the motion's noise gives the light, seen from the base's new place.
-Eigen::Matrix2d lightNoise(const Sight& sight, bool slipped, const Eigen::Vector2d& light_after) {
-  Eigen::Matrix<double, 2, 3> J_light_motion;
-  J_light_motion << -rotation2(-sight.motion.start_from_end.yaw_rad), -perpendicular(light_after);
-  Eigen::Matrix3d noise = sight.motion.covariance;
+/// The motion to a sight as it is believed.
+OdometryIncrement believedMotion(const Sight& sight, bool slipped) {
+  OdometryIncrement motion = sight.motion;
   if (slipped) {
-    noise.diagonal() +=
+    motion.covariance.diagonal() +=
         Eigen::Vector3d(kSlipPositionStddev_m, kSlipPositionStddev_m, kSlipYawStddev_rad)
             .cwiseAbs2();
   }
-  return J_light_motion * noise * J_light_motion.transpose();
+  return motion;
 }
 
 void predict(const Sight& sight, bool slipped, const Vector5& path, Vector5& mean,
              Matrix5& covariance) {
   const Eigen::Matrix2d F = rotation2(-sight.motion.start_from_end.yaw_rad);
-  mean.head<2>() = lightAfter(sight.motion.start_from_end, mean.head<2>());
+  mean.head<2>() = sight.motion.start_from_end.inverse() * Eigen::Vector2d(mean.head<2>());
   covariance.topRows<2>() = (F * covariance.topRows<2>()).eval();
   covariance.leftCols<2>() = (covariance.leftCols<2>() * F.transpose()).eval();
-  covariance.topLeftCorner<2, 2>() += lightNoise(sight, slipped, path.head<2>());
+  covariance.topLeftCorner<2, 2>() += lightNoise(believedMotion(sight, slipped), path.head<2>());
 }
 
 ForwardStep linearise(const Sight& sight, const SightWeight& weight, const Vector5& path,
@@ -141,15 +135,6 @@ void leaveOut(const ForwardStep& step, double variance, const Disturbance& futur
 
 }  // namespace
 
-std::vector<Vector5> statesAlongRecord(const std::vector<Sight>& sights, const Vector5& last) {
-  std::vector<Vector5> states(sights.size(), last);
-  for (std::size_t i = sights.size(); i-- > 1;) {
-    states[i - 1].head<2>() =
-        sights[i].motion.start_from_end * Eigen::Vector2d(states[i].head<2>());
-  }
-  return states;
-}
-
 SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
                     const std::vector<Vector5>& path, const SmootherPrior& prior) {
   const std::size_t n = sights.size();
@@ -184,8 +169,8 @@ SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWei
     const bool can_tell = !weights[i].slipped && knowsLight(steps[i], path[i]);
     smoothed.slip_gain = can_tell ? future.slipGain() : 0.0;
     const Eigen::Vector2d r_light = future.r.head<2>();
-    pass.motion_cost +=
-        r_light.dot(lightNoise(sights[i], weights[i].slipped, path[i].head<2>()) * r_light);
+    pass.motion_cost += r_light.dot(
+        lightNoise(believedMotion(sights[i], weights[i].slipped), path[i].head<2>()) * r_light);
     future.passMotion(sights[i]);
   }
   return pass;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/calibration/light_track.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 
 namespace bearing_calibration {
@@ -52,9 +53,8 @@ class BatchEstimator {
   explicit BatchEstimator(const BatchConfig& config);
 
   /// @param sights in the order of time; the motion of the first is not used.
-  /// @param start mean of the Cartesian state at the last sight, near enough to converge from.
-  /// @throws std::invalid_argument when there is no sight or a variance is not positive.
-  BatchEstimate estimate(const std::vector<Sight>& sights, const Vector5& start) const;
+  /// @throws std::invalid_argument when the start is at no sight or a variance is not positive.
+  BatchEstimate estimate(const std::vector<Sight>& sights, const RecordStart& start) const;
 
  private:
   BatchConfig config_;

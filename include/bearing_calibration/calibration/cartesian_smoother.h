@@ -41,9 +41,6 @@ struct SmootherPrior {
 };
 inline constexpr SmootherPrior kFreePass{100.0, 100.0};
 
-/// The Cartesian states at all sights, carried back from that at the last one along the odometry.
-std::vector<Vector5> statesAlongRecord(const std::vector<Sight>& sights, const Vector5& last);
-
 /// Kalman filter forward, disturbance smoother (modified Bryson-Frazier) backward; its disturbances
 /// are the test statistics for slips and outliers (de Jong and Penzer 1998). The noise of the
 /// odometry enters the light alone, which is linear in the base frame; only the bearings and the

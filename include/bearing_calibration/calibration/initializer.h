@@ -18,6 +18,7 @@ struct InitializerConfig {
   double min_path_m = 0.5;
   double min_path_per_range = 0.2;  ///< path over the light's distance
   double min_turn_rad = 0.5;
+  double min_curvature_spread = 0.01;   ///< see MotionSummary
   double max_position_stddev_m = 0.03;  ///< sensor x and y
   double max_yaw_stddev_rad = 0.1;
   double max_light_stddev_per_range = 0.15;

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "bearing_calibration/filter/cartesian_state.h"
+
+namespace bearing_calibration {
+
+/// Covariance that the noise of a motion gives a light that is seen from the motion's end.
+Eigen::Matrix2d lightNoise(const OdometryIncrement& motion, const Eigen::Vector2d& light_at_end);
+
+/// A state near enough to the truth, at one of a record's sights.
+struct RecordStart {
+  Vector5 state = Vector5::Zero();  ///< Cartesian
+  std::size_t sight = 0;            ///< its index in the record
+};
+
+/// Cartesian states at all sights for the mount of `start`: the light is followed from there to
+/// both ends by odometry and bearings, so that neither the odometry's drift nor a slip leads
+/// astray. What a smoother pass is linearised about first.
+std::vector<Vector5> trackLight(const std::vector<Sight>& sights, const RecordStart& start);
+
+}  // namespace bearing_calibration

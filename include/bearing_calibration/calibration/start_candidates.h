@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "bearing_calibration/calibration/fixed_path_fit.h"
+#include "bearing_calibration/calibration/sight_path.h"
+
+namespace bearing_calibration {
+
+/// A stretch of a record: sights [begin, end).
+struct SightWindow {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+
+  std::size_t size() const { return end - begin; }
+  std::size_t middle() const { return (begin + end) / 2; }
+};
+
+/// The whole record, its halves and its quarters: with a slipping wheel in one of them, another one
+/// may still be sound. Stretches of too few sights are left out.
+std::vector<SightWindow> startWindows(std::size_t sights);
+
+/// Mount and light that most bearings of a window agree on: the closed form on random draws of
+/// sights, the best one refitted on what agrees with it (doc/start.md, "Outliers").
+/// State at the record's first sight.
+FixedPathFit findConsensus(const std::vector<PosedSight>& sights, const SightWindow& window,
+                           std::uint32_t seed);
+
+/// Other local minima of the cost than those near `found`: fits from yaws all around, best first.
+std::vector<FixedPathFit> findOtherMinima(const std::vector<PosedSight>& sights,
+                                          const Vector5& found);
+
+/// Whether two states mean the same mount, as far as a start needs to tell.
+bool isSameMount(const Vector5& a, const Vector5& b);
+
+}  // namespace bearing_calibration

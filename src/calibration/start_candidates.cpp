@@ -1,0 +1,130 @@
+#include "bearing_calibration/calibration/start_candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <random>
+
+#include "bearing_calibration/calibration/closed_form.h"
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// More than the five unknowns, so that noise averages out, and few enough to be free of outliers
+/// now and then: with 30 % outliers, one draw in 25 is.
+constexpr std::size_t kSightsPerDraw = 9;
+constexpr int kDraws = 100;
+constexpr std::size_t kLeastWindow = 2 * kSightsPerDraw;
+
+double rangeAt(const PosedSight& sight, const Vector5& state_at_first) {
+  const Vector5 here = stateAt(sight, state_at_first);
+  return (here.head<2>() - here.segment<2>(CartesianIndex::kSensorX)).norm();
+}
+
+/// One sight from each of equal parts of the window.
+std::optional<Vector5> solveDraw(const std::vector<PosedSight>& sights, std::mt19937& random) {
+  ClosedForm form;
+  for (std::size_t part = 0; part < kSightsPerDraw; ++part) {
+    const std::size_t begin = part * sights.size() / kSightsPerDraw;
+    const std::size_t end = (part + 1) * sights.size() / kSightsPerDraw;
+    form.add(sights[begin + random() % (end - begin)], 1.0);
+  }
+  return form.solve();
+}
+
+/// The closed form on all sights that agree with `state`; on all sights when there is no state.
+/// The error of a row of the closed form grows with the light's range, hence the weights.
+std::optional<Vector5> resolve(const std::vector<PosedSight>& sights, const PosedSight& reference,
+                               const std::optional<Vector5>& state) {
+  constexpr double kInlierSigmas = 3.0;
+  ClosedForm form;
+  for (const PosedSight& sight : sights) {
+    double weight = 1.0;
+    if (state) {
+      const double range = rangeAt(sight, *state);
+      const double stddev = bearingStddev(sight, reference, range);
+      if (std::abs(residualAt(sight, *state)) > kInlierSigmas * stddev) continue;
+      weight = 1.0 / (stddev * stddev * std::max(range * range, 1e-4));
+    }
+    form.add(sight, weight);
+  }
+  const std::optional<Vector5> solved = form.solve();
+  if (!solved) return state;
+  return withLightInFront(sights, *solved);
+}
+
+void keepBetter(const std::vector<PosedSight>& sights, const std::optional<Vector5>& state,
+                const FixedPathWeight& weight, std::optional<FixedPathFit>& best) {
+  if (!state) return;
+  const FixedPathFit fit = judgeOnFixedPath(sights, *state, weight);
+  if (!best || fit.capped_cost < best->capped_cost) best = fit;
+}
+
+}  // namespace
+
+std::vector<SightWindow> startWindows(std::size_t sights) {
+  constexpr std::size_t kFinest = 4;
+  std::vector<SightWindow> windows;
+  for (std::size_t parts = 1; parts <= kFinest; parts *= 2) {
+    if (sights / parts < kLeastWindow) break;
+    for (std::size_t i = 0; i < parts; ++i) {
+      windows.push_back({i * sights / parts, (i + 1) * sights / parts});
+    }
+  }
+  return windows;
+}
+
+FixedPathFit findConsensus(const std::vector<PosedSight>& all, const SightWindow& window,
+                           std::uint32_t seed) {
+  const std::vector<PosedSight> sights(all.begin() + static_cast<std::ptrdiff_t>(window.begin),
+                                       all.begin() + static_cast<std::ptrdiff_t>(window.end));
+  const FixedPathWeight weight{sights.size() / 2};
+  const PosedSight& reference = sights[weight.reference];
+  std::mt19937 random(seed);
+
+  std::optional<FixedPathFit> best;
+  std::optional<Vector5> plain = resolve(sights, reference, std::nullopt);
+  keepBetter(sights, plain, weight, best);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const std::optional<Vector5> drawn = solveDraw(sights, random);
+    if (drawn) keepBetter(sights, withLightInFront(sights, *drawn), weight, best);
+  }
+  if (!best) return {};
+  for (int i = 0; i < 2; ++i) {
+    keepBetter(sights, resolve(sights, reference, best->state_at_first), weight, best);
+  }
+  return fitOnFixedPath(sights, best->state_at_first, weight);
+}
+
+std::vector<FixedPathFit> findOtherMinima(const std::vector<PosedSight>& sights,
+                                          const Vector5& found) {
+  constexpr int kYaws = 8;
+  const FixedPathWeight weight{sights.size() / 2};
+  ClosedForm form;
+  for (const PosedSight& sight : sights) form.add(sight, 1.0);
+  std::vector<FixedPathFit> minima;
+  for (int i = 0; i < kYaws; ++i) {
+    const std::optional<Vector5> start = form.solveFor(2.0 * kPi * i / kYaws);
+    if (!start) continue;
+    const FixedPathFit fit = fitOnFixedPath(sights, *start, weight);
+    const bool known = isSameMount(fit.state_at_first, found) ||
+                       std::any_of(minima.begin(), minima.end(), [&fit](const FixedPathFit& other) {
+                         return isSameMount(fit.state_at_first, other.state_at_first);
+                       });
+    if (!known) minima.push_back(fit);
+  }
+  std::sort(minima.begin(), minima.end(),
+            [](const FixedPathFit& a, const FixedPathFit& b) { return a.cost < b.cost; });
+  return minima;
+}
+
+bool isSameMount(const Vector5& a, const Vector5& b) {
+  constexpr double kPosition_m = 0.1;
+  constexpr double kYaw_rad = 0.15;
+  return (a - b).segment<2>(CartesianIndex::kSensorX).norm() < kPosition_m &&
+         std::abs(wrapAngle(a(CartesianIndex::kSensorYaw) - b(CartesianIndex::kSensorYaw))) <
+             kYaw_rad;
+}
+
+}  // namespace bearing_calibration
