@@ -92,13 +92,13 @@ def faultsOf(estimate, truth):
 
 
 def headerLine():
-    return '%6s  %-18s%-24s%-24s%-24s' % ('time', 'state', 'x [cm]', 'y [cm]', 'yaw [deg]')
+    return '%6s  %-18s%-24s%-24s%s' % ('time', 'state', 'x [cm]', 'y [cm]', 'yaw [deg]')
 
 
 def truthLine(truth):
     nothing = CalibrationEstimate()
     cells = ['%8.2f' % (q.scale * q.truth) for q in quantitiesOf(nothing, truth)]
-    return '%6s  %-18s%-24s%-24s%-24s' % ('', 'truth', *cells)
+    return '%6s  %-18s%-24s%-24s%s' % ('', 'truth', *cells)
 
 
 def estimateLine(seconds, estimate, truth):
