@@ -2,27 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "bearing_calibration/calibration/bearing_input.h"
 #include "bearing_calibration/calibration/bearing_queue.h"
+#include "bearing_calibration/calibration/convergence_judge.h"
+#include "bearing_calibration/calibration/driver_advice.h"
+#include "bearing_calibration/calibration/initializer.h"
 #include "bearing_calibration/calibration/light_picker.h"
 #include "bearing_calibration/calibration/light_start.h"
 #include "bearing_calibration/calibration/mount_tracker.h"
+#include "bearing_calibration/common/validated.h"
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
 
 namespace bearing_calibration {
 namespace {
 
-const CalibratorConfig& validated(const CalibratorConfig& config) {
-  const std::vector<std::string> errors = config.validate();
-  if (errors.empty()) return config;
-  std::string message = "CalibratorConfig:";
-  for (const std::string& error : errors) message += "\n  - " + error;
-  throw std::invalid_argument(message);
-}
+constexpr Duration kAttemptInterval = std::chrono::seconds(1);  // an attempt takes milliseconds
 
 MountEstimate mountFromGuess(const StartConfig& guess) {
   const double position_variance = guess.position_stddev_m * guess.position_stddev_m;
@@ -42,7 +39,8 @@ class Calibrator::Impl {
         odometer_(config.drive),
         track_(config.drive.wheel_separation_m, config.wheel_noise,
                durationFromSeconds(config.tick_history_s)),
-        queue_(static_cast<std::size_t>(config.bearings.max_waiting)) {}
+        queue_(static_cast<std::size_t>(config.bearings.max_waiting)),
+        initializer_(config.initializer) {}
 
   const CalibratorConfig& config() const { return config_; }
 
@@ -134,11 +132,9 @@ class Calibrator::Impl {
     track_.anchorAt(bearings.stamp);
     last_fused_ = bearings.stamp;
     const std::vector<Bearing> candidates = ofThisLight(bearings.candidates);
-    if (tracker_) {
-      track(motion, candidates);
-    } else {
-      start(motion, candidates);
-    }
+    motion_since_sight_ = append(motion_since_sight_, motion);
+    if (tracker_) track(motion, candidates);
+    if (!started_) start(motion, candidates);
   }
 
   /// Lights that a sensor tells apart are told apart here too; the first one seen is the one.
@@ -152,17 +148,34 @@ class Calibrator::Impl {
     return ours;
   }
 
+  /// Nothing is known yet, or only a guess that a filter works on meanwhile: collect sights until
+  /// they tell mount and light by themselves, and hand over to the filter.
   void start(const OdometryIncrement& motion, const std::vector<Bearing>& candidates) {
     picker_.move(motion);
     const std::optional<Bearing> light = picker_.pick(candidates);
     if (!light) return;
     noteLight(*light);
+    remember(*light);
+    if (!tracker_) ++counts_.bearings_used;
+    if (!attempt_) startFromGuess(*light);
+    if (attempt_ && *last_fused_ < next_attempt_) return;
+    next_attempt_ = *last_fused_ + kAttemptInterval;
+    attempt_ = initializer_.attempt();
+    if (!attempt_->ready()) return;
+    tracker_.emplace(config_.filter, attempt_->estimate, attempt_->bearing_correlation);
+    judge_.emplace(config_.converged, config_.initializer.batch);
+    started_ = true;
+  }
+
+  void startFromGuess(const Bearing& light) {
     const StartConfig& guess = config_.start;
+    if (guess.kind != StartConfig::Kind::kGuess) return;
+    constexpr double kUncorrelated = 0.0;
     tracker_.emplace(
         config_.filter,
         placeLight(mountFromGuess(guess), {guess.light_distance_m, guess.light_distance_stddev_m},
-                   light->azimuth_rad, light->azimuth_variance_rad2));
-    ++counts_.bearings_used;
+                   light.azimuth_rad, light.azimuth_variance_rad2),
+        kUncorrelated);
   }
 
   void track(const OdometryIncrement& motion, const std::vector<Bearing>& candidates) {
@@ -178,26 +191,46 @@ class Calibrator::Impl {
       case Association::Kind::kFound:
         ++counts_.bearings_used;
         noteLight(candidates[association.candidate]);
+        if (started_) remember(candidates[association.candidate]);
         break;
     }
-    if (tracker_->isLost()) {
-      tracker_.reset();
-      picker_.restart();
-    }
+    if (started_) judge_->judge(*tracker_, initializer_.record().sights());
+    if (!tracker_->isLost()) return;
+    tracker_.reset();
+    if (started_) startAnew();
+  }
+
+  /// Keeps a sight: for the initialiser before the start, for the judge after it.
+  void remember(const Bearing& light) {
+    initializer_.add(
+        {*last_fused_, motion_since_sight_, light.azimuth_rad, light.azimuth_variance_rad2});
+    motion_since_sight_ = {};
+  }
+
+  void startAnew() {
+    started_ = false;
+    judge_.reset();
+    initializer_.restart();
+    picker_.restart();
+    motion_since_sight_ = {};
   }
 
   void noteLight(const Bearing& light) {
     if (light.light_id != kUnknownLight) light_id_ = light.light_id;
   }
 
-  bool meetsTargets(const MountEstimate& mount) const;
-
   CalibratorConfig config_;
   WheelOdometer odometer_;
   OdometryTrack track_;
   BearingQueue queue_;
   LightPicker picker_;
+  Initializer initializer_;
+  OdometryIncrement motion_since_sight_;  ///< since the initialiser's last sight
+  std::optional<StartAttempt> attempt_;   ///< the initialiser's last one
+  Stamp next_attempt_;
   std::optional<MountTracker> tracker_;
+  std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
+  bool started_ = false;  ///< tracker_ carries on from the initialiser, not from a guess
   std::optional<WheelTravel> last_travel_;
   std::optional<Stamp> last_fused_;  ///< on the encoders' clock
   std::optional<std::int32_t> light_id_;
@@ -205,19 +238,16 @@ class Calibrator::Impl {
   CalibrationResult counts_;  ///< only what is counted up is kept here
 };
 
-bool Calibrator::Impl::meetsTargets(const MountEstimate& mount) const {
-  const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
-  return stddev.x() <= config_.converged.position_stddev_m &&
-         stddev.y() <= config_.converged.position_stddev_m &&
-         stddev.z() <= config_.converged.yaw_stddev_rad;
-}
-
 CalibrationResult Calibrator::Impl::result() const {
   CalibrationResult result = counts_;
   result.stamp = last_fused_.value_or(Stamp());
   result.bearings_waiting = static_cast<std::uint32_t>(queue_.size());
   result.state =
       track_.empty() ? CalibrationState::kWaitingForTicks : CalibrationState::kWaitingForLight;
+  if (attempt_) {
+    result.state = isDegenerate(*attempt_) ? CalibrationState::kDegenerateMotion
+                                           : CalibrationState::kInitialising;
+  }
   if (tracker_) {
     result.cartesian_state = tracker_->filter().cartesian();
     result.paper_state = tracker_->filter().paper();
@@ -225,11 +255,14 @@ CalibrationResult Calibrator::Impl::result() const {
     const Consistency consistency = tracker_->consistency();
     result.nis = consistency.nis;
     result.nis_mean = consistency.nis_mean;
-    result.state = meetsTargets(*result.base_from_sensor) ? CalibrationState::kConverged
-                                                          : CalibrationState::kConverging;
   }
+  if (started_) result.state = judge_->last().state;
   if (paused_) result.state = CalibrationState::kPaused;
-  result.advice = adviceFor(result.state);
+  if (paused_ || !attempt_) {
+    result.advice = adviceFor(result.state);
+  } else {
+    result.advice = started_ ? judge_->last().advice : adviceFor(*attempt_);
+  }
   return result;
 }
 

@@ -57,6 +57,7 @@ std::vector<std::string> CalibratorConfig::validate() const {
   require.positive("wheels/history", tick_history_s);
   require.add(bearings.validate());
   require.add(start.validate());
+  require.add(initializer.validate());
   require.add(filter.validate());
   require.add(converged.validate());
   return require.errors();

@@ -20,9 +20,11 @@ std::unique_ptr<MountFilter> makeFilter(FilterConfig::Chart chart, const Cartesi
 
 }  // namespace
 
-MountTracker::MountTracker(const FilterConfig& config, const CartesianEstimate& start)
+MountTracker::MountTracker(const FilterConfig& config, const CartesianEstimate& start,
+                           double bearing_correlation)
     : config_(config),
       gate_(chiSquareQuantile(config.gate_probability, 1.0)),
+      widening_((1.0 + bearing_correlation) / (1.0 - bearing_correlation)),
       filter_(makeFilter(config.chart, start)),
       recent_nis_(kWindow) {}
 
@@ -42,14 +44,14 @@ Association MountTracker::look(const std::vector<Bearing>& candidates) {
     const CartesianEstimate before = filter_->cartesian();
     const double range = (before.lightInBase() - before.sensorInBase()).norm();
     filter_->restart(placeLight(mountFromCartesian(before), {range, range}, light.azimuth_rad,
-                                light.azimuth_variance_rad2));
+                                widening_ * light.azimuth_variance_rad2));
     motion_unknown_ = false;
     return {};
   }
   const Association association = associate(filter_->predictAzimuth(), candidates, gate_);
   if (association.kind == Association::Kind::kFound) {
     const Bearing& light = candidates[association.candidate];
-    filter_->update(light.azimuth_rad, light.azimuth_variance_rad2);
+    filter_->update(light.azimuth_rad, widening_ * light.azimuth_variance_rad2);
     gated_in_a_row_ = 0;
     recent_nis_.push_back(association.innovation.nis());
     return association;

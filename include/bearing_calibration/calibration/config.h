@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/calibration/initializer.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
 
 namespace bearing_calibration {
@@ -75,6 +76,7 @@ struct CalibratorConfig {
   double tick_history_s = 0.0;  ///< travel is remembered so long for bearings that arrive late
   BearingInputConfig bearings;
   StartConfig start;
+  InitializerConfig initializer;  ///< not among the parameters: its values hold for every robot
   FilterConfig filter;
   ConvergenceConfig converged;
 

@@ -26,7 +26,10 @@ class MountTracker {
  public:
   static constexpr int kWindow = 100;  ///< images that Consistency looks back over
 
-  MountTracker(const FilterConfig& config, const CartesianEstimate& start);
+  /// @param bearing_correlation  of one bearing's noise with the next one's, in [0, 1): n bearings
+  ///   are then worth fewer, and their variances are widened for it
+  MountTracker(const FilterConfig& config, const CartesianEstimate& start,
+               double bearing_correlation);
 
   /// The base has moved; no image.
   void move(const OdometryIncrement& motion);
@@ -40,7 +43,8 @@ class MountTracker {
 
  private:
   FilterConfig config_;
-  double gate_;  ///< largest NIS that passes
+  double gate_;      ///< largest NIS that passes
+  double widening_;  ///< of the bearings' variances, for their correlation
   std::unique_ptr<MountFilter> filter_;
   bool motion_unknown_ = false;  ///< the light's direction is lost since the last update
   int gated_in_a_row_ = 0;

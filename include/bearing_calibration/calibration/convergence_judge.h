@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/calibration/batch_estimator.h"
+#include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/mount_tracker.h"
+#include "bearing_calibration/calibration/result.h"
+
+namespace bearing_calibration {
+
+/// What may be said of a running filter, with a sentence for the driver.
+struct Judgement {
+  CalibrationState state = CalibrationState::kConverging;
+  std::string advice;
+};
+
+/// Decides whether a filter that carries on from a good start has converged, and whether what it is
+/// fed still fits. Converged needs all of: standard deviations within the targets, innovations that
+/// are consistent, and two halves of the record that give the same mount, each for itself. From
+/// then on the most recent motion is held against that mount, so that a knock is noticed.
+class ConvergenceJudge {
+ public:
+  ConvergenceJudge(const ConvergenceConfig& config, const BatchConfig& batch);
+
+  /// @param record  the sights that were fused so far, thinned or not
+  void judge(const MountTracker& tracker, const std::vector<Sight>& record);
+  const Judgement& last() const { return last_; }
+
+ private:
+  std::optional<std::string> inconsistency(const Consistency& recent) const;
+  Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record);
+  Judgement confirm(const CartesianEstimate& estimate, const std::vector<Sight>& record);
+  Judgement watch(const CartesianEstimate& estimate, const std::vector<Sight>& record);
+  bool meetsTargets(const MountEstimate& mount) const;
+  Judgement stillConverging(const CartesianEstimate& estimate) const;
+
+  ConvergenceConfig config_;
+  BatchConfig batch_;
+  Judgement last_;
+  Stamp next_check_;
+  std::optional<MountEstimate> confirmed_;  ///< the mount when it was called converged
+  Stamp confirmed_at_;
+  int disagreements_in_a_row_ = 0;
+};
+
+}  // namespace bearing_calibration

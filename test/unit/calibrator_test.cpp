@@ -1,0 +1,281 @@
+#include "bearing_calibration/calibration/calibrator.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "bearing_calibration/common/chi_square.h"
+#include "support/simulated_calibration.h"
+
+namespace bearing_calibration {
+namespace {
+
+using testing::calibratorConfig;
+using testing::mountChiSquare;
+using testing::paperRobot;
+using testing::play;
+using testing::simulate;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+CalibratorConfig guessedConfig(FilterConfig::Chart chart) {
+  CalibratorConfig config = calibratorConfig();
+  config.start.kind = StartConfig::Kind::kGuess;
+  config.start.light_distance_m = 2.2;  // 2.07 m is right
+  config.start.light_distance_stddev_m = 0.4;
+  config.start.x_m = 0.05;
+  config.start.y_m = 0.0;
+  config.start.position_stddev_m = 0.08;
+  config.start.yaw_rad = radiansFromDegrees(50.0);  // 60 is right
+  config.start.yaw_stddev_rad = radiansFromDegrees(15.0);
+  config.filter.chart = chart;
+  return config;
+}
+
+BearingSet bearingsAt(Stamp stamp, double azimuth_rad) {
+  Bearing bearing;
+  bearing.azimuth_rad = azimuth_rad;
+  bearing.azimuth_variance_rad2 = 1e-4;
+  return {stamp, {bearing}};
+}
+
+class FromAGuess : public ::testing::TestWithParam<FilterConfig::Chart> {};
+
+// Ten seeds, one test: the sum of ten chi-squares of 3 degrees stays below the 99.9 % quantile
+// of 30.
+TEST_P(FromAGuess, EndsAtTheTruthWithinItsCovariance) {
+  constexpr int kRuns = 10;
+  double chi_square = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const RobotConfig robot = paperRobot(seed);
+    Calibrator calibrator(guessedConfig(GetParam()));
+    const SimulatedRecord record = simulate(robot, 100.0);
+    const CalibrationResult result = play(record, &calibrator);
+    ASSERT_TRUE(result.base_from_sensor.has_value());
+    EXPECT_EQ(result.bearings_used + result.bearings_gated, record.bearings.size())
+        << "seed " << seed;
+    EXPECT_LT(result.bearings_gated, 0.01 * static_cast<double>(record.bearings.size()))
+        << "seed " << seed;  // 0.1 % is expected of the gate
+    chi_square += mountChiSquare(*result.base_from_sensor, robot.base_from_sensor);
+    EXPECT_LT(std::sqrt(result.base_from_sensor->covariance(0, 0)), 0.003);
+  }
+  EXPECT_LT(chi_square, chiSquareQuantile(0.999, 3.0 * kRuns));
+}
+
+INSTANTIATE_TEST_SUITE_P(Charts, FromAGuess,
+                         ::testing::Values(FilterConfig::Chart::kCartesian,
+                                           FilterConfig::Chart::kPaper),
+                         [](const auto& chart) {
+                           return chart.param == FilterConfig::Chart::kPaper ? "Paper"
+                                                                             : "Cartesian";
+                         });
+
+TEST(Calibrator, LateImagesGiveTheSameAsPromptOnes) {
+  const SimulatedRecord record = simulate(paperRobot(3), 60.0);
+  Calibrator prompt(guessedConfig(FilterConfig::Chart::kCartesian));
+  Calibrator late(guessedConfig(FilterConfig::Chart::kCartesian));
+  const CalibrationResult a = play(record, &prompt);
+  const CalibrationResult b = play(record, &late, {0.35});  // of arrival; the stamps are right
+  ASSERT_TRUE(a.base_from_sensor && b.base_from_sensor);
+  EXPECT_EQ(a.bearings_used, b.bearings_used);
+  EXPECT_LT((a.base_from_sensor->mean - b.base_from_sensor->mean).norm(), 1e-9);
+}
+
+TEST(Calibrator, FusesTwoSensorsInTheOrderOfTheirStamps) {
+  const SimulatedRecord record = simulate(paperRobot(3), 30.0);
+  CalibratorConfig config = guessedConfig(FilterConfig::Chart::kCartesian);
+  Calibrator in_order(config);
+  Calibrator impatient(config);
+  config.bearings.reorder_window_s = 0.15;
+  Calibrator sorting(config);
+  const std::vector<double> every_other_late = {0.0, 0.13};  // after the next one's arrival
+  const auto expected = play(record, &in_order);
+  const auto refused = play(record, &impatient, every_other_late);
+  const auto sorted = play(record, &sorting, every_other_late);
+  EXPECT_GT(refused.bearing_inputs[InputStatus::kStampNotAfterLast], 100U);
+  EXPECT_EQ(sorted.bearing_inputs[InputStatus::kStampNotAfterLast], 0U);
+  EXPECT_EQ(sorted.bearings_used + sorted.bearings_gated + sorted.bearings_waiting,
+            expected.bearings_used + expected.bearings_gated);
+}
+
+TEST(Calibrator, ALateStampIsTakenOffByTheLatency) {
+  RobotConfig robot = paperRobot(8);
+  robot.stamp_latency_s = 0.1;
+  CalibratorConfig config = guessedConfig(FilterConfig::Chart::kCartesian);
+  Calibrator unaware(config);
+  config.bearings.latency_s = 0.1;
+  Calibrator aware(config);
+  const SimulatedRecord record = simulate(robot, 100.0);
+  const CalibrationResult right = play(record, &aware);
+  EXPECT_EQ(right.state, CalibrationState::kConverged);
+  EXPECT_LT(mountChiSquare(*right.base_from_sensor, robot.base_from_sensor),
+            chiSquareQuantile(0.999, 3.0));
+  // at 1.6 rad/s 0.1 s are 9 degrees, nine standard deviations: it does not fit, and that is seen
+  const CalibrationResult wrong = play(record, &unaware);
+  EXPECT_NE(wrong.state, CalibrationState::kConverged);
+  EXPECT_GT(wrong.bearings_gated, 100U);
+}
+
+TEST(Calibrator, PredictsTheNextBearing) {
+  const RobotConfig robot = paperRobot(2);
+  const SimulatedRecord record = simulate(robot, 60.0);
+  Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+  EXPECT_FALSE(calibrator.predictBearing(robot.start).has_value());
+  play(record, &calibrator);
+  const BearingSet& last = record.bearings.back();
+  const auto prediction = calibrator.predictBearing(last.stamp);
+  ASSERT_TRUE(prediction.has_value());
+  EXPECT_NEAR(wrapAngle(prediction->azimuth_rad - last.candidates[0].azimuth_rad), 0.0,
+              4.0 * robot.sensor.stddev_rad);
+}
+
+// ---- bad input: refused, counted, and without any other effect ----
+
+class BadInput : public ::testing::Test {
+ protected:
+  BadInput() : calibrator_(guessedConfig(FilterConfig::Chart::kCartesian)) {
+    record_ = simulate(paperRobot(1), 10.0);
+    before_ = play(record_, &calibrator_);
+    last_ = record_.ticks.back().stamp;
+  }
+
+  void expectNothingChanged() {
+    const CalibrationResult after = calibrator_.result();
+    EXPECT_EQ(after.bearings_used, before_.bearings_used);
+    EXPECT_EQ(after.ticks_used, before_.ticks_used);
+    EXPECT_EQ((after.base_from_sensor->mean - before_.base_from_sensor->mean).norm(), 0.0);
+    EXPECT_EQ((after.base_from_sensor->covariance - before_.base_from_sensor->covariance).norm(),
+              0.0);
+  }
+
+  void expectRefused(const BearingSet& bearings, InputStatus status) {
+    const InputOutcome outcome = calibrator_.addBearings(bearings, last_);
+    EXPECT_STREQ(nameOf(outcome.status), nameOf(status)) << describe(outcome);
+    EXPECT_EQ(calibrator_.result().bearing_inputs[status], 1U);
+    expectNothingChanged();
+  }
+
+  Calibrator calibrator_;
+  SimulatedRecord record_;
+  CalibrationResult before_;
+  Stamp last_;
+};
+
+TEST_F(BadInput, AzimuthNotFinite) {
+  expectRefused(bearingsAt(last_ + Duration(1), kNaN), InputStatus::kAzimuthNotFinite);
+}
+TEST_F(BadInput, AzimuthInfinite) {
+  expectRefused(bearingsAt(last_ + Duration(1), INFINITY), InputStatus::kAzimuthNotFinite);
+}
+TEST_F(BadInput, VarianceZeroNegativeAbsurd) {
+  BearingSet bearings = bearingsAt(last_ + Duration(1), 0.0);
+  bearings.candidates[0].azimuth_variance_rad2 = 100.0;
+  expectRefused(bearings, InputStatus::kVarianceAbsurd);
+  bearings.stamp += Duration(1);
+  bearings.candidates[0].azimuth_variance_rad2 = 0.0;
+  expectRefused(bearings, InputStatus::kVarianceNotPositive);
+  bearings.stamp += Duration(1);
+  bearings.candidates[0].azimuth_variance_rad2 = -1.0;
+  EXPECT_EQ(calibrator_.addBearings(bearings, last_).status, InputStatus::kVarianceNotPositive);
+}
+TEST_F(BadInput, QualityOutOfRange) {
+  BearingSet bearings = bearingsAt(last_ + Duration(1), 0.0);
+  bearings.candidates[0].quality = 1.5;
+  expectRefused(bearings, InputStatus::kQualityOutOfRange);
+}
+TEST_F(BadInput, StampZero) { expectRefused(bearingsAt(Stamp(), 0.0), InputStatus::kNoStamp); }
+TEST_F(BadInput, StampInTheFuture) {
+  expectRefused(bearingsAt(last_ + durationFromSeconds(60.0), 0.0), InputStatus::kStampInFuture);
+}
+TEST_F(BadInput, StampBeforeTheLast) {
+  expectRefused(bearingsAt(record_.bearings[5].stamp, 0.0), InputStatus::kStampNotAfterLast);
+}
+
+TEST_F(BadInput, AGoodCandidateBesideABadOneIsUsed) {
+  const Stamp soon = last_ + durationFromSeconds(0.01);
+  const double azimuth = calibrator_.predictBearing(last_)->azimuth_rad;
+  BearingSet bearings = bearingsAt(last_ + durationFromSeconds(0.005), kNaN);
+  bearings.candidates.push_back(bearingsAt(bearings.stamp, azimuth).candidates[0]);
+  calibrator_.addBearings(bearings, soon);
+  const WheelCounts& end = record_.ticks.back();
+  calibrator_.addTicks({soon, end.left_ticks, end.right_ticks}, soon);
+  const CalibrationResult after = calibrator_.result();
+  EXPECT_EQ(after.bearings_used + after.bearings_gated,
+            before_.bearings_used + before_.bearings_gated + before_.bearings_waiting + 1U);
+  EXPECT_EQ(after.bearing_inputs[InputStatus::kAzimuthNotFinite], 1U);
+}
+
+TEST_F(BadInput, TicksThatJump) {
+  const WheelCounts jump{last_ + durationFromSeconds(0.01), 1000000000, 1000000000};
+  EXPECT_EQ(calibrator_.addTicks(jump, last_).status, InputStatus::kTicksTooFast);
+  expectNothingChanged();
+}
+
+TEST(Calibrator, BearingsWithoutTicksAreBounded) {
+  CalibratorConfig config = guessedConfig(FilterConfig::Chart::kCartesian);
+  config.bearings.max_waiting = 50;
+  Calibrator calibrator(config);
+  for (int i = 1; i <= 1000; ++i) {
+    const Stamp stamp = stampFromSeconds(10.0 + 0.1 * i);
+    calibrator.addBearings(bearingsAt(stamp, 0.0), stamp);
+  }
+  const CalibrationResult result = calibrator.result();
+  EXPECT_EQ(result.state, CalibrationState::kWaitingForTicks);
+  EXPECT_EQ(result.bearings_waiting, 50U);
+  EXPECT_EQ(result.bearing_inputs[InputStatus::kQueueFull], 950U);
+}
+
+TEST(Calibrator, TicksWithoutBearingsWaitForTheLight) {
+  Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+  SimulatedRecord record = simulate(paperRobot(1), 10.0);
+  record.bearings.clear();
+  const CalibrationResult result = play(record, &calibrator);
+  EXPECT_EQ(result.state, CalibrationState::kWaitingForLight);
+  // 1 m and the start of the second one; the wheels' noise in the spin adds a little
+  EXPECT_NEAR(result.distance_travelled_m, 1.018, 0.03);
+}
+
+TEST(Calibrator, PausedIgnoresBearingsAndFollowsTicks) {
+  Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+  const SimulatedRecord record = simulate(paperRobot(1), 20.0);
+  play(record, &calibrator, {0.0}, 0.0, 10.0);
+  calibrator.setPaused(true);
+  const CalibrationResult paused = play(record, &calibrator, {0.0}, 10.0, 15.0);
+  EXPECT_EQ(paused.state, CalibrationState::kPaused);
+  EXPECT_GT(paused.bearing_inputs[InputStatus::kIgnoredPaused], 40U);
+  calibrator.setPaused(false);
+  const CalibrationResult resumed = play(record, &calibrator, {0.0}, 15.0, 20.1);
+  EXPECT_GT(resumed.bearings_used, paused.bearings_used + 40U);  // the motion was not lost
+}
+
+TEST(Calibrator, ResetForgetsEverything) {
+  Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+  play(simulate(paperRobot(1), 10.0), &calibrator);
+  calibrator.reset();
+  const CalibrationResult result = calibrator.result();
+  EXPECT_EQ(result.state, CalibrationState::kWaitingForTicks);
+  EXPECT_EQ(result.ticks_used, 0U);
+  EXPECT_FALSE(result.base_from_sensor.has_value());
+}
+
+TEST(Calibrator, AWrongConfigurationListsAllErrors) {
+  CalibratorConfig config = calibratorConfig();
+  config.drive.wheel_separation_m = 0.0;
+  config.filter.gate_probability = 2.0;
+  config.converged.yaw_stddev_rad = -1.0;
+  try {
+    Calibrator calibrator(config);
+    FAIL() << "no exception";
+  } catch (const std::invalid_argument& error) {
+    const std::string what = error.what();
+    for (const char* name :
+         {"wheels/separation", "filter/gate_probability", "converged/yaw_stddev"}) {
+      EXPECT_NE(what.find(name), std::string::npos) << name << " not in: " << what;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace bearing_calibration
