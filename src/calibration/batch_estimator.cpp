@@ -17,10 +17,12 @@ namespace {
 
 constexpr int kStateSize = 5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// A fit has settled when the last step, squared over its covariance, is below this: a hundredth of
-/// a standard deviation.
-constexpr double kSettledStep = 1e-4;
-/// Coarser, for deciding on slips on the way.
+/// A fit has settled when the last step of the mount, squared over its covariance, is below this: a
+/// thirtieth of a standard deviation; while Huber's weights are still to be replaced, a tenth.
+constexpr double kSettledStep = 1e-3;
+constexpr double kSettledHuberStep = 1e-2;
+/// The same for the whole state: half a standard deviation. After a slip the light's distance may
+/// be so uncertain that it never settles better, as the noise of the slip grows with it.
 constexpr double kNearlySettledStep = 0.25;
 /// Rejections may change so often before they are frozen: sights at the very limit could go in and
 /// out for ever.
@@ -83,7 +85,6 @@ class Fit {
       weights_.push_back({sight.azimuth_variance_rad2, sight.azimuth_variance_rad2});
     }
     if (config_.huber_sigmas > 0.0) weighByHuber();
-    cost_ = bearingCost(path_);
   }
 
   BatchEstimate run();
@@ -92,6 +93,7 @@ class Fit {
   enum class Stage { kHuber, kRejecting, kWidening, kDone };
 
   bool step();
+  bool hasSettled() const;
   bool findSlip();
   bool isInsideSlip(std::size_t i) const;
   void nextStage();
@@ -113,9 +115,10 @@ class Fit {
   Stage stage_ = Stage::kHuber;
   double widening_ = 1.0;  ///< of all bearing variances, for their correlation
   double correlation_ = 0.0;
-  double cost_ = kInfinity;       ///< of path_, by the present weights
-  double last_step_ = kInfinity;  ///< squared over its covariance
-  bool near_ = false;             ///< so near the end that slips can be told
+  double cost_ = kInfinity;       ///< of path_, by the present weights; not known yet
+  double last_step_ = kInfinity;  ///< of the state at the last sight, squared over its covariance
+  double last_mount_step_ = kInfinity;
+  bool near_ = false;  ///< so near the end that slips can be told
   int failures_ = 0;
   int rejection_rounds_ = 0;
   std::vector<std::size_t> slips_;
@@ -169,11 +172,19 @@ bool Fit::step() {
   constexpr double kRelativeTolerance = 0.2;
   if (!(cost <= cost_ * (1.0 + kRelativeTolerance) + kTolerance)) return false;
   const Vector5 change = path.back() - path_.back();
+  const Eigen::Vector3d mount_change = change.tail<3>();
+  const Eigen::Matrix3d mount_covariance = pass.last.covariance.bottomRightCorner<3, 3>();
   last_step_ = change.dot(pass.last.covariance.ldlt().solve(change));
+  last_mount_step_ = mount_change.dot(mount_covariance.ldlt().solve(mount_change));
   cost_ = cost;
   path_ = std::move(path);
   pass_ = std::move(pass);
   return true;
+}
+
+bool Fit::hasSettled() const {
+  const double limit = stage_ == Stage::kHuber ? kSettledHuberStep : kSettledStep;
+  return last_mount_step_ < limit && last_step_ < kNearlySettledStep;
 }
 
 /// Gives up the motion that the bearings contradict most, if they do so clearly.
@@ -295,7 +306,7 @@ BatchEstimate Fit::run() {
     near_ = near_ || last_step_ < kNearlySettledStep || estimate.iterations >= kNearAfterIterations;
     if (free && near_ && findSlip()) {
       cost_ = kInfinity;
-    } else if (free && last_step_ < kSettledStep) {
+    } else if (free && hasSettled()) {
       nextStage();
     } else if (stage_ == Stage::kHuber && config_.huber_sigmas > 0.0) {
       weighByHuber();

@@ -70,8 +70,9 @@ class Search {
     const Vector5 last = result_.best->at_last_sight.mean;
     Vector5 found = last;
     found.head<2>() = posed_.back().first_from_base * Eigen::Vector2d(last.head<2>());
+    // fitted again, as the others are, to the path that the odometry alone gives
     const double found_cost =
-        judgeOnFixedPath(posed_, found, FixedPathWeight{posed_.size() / 2}).cost;
+        fitOnFixedPath(posed_, found, FixedPathWeight{posed_.size() / 2}).cost;
     int refined = 0;
     for (const FixedPathFit& other : findOtherMinima(posed_, found)) {
       double margin = other.cost - found_cost;

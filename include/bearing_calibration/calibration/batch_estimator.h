@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@ struct BatchConfig {
   double reject_sigmas = 3.5;
   /// Gain in chi-square (2 degrees of freedom) for which a motion between two sights is declared a
   /// slip and given up; 0 is off.
-  double slip_gain = 30.0;
+  double slip_gain = 20.0;
   int max_slips = 20;
   /// Estimates the correlation of neighbouring bearings' noise and widens their variance with it.
   bool widen_for_correlation = true;
@@ -34,7 +35,7 @@ struct BatchEstimate {
   int iterations = 0;
   double chi_square = 0.0;     ///< of the sights that were used, innovations of the last pass
   int degrees_of_freedom = 0;  ///< of chi_square: sights used - 5
-  double cost = 0.0;           ///< robust cost of all sights and slips: what two fits compare by
+  double cost = std::numeric_limits<double>::infinity();           ///< robust cost of all sights and slips: what two fits compare by
   std::vector<double> nis;     ///< of each sight given those before it, by the variance
                                ///< that the sensor says; NaN where left out
   std::vector<std::size_t> rejected;  ///< indices of sights left out
