@@ -80,7 +80,7 @@ std::vector<std::string> DetectorConfig::validate() const {
   require.notNegative("alignment/azimuth_stddev", alignment.azimuth_stddev_rad);
   require.notNegative("alignment/elevation_stddev", alignment.elevation_stddev_rad);
   require.between("defocus/sigma", defocus_sigma_px, 0.0, kMaxDefocus_px);
-  require.between("detection/max_candidates", max_candidates, 1.0, kMaxCandidates);
+  require.between("gates/max_candidates", max_candidates, 1.0, kMaxCandidates);
   return require.errors();
 }
 

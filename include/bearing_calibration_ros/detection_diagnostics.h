@@ -1,0 +1,41 @@
+#pragma once
+
+#include <diagnostic_updater/DiagnosticStatusWrapper.h>
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "bearing_calibration/vision/light_detector.h"
+
+namespace bearing_calibration_ros {
+
+/// What the detection nodelet has seen since its start, for people.
+struct DetectionCounts {
+  std::uint64_t images_used = 0;
+  std::uint64_t images_with_light = 0;
+  std::uint64_t found_in_region = 0;
+  std::uint64_t too_cluttered = 0;
+  std::map<std::string, std::uint64_t> images_refused;  ///< by kind
+  std::array<std::uint64_t, bearing_calibration::kRejections> spots_rejected{};
+
+  void add(const bearing_calibration::DetectionResult& result);
+  std::uint64_t refused() const;
+};
+
+/// The last image's best light, for the advice on focus and exposure.
+struct LastSight {
+  bool has_light = false;
+  bearing_calibration::LightEllipse ellipse;
+  bearing_calibration::BackgroundLevel background;
+  int threshold_levels = 0;
+};
+LastSight lastSightFrom(const bearing_calibration::DetectionResult& result);
+
+/// A warning when no image came, when images were refused since the last status, or when the last
+/// image calls for another exposure; fine otherwise.
+void fillDiagnostics(const DetectionCounts& counts, const DetectionCounts& before,
+                     const LastSight& sight, diagnostic_updater::DiagnosticStatusWrapper* status);
+
+}  // namespace bearing_calibration_ros

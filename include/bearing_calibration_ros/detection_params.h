@@ -1,0 +1,27 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <string>
+
+#include "bearing_calibration/vision/detector_config.h"
+#include "bearing_calibration/vision/light_bearings.h"
+#include "bearing_calibration/vision/search_region.h"
+
+namespace bearing_calibration_ros {
+
+/// Everything that the light detection nodelet needs to know: config/detection.yaml.
+struct DetectionNodeConfig {
+  std::string sensor_frame;
+  bool camera_info_required = false;
+  bearing_calibration::DetectorConfig detector;
+  bearing_calibration::ShutterConfig shutter;
+  bearing_calibration::SearchConfig search;
+  /// Of so many images one is searched whole, so that a wrong prediction does not feed itself.
+  int full_scan_every = 0;
+};
+
+/// @throws std::runtime_error with one line for each missing, misspelt or impossible parameter.
+DetectionNodeConfig readDetectionNodeConfig(const ros::NodeHandle& private_node_handle);
+
+}  // namespace bearing_calibration_ros

@@ -1,0 +1,89 @@
+#include "bearing_calibration_ros/detection_diagnostics.h"
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+
+#include <algorithm>
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+using Status = diagnostic_msgs::DiagnosticStatus;
+
+// From here on the outline alone tells where the light is.
+constexpr double kMuchSaturated = 0.5;
+
+std::string summaryOf(const DetectionCounts& counts, const DetectionCounts& before,
+                      const LastSight& sight) {
+  const bool images_came = counts.images_used != before.images_used;
+  if (counts.refused() != before.refused()) return "images are refused";
+  if (!images_came) return "no images";
+  if (counts.too_cluttered != before.too_cluttered) {
+    return "too many bright spots: raise threshold/min_contrast or shorten the exposure";
+  }
+  if (sight.has_light && sight.ellipse.saturated_fraction > kMuchSaturated) {
+    return "the light is saturated: shorten the exposure";
+  }
+  return {};
+}
+
+}  // namespace
+
+void DetectionCounts::add(const core::DetectionResult& result) {
+  ++images_used;
+  images_with_light += result.lights.empty() ? 0 : 1;
+  found_in_region += result.in_region ? 1 : 0;
+  too_cluttered += result.too_cluttered ? 1 : 0;
+  for (std::size_t i = 0; i < spots_rejected.size(); ++i) {
+    spots_rejected[i] += static_cast<std::uint64_t>(result.rejections[i]);
+  }
+}
+
+std::uint64_t DetectionCounts::refused() const {
+  std::uint64_t sum = 0;
+  for (const auto& [kind, count] : images_refused) sum += count;
+  return sum;
+}
+
+LastSight lastSightFrom(const core::DetectionResult& result) {
+  LastSight sight;
+  sight.background = result.background;
+  sight.threshold_levels = result.threshold_levels;
+  const auto best = std::max_element(result.lights.begin(), result.lights.end(),
+                                     [](const core::Detection& left, const core::Detection& right) {
+                                       return left.bearing.quality < right.bearing.quality;
+                                     });
+  sight.has_light = best != result.lights.end();
+  if (sight.has_light) sight.ellipse = best->ellipse;
+  return sight;
+}
+
+void fillDiagnostics(const DetectionCounts& counts, const DetectionCounts& before,
+                     const LastSight& sight, diagnostic_updater::DiagnosticStatusWrapper* status) {
+  const std::string warning = summaryOf(counts, before, sight);
+  const std::string state = sight.has_light ? "light in sight" : "no light in sight";
+  if (warning.empty()) {
+    status->summary(Status::OK, state);
+  } else {
+    status->summary(Status::WARN, warning);
+  }
+  status->add("images used", counts.images_used);
+  status->add("images with a light", counts.images_with_light);
+  status->add("images searched in the predicted region only", counts.found_in_region);
+  status->add("images given up as too cluttered", counts.too_cluttered);
+  for (const auto& [kind, count] : counts.images_refused) {
+    status->add("images refused: " + kind, count);
+  }
+  for (std::size_t i = 0; i < counts.spots_rejected.size(); ++i) {
+    if (counts.spots_rejected[i] == 0) continue;
+    status->add(std::string("spots rejected: ") + core::describe(static_cast<core::Rejection>(i)),
+                counts.spots_rejected[i]);
+  }
+  status->add("background (levels)", sight.background.median);
+  status->add("threshold (levels)", sight.threshold_levels);
+  if (!sight.has_light) return;
+  status->add("light's peak (levels)", sight.ellipse.peak_levels);
+  status->add("light's saturated part", sight.ellipse.saturated_fraction);
+}
+
+}  // namespace bearing_calibration_ros

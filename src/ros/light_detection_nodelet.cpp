@@ -1,0 +1,206 @@
+#include <bearing_calibration/LightBearings.h>
+#include <bearing_calibration/PredictedBearing.h>
+#include <cv_bridge/cv_bridge.h>
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <image_transport/camera_common.h>
+#include <image_transport/image_transport.h>
+#include <nodelet/nodelet.h>
+#include <ros/ros.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <memory>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+#include <string>
+
+#include "bearing_calibration/vision/annotation.h"
+#include "bearing_calibration/vision/light_bearings.h"
+#include "bearing_calibration/vision/light_detector.h"
+#include "bearing_calibration/vision/search_region.h"
+#include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/detection_conversions.h"
+#include "bearing_calibration_ros/detection_diagnostics.h"
+#include "bearing_calibration_ros/detection_params.h"
+#include "bearing_calibration_ros/image_conversion.h"
+#include "bearing_calibration_ros/log_throttle.h"
+
+namespace bearing_calibration_ros {
+
+namespace core = bearing_calibration;
+
+/// Images of a conic mirror in, bearings of the light out: one message for each image.
+///
+/// Threading: every subscriber and timer hangs on getNodeHandle()'s queue, which a nodelet manager
+/// serves with one thread at a time. So no callback runs beside another, and nothing here is
+/// locked. An exception ends at its callback (see guarded()).
+class LightDetectionNodelet : public nodelet::Nodelet {
+ private:
+  void onInit() override;
+  void advertise();
+  void subscribe();
+
+  void onImage(const sensor_msgs::ImageConstPtr& message);
+  void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) { camera_info_ = message; }
+  void onPrediction(const core::PredictedBearingConstPtr& message);
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  std::optional<ImageRefusal> refusalOfImage(const sensor_msgs::Image& image) const;
+  void refuse(const ImageRefusal& refusal);
+  std::optional<core::AzimuthSector> regionFor(core::Stamp mid_exposure) const;
+  void publishAnnotated(const sensor_msgs::Image& message, const cv::Mat& grey,
+                        const core::DetectionResult& result);
+
+  template <typename Work>
+  void guarded(const char* callback, Work work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      ++counts_.images_refused[callback];
+      if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.what());
+    }
+  }
+
+  DetectionNodeConfig config_;
+  std::unique_ptr<core::LightDetector> detector_;
+  GreyConverter converter_;
+  std::optional<core::BearingPrediction> prediction_;
+  sensor_msgs::CameraInfoConstPtr camera_info_;
+
+  DetectionCounts counts_;
+  DetectionCounts counts_before_;  ///< at the last diagnostics
+  LastSight last_sight_;
+  LogThrottle throttle_{kWarningPeriod_s};
+  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+  std::unique_ptr<image_transport::ImageTransport> images_;
+  std::unique_ptr<image_transport::ImageTransport> private_images_;
+  ros::Publisher bearings_publisher_;
+  image_transport::Publisher annotated_publisher_;
+  image_transport::Subscriber image_subscriber_;
+  ros::Subscriber camera_info_subscriber_, prediction_subscriber_;
+  ros::WallTimer timer_;
+
+  static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
+};
+
+void LightDetectionNodelet::onInit() {
+  try {
+    config_ = readDetectionNodeConfig(getPrivateNodeHandle());
+    detector_ = std::make_unique<core::LightDetector>(config_.detector);
+    advertise();
+    subscribe();
+  } catch (const std::exception& error) {
+    NODELET_FATAL("not started: %s", error.what());
+    throw;  // tells the nodelet loader, which says nothing by itself
+  }
+}
+
+void LightDetectionNodelet::advertise() {
+  constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
+  images_ = std::make_unique<image_transport::ImageTransport>(getNodeHandle());
+  private_images_ = std::make_unique<image_transport::ImageTransport>(getPrivateNodeHandle());
+  bearings_publisher_ = getNodeHandle().advertise<core::LightBearings>("bearings", kBearingQueue);
+  annotated_publisher_ = private_images_->advertise("annotated", 1);
+  diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(),
+                                                               getPrivateNodeHandle(), getName());
+  diagnostics_->setHardwareID("none");
+  diagnostics_->add("light detection", this, &LightDetectionNodelet::diagnose);
+}
+
+void LightDetectionNodelet::subscribe() {
+  constexpr std::uint32_t kImageQueue = 10;  // a second at 10 Hz; a slow machine drops the oldest
+  const ros::TransportHints no_delay = ros::TransportHints().tcpNoDelay();
+  ros::NodeHandle& node_handle = getNodeHandle();
+  camera_info_subscriber_ =
+      node_handle.subscribe(image_transport::getCameraInfoTopic(node_handle.resolveName("image")),
+                            1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
+  prediction_subscriber_ = node_handle.subscribe(
+      "predicted_bearing", 1, &LightDetectionNodelet::onPrediction, this, no_delay);
+  image_subscriber_ =
+      images_->subscribe("image", kImageQueue, &LightDetectionNodelet::onImage, this,
+                         image_transport::TransportHints("raw", no_delay, getPrivateNodeHandle()));
+  timer_ = node_handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
+    guarded("timer", [&] { diagnostics_->force_update(); });
+  });
+}
+
+void LightDetectionNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
+  guarded("image", [&] {
+    if (const auto refusal = refusalOfImage(*message)) return refuse(*refusal);
+    const cv::Mat& grey = converter_.convert(message);
+    const core::Stamp stamp = stampFromRos(message->header.stamp);
+    const int height_px = config_.detector.sensor.height_px;
+    const core::Stamp middle = core::midExposure(config_.shutter, stamp, 0.5 * height_px);
+    const core::DetectionResult& result = detector_->detect(grey, regionFor(middle));
+    bearings_publisher_.publish(messageFromBearings(
+        core::bearingsFromLights(result.lights, config_.shutter, stamp, height_px),
+        config_.sensor_frame));
+    counts_.add(result);
+    last_sight_ = lastSightFrom(result);
+    if (annotated_publisher_.getNumSubscribers() > 0) publishAnnotated(*message, grey, result);
+  });
+}
+
+std::optional<ImageRefusal> LightDetectionNodelet::refusalOfImage(
+    const sensor_msgs::Image& image) const {
+  const core::ImageSensor& sensor = config_.detector.sensor;
+  if (const auto refusal = refusalOf(image, sensor)) return refusal;
+  if (!camera_info_) {
+    if (!config_.camera_info_required) return std::nullopt;
+    return ImageRefusal{"no camera_info", "camera_info/required is set, but nothing came on " +
+                                              camera_info_subscriber_.getTopic()};
+  }
+  const bool same_imager = camera_info_->width == static_cast<std::uint32_t>(sensor.width_px) &&
+                           camera_info_->height == static_cast<std::uint32_t>(sensor.height_px);
+  if (same_imager) return std::nullopt;
+  return ImageRefusal{"wrong imager",
+                      camera_info_subscriber_.getTopic() + " speaks of an imager of " +
+                          std::to_string(camera_info_->width) + "x" +
+                          std::to_string(camera_info_->height) +
+                          ", sensor/width and sensor/height of another: the mirror's centre would "
+                          "not fit"};
+}
+
+void LightDetectionNodelet::refuse(const ImageRefusal& refusal) {
+  ++counts_.images_refused[refusal.kind];
+  if (!throttle_.isDue(refusal.kind)) return;
+  NODELET_WARN("%s: image ignored (%s): %s", image_subscriber_.getTopic().c_str(),
+               refusal.kind.c_str(), refusal.text.c_str());
+}
+
+void LightDetectionNodelet::onPrediction(const core::PredictedBearingConstPtr& message) {
+  guarded("prediction", [&] {
+    const std::string& frame = message->header.frame_id;
+    if (!frame.empty() && frame != config_.sensor_frame && throttle_.isDue("frame " + frame)) {
+      NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were",
+                   prediction_subscriber_.getTopic().c_str(), frame.c_str(),
+                   config_.sensor_frame.c_str());
+    }
+    prediction_ = predictionFromMessage(*message);
+  });
+}
+
+std::optional<core::AzimuthSector> LightDetectionNodelet::regionFor(
+    core::Stamp mid_exposure) const {
+  const bool look_everywhere =
+      counts_.images_used % static_cast<std::uint64_t>(config_.full_scan_every) == 0;
+  if (!prediction_ || look_everywhere) return std::nullopt;
+  return core::searchRegion(config_.search, *prediction_, mid_exposure);
+}
+
+void LightDetectionNodelet::publishAnnotated(const sensor_msgs::Image& message, const cv::Mat& grey,
+                                             const core::DetectionResult& result) {
+  const cv::Mat picture = core::annotate(grey, result, config_.detector);
+  annotated_publisher_.publish(
+      cv_bridge::CvImage(message.header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
+}
+
+void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  fillDiagnostics(counts_, counts_before_, last_sight_, &status);
+  counts_before_ = counts_;
+}
+
+}  // namespace bearing_calibration_ros
+
+PLUGINLIB_EXPORT_CLASS(bearing_calibration_ros::LightDetectionNodelet, nodelet::Nodelet)
