@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+"""The simulation's own time: /clock runs, faster than the wall's, and ends with the trajectory."""
+
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+from bearing_calibration.msg import WheelTicks
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Image
+
+DEADLINE_S = 60.0
+END_S = 41.0  # the clock begins at 1 s, the trajectory lasts for 40 s
+RATE = 4.0
+
+
+class SimulationClockTest(unittest.TestCase):
+
+    def test_clock(self):
+        clocks, ticks, images = [], [], []
+        rospy.Subscriber('/clock', Clock,
+                         lambda m: clocks.append((time.time(), m.clock.to_sec())), queue_size=10000)
+        rospy.Subscriber('/wheel_ticks', WheelTicks, ticks.append, queue_size=10000)
+        rospy.Subscriber('/camera/image_raw', Image,
+                         lambda m: images.append(m.header.stamp.to_nsec()), queue_size=1000)
+        rospy.init_node('simulation_clock_test')
+
+        deadline = time.time() + DEADLINE_S
+        while not clocks or clocks[-1][1] < END_S - 1e-6:
+            self.assertLess(time.time(), deadline, 'the clock ended at %s' % clocks[-1:])
+            time.sleep(0.05)
+        time.sleep(0.5)  # what would come after the end, and what still is under way
+
+        self.assertAlmostEqual(clocks[-1][1], END_S, places=6)
+        steps = {round((after[1] - before[1]) * 1e9) for before, after in zip(clocks, clocks[1:])}
+        self.assertEqual(steps, {10 ** 7}, 'steps of /clock [ns]')
+        wall_s = clocks[-1][0] - clocks[0][0]
+        rate = (clocks[-1][1] - clocks[0][1]) / wall_s
+        self.assertLess(rate, 1.05 * RATE, 'as fast as asked for')
+        self.assertGreater(rate, 1.0, 'faster than the wall, on a busy machine too')
+
+        stamps = [message.header.stamp.to_nsec() for message in ticks]
+        self.assertEqual({b - a for a, b in zip(stamps, stamps[1:])}, {10 ** 7}, 'no tick is lost')
+        self.assertEqual({b - a for a, b in zip(images, images[1:])}, {10 ** 8},
+                         'no image is lost: the robot waits for the renderer')
+        self.assertEqual(stamps[-1], int(END_S * 1e9))
+        self.assertEqual(images[-1], int(END_S * 1e9))
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'simulation_clock', SimulationClockTest, sys.argv)

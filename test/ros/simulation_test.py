@@ -1,0 +1,241 @@
+#!/usr/bin/env python3
+"""The simulation nodelet in wall time: ticks, images, truth, commands; in a manager and alone."""
+
+import hashlib
+import math
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+from bearing_calibration.msg import LightBearings, WheelTicks
+from geometry_msgs.msg import PointStamped, PoseStamped, Twist
+from sensor_msgs.msg import CameraInfo, Image
+
+DEADLINE_S = 30.0
+NAMESPACES = ('managed', 'standalone', 'late', 'commanded')
+TICK_PERIOD_NS = 10 ** 7   # wheels/rate is 100 Hz
+IMAGE_PERIOD_NS = 10 ** 8  # camera/rate is 10 Hz
+LATENCY_NS = 25 * 10 ** 7  # of the camera in 'late'
+SEPARATION_M = 0.25
+METERS_PER_TICK = 2.0 * math.pi * 0.05 / 65536.0
+
+
+def wait_until(condition, what):
+    deadline = time.time() + DEADLINE_S
+    while not condition():
+        if time.time() > deadline:
+            raise AssertionError('not within %g s: %s' % (DEADLINE_S, what))
+        time.sleep(0.05)
+
+
+class Recorder(object):
+    """Everything that one simulation publishes, by its stamp's nanoseconds after the start."""
+
+    def __init__(self, namespace):
+        self.topics = {}
+        self.received = {}
+        self.start_ns = None
+        self.subscribers = []
+        for topic, kind in (('wheel_ticks', WheelTicks), ('camera/image_raw', Image),
+                            ('camera/camera_info', CameraInfo),
+                            ('simulation/truth/base', PoseStamped),
+                            ('simulation/truth/bearings', LightBearings),
+                            ('simulation/truth/base_from_camera', PoseStamped),
+                            ('simulation/truth/light', PointStamped)):
+            self.topics[topic] = []
+            self.subscribers.append(rospy.Subscriber('/%s/%s' % (namespace, topic), kind,
+                                                     self.store, callback_args=topic))
+
+    def store(self, message, topic):
+        self.received[topic, message.header.stamp.to_nsec()] = rospy.Time.now().to_nsec()
+        self.topics[topic].append(message)
+
+    def last(self, topic):
+        wait_until(lambda: self.topics[topic], 'a message on ' + topic)
+        return self.topics[topic][-1]
+
+    def wait_for(self, topic, count):
+        wait_until(lambda: len(self.topics[topic]) >= count, '%d messages on %s' % (count, topic))
+        return self.topics[topic][:]
+
+    def stamps(self, topic):
+        return [message.header.stamp.to_nsec() for message in self.topics[topic][:]]
+
+    def by_offset(self, topic):
+        """Messages by their nanoseconds after the simulation's start."""
+        start = self.last('simulation/truth/light').header.stamp.to_nsec()
+        return {message.header.stamp.to_nsec() - start: message
+                for message in self.topics[topic][:]}
+
+
+def yaw_of(pose):
+    return 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
+
+
+def wrapped(angle):
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+def light_azimuth(image, info):
+    """Azimuth of the bright spot's centroid about the mirror's axis, handedness -1."""
+    sums = [0.0, 0.0, 0.0]
+    for index, value in enumerate(image.data):
+        if value > 60:  # brighter than all surroundings
+            sums[0] += value
+            sums[1] += value * (index % image.step - info.K[2])
+            sums[2] += value * (index // image.step - info.K[5])
+    return math.atan2(sums[2], sums[1])
+
+
+class SimulationTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('simulation_test')
+        cls.recorders = {namespace: Recorder(namespace) for namespace in NAMESPACES}
+
+    def check_stamps(self, stamps, period_ns, topic):
+        steps = {after - before for before, after in zip(stamps, stamps[1:])}
+        self.assertEqual(steps, {period_ns}, 'steps between the stamps of ' + topic)
+
+    def test_ticks_and_images_come_at_their_rates(self):
+        for namespace in ('managed', 'standalone'):
+            recorder = self.recorders[namespace]
+            recorder.wait_for('wheel_ticks', 300)
+            recorder.wait_for('camera/image_raw', 20)
+            self.check_stamps(recorder.stamps('wheel_ticks'), TICK_PERIOD_NS, 'wheel_ticks')
+            image_steps = {after - before
+                           for before, after in zip(recorder.stamps('camera/image_raw'),
+                                                    recorder.stamps('camera/image_raw')[1:])}
+            self.assertTrue(all(step > 0 and step % IMAGE_PERIOD_NS == 0 for step in image_steps),
+                            'a busy machine may drop an image, no more: %s' % image_steps)
+
+    def test_image_and_camera_info_go_together(self):
+        recorder = self.recorders['managed']
+        image = recorder.wait_for('camera/image_raw', 3)[2]
+        wait_until(lambda: image.header.stamp.to_nsec() in recorder.stamps('camera/camera_info'),
+                   'camera_info of the same stamp')
+        info = recorder.last('camera/camera_info')
+        self.assertEqual((image.encoding, image.width, image.height, image.step, len(image.data)),
+                         ('mono8', 640, 480, 640, 640 * 480))
+        self.assertEqual((info.width, info.height), (640, 480))
+        self.assertEqual((image.header.frame_id, info.header.frame_id), ('camera', 'camera'))
+        # Thin lens: f = 4 mm focused at 60 mm, pixels of 5.6 um.
+        self.assertAlmostEqual(info.K[0], 1.0 / (1.0 / 4e-3 - 1.0 / 0.06) / 5.6e-6, places=6)
+
+    def test_light_is_seen_where_it_truly_is(self):
+        recorder = self.recorders['managed']
+        recorder.wait_for('camera/image_raw', 5)
+        info = recorder.last('camera/camera_info')
+        truth = recorder.by_offset('simulation/truth/bearings')
+        compared = 0
+        for offset, image in sorted(recorder.by_offset('camera/image_raw').items())[:5]:
+            if offset not in truth:
+                continue  # this topic was heard from later on
+            error = wrapped(light_azimuth(image, info) - truth[offset].candidates[0].azimuth)
+            # A thresholded centroid of a spot at 1 m has an error of 0.014 degrees (1 sigma).
+            self.assertLess(abs(math.degrees(error)), 0.06)
+            compared += 1
+        self.assertGreater(compared, 2)
+
+    def test_truth_is_that_of_the_configuration(self):
+        for recorder in self.recorders.values():
+            mount = recorder.last('simulation/truth/base_from_camera')
+            self.assertEqual(mount.header.frame_id, 'base_link')
+            self.assertAlmostEqual(mount.pose.position.x, 0.1 * math.cos(math.radians(30.0)))
+            self.assertAlmostEqual(mount.pose.position.y, 0.1 * math.sin(math.radians(30.0)))
+            self.assertAlmostEqual(mount.pose.position.z, 0.3)
+            self.assertAlmostEqual(math.degrees(yaw_of(mount.pose)), 60.0)
+            light = recorder.last('simulation/truth/light')
+            self.assertEqual(light.header.frame_id, 'world')
+            self.assertEqual((light.point.x, light.point.y), (0.0, 0.0))
+            self.assertAlmostEqual(light.point.z, 0.27)
+
+    def test_bearing_follows_from_pose_mount_and_light(self):
+        recorder = self.recorders['standalone']
+        recorder.wait_for('simulation/truth/base', 5)
+        bearings = recorder.wait_for('simulation/truth/bearings', 5)[-1]
+        base = recorder.by_offset('simulation/truth/base')
+        offset = (bearings.header.stamp -
+                  recorder.last('simulation/truth/light').header.stamp).to_nsec()
+        pose = base[offset].pose
+        yaw = yaw_of(pose)
+        sensor_x = pose.position.x + 0.1 * math.cos(yaw + math.radians(30.0))
+        sensor_y = pose.position.y + 0.1 * math.sin(yaw + math.radians(30.0))
+        expected = math.atan2(-sensor_y, -sensor_x) - yaw - math.radians(60.0)
+        self.assertAlmostEqual(wrapped(bearings.candidates[0].azimuth - expected), 0.0, places=9)
+        self.assertGreater(bearings.candidates[0].azimuth_variance, 0.0)
+
+    def test_ticks_tell_the_turn(self):
+        """A spin at 0.2 m/s of the wheels; K = 1e-6 m makes 1.4 mm in the difference after 1 m."""
+        recorder = self.recorders['standalone']
+        ticks = recorder.wait_for('wheel_ticks', 300)
+        turn = ((ticks[299].right - ticks[0].right) - (ticks[299].left - ticks[0].left)) \
+            * METERS_PER_TICK / SEPARATION_M
+        seconds = (ticks[299].header.stamp - ticks[0].header.stamp).to_sec()
+        expected = 2.0 * 0.2 * seconds / SEPARATION_M
+        stddev = math.sqrt(2.0 * 1e-6 * 0.2 * seconds) / SEPARATION_M
+        self.assertLess(abs(turn - expected), 4.0 * stddev)
+
+    def test_the_seed_decides_ticks_and_pixels(self):
+        first, second = self.recorders['managed'], self.recorders['standalone']
+        for topic, digest in (('wheel_ticks', lambda m: (m.left, m.right)),
+                              ('camera/image_raw', lambda m: hashlib.md5(m.data).hexdigest())):
+            def common():
+                return sorted(set(first.by_offset(topic)) & set(second.by_offset(topic)))
+            wait_until(lambda: len(common()) >= 5, 'both simulations publish ' + topic)
+            ours, theirs = first.by_offset(topic), second.by_offset(topic)
+            for offset in common()[:50]:
+                self.assertEqual(digest(ours[offset]), digest(theirs[offset]),
+                                 '%s at %g s' % (topic, offset * 1e-9))
+
+    def test_late_camera_is_late(self):
+        recorder = self.recorders['late']
+        recorder.wait_for('camera/image_raw', 10)
+        for offset in recorder.by_offset('camera/image_raw'):
+            self.assertEqual((offset - LATENCY_NS) % IMAGE_PERIOD_NS, 0)
+        for stamp in recorder.stamps('camera/image_raw'):
+            self.assertGreaterEqual(recorder.received['camera/image_raw', stamp], stamp,
+                                    'an image came before its stamp')
+
+    def test_small_counters_wrap(self):
+        ticks = self.recorders['late'].wait_for('wheel_ticks', 500)
+        for side in ('left', 'right'):
+            counts = [getattr(message, side) for message in ticks]
+            self.assertTrue(all(-128 <= count < 128 for count in counts))
+            steps = [(after - before + 128) % 256 - 128
+                     for before, after in zip(counts, counts[1:])]
+            # 0.2 m/s are 6.4 ticks in 10 ms; the noise adds less than two.
+            self.assertTrue(all(abs(step) <= 9 for step in steps), sorted(set(steps)))
+            self.assertGreater(max(abs(a - b) for a, b in zip(counts, counts[1:])), 128, 'no wrap')
+
+    def test_commands_move_the_robot_until_they_stop(self):
+        recorder = self.recorders['commanded']
+        publisher = rospy.Publisher('/commanded/cmd_vel', Twist, queue_size=1)
+        wait_until(lambda: publisher.get_num_connections() > 0, 'the simulation listens')
+        start = recorder.last('simulation/truth/base').pose
+
+        def moved():
+            pose = recorder.last('simulation/truth/base').pose
+            return math.hypot(pose.position.x - start.position.x,
+                              pose.position.y - start.position.y)
+        self.assertEqual(moved(), 0.0)
+        publisher.publish(Twist())
+        bad = Twist()
+        bad.linear.x = float('nan')
+        publisher.publish(bad)
+        command = Twist()
+        command.linear.x = 0.2
+        publisher.publish(command)
+        # One command lasts for command_timeout = 0.5 s, or 51 steps when it comes between two.
+        wait_until(lambda: moved() > 0.09, 'the robot moves')
+        time.sleep(1.0)
+        self.assertAlmostEqual(moved(), 0.1, places=9)
+        time.sleep(0.5)
+        self.assertAlmostEqual(moved(), 0.1, places=9)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'simulation', SimulationTest, sys.argv)
