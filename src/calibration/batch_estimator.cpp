@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "bearing_calibration/calibration/cartesian_smoother.h"
 #include "bearing_calibration/common/angle.h"
@@ -80,9 +81,13 @@ double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWe
 class Fit {
  public:
   Fit(const std::vector<Sight>& sights, const RecordStart& start, const BatchConfig& config)
-      : config_(config), sights_(sights), path_(trackLight(sights, start)) {
-    for (const Sight& sight : sights) {
-      weights_.push_back({sight.azimuth_variance_rad2, sight.azimuth_variance_rad2});
+      : config_(config), sights_(sights) {
+    LightTrack track = trackLight(sights, start);
+    path_ = std::move(track.states);
+    for (std::size_t i = 0; i < sights.size(); ++i) {
+      const double variance = sights[i].azimuth_variance_rad2;
+      const bool use = track.is_plausible[i] || config_.reject_sigmas <= 0.0;
+      weights_.push_back({variance, variance, use});
     }
     if (config_.huber_sigmas > 0.0) weighByHuber();
   }

@@ -1,7 +1,8 @@
 #include "bearing_calibration/calibration/cartesian_smoother.h"
 
-#include <Eigen/LU>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "bearing_calibration/calibration/light_track.h"
 #include "bearing_calibration/common/angle.h"
@@ -76,13 +77,8 @@ ForwardStep linearise(const Sight& sight, const SightWeight& weight, const Vecto
   return step;
 }
 
-/// Whether the sights before this one place the light at all. Where they do not, a slip changes
-/// nothing, and a false one looks as good as a true one.
-bool knowsLight(const ForwardStep& step, const Vector5& path) {
-  constexpr double kKnown = 0.5;  // standard deviation over the light's range
-  const Eigen::Vector2d ray = path.head<2>() - path.segment<2>(CartesianIndex::kSensorX);
-  return step.predicted_covariance.topLeftCorner<2, 2>().trace() <
-         kKnown * kKnown * ray.squaredNorm();
+double rangeOf(const Vector5& state) {
+  return (state.head<2>() - state.segment<2>(CartesianIndex::kSensorX)).norm();
 }
 
 /// Disturbance r and its information N of everything after a moment.
@@ -108,13 +104,21 @@ struct Disturbance {
     N.leftCols<2>() = (N.leftCols<2>() * F).eval();
   }
 
-  double slipGain() const {
-    const Eigen::Matrix2d information = N.topLeftCorner<2, 2>();
-    const double determinant = information.determinant();
-    // The last sights see a change of the light along their ray only: no slip can be told there.
-    constexpr double kLeastConditioning = 1e-9;
-    if (determinant <= kLeastConditioning * information.squaredNorm()) return 0.0;
-    return r.head<2>().dot(information.inverse() * r.head<2>());
+  /// What an unknown jump of the light at this moment would take off the cost. Only those of its
+  /// directions count in which the other sights tell a jump that is small against the light's
+  /// range: in the others a gain is an accident of the linearisation.
+  double slipGain(double range_m) const {
+    constexpr double kTellable = 0.2;  // standard deviation of the jump, over the range
+    const double least_information = 1.0 / std::pow(kTellable * range_m, 2);
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+    solver.computeDirect(N.topLeftCorner<2, 2>());
+    double gain = 0.0;
+    for (int i = 0; i < 2; ++i) {
+      const double information = solver.eigenvalues()(i);
+      if (information < least_information) continue;
+      gain += std::pow(solver.eigenvectors().col(i).dot(r.head<2>()), 2) / information;
+    }
+    return gain;
   }
 };
 
@@ -166,8 +170,7 @@ SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWei
     if (steps[i].used) future.addBearing(steps[i]);
     smoothed.state = steps[i].predicted + steps[i].predicted_covariance * future.r;
     if (i == 0) break;
-    const bool can_tell = !weights[i].slipped && knowsLight(steps[i], path[i]);
-    smoothed.slip_gain = can_tell ? future.slipGain() : 0.0;
+    smoothed.slip_gain = weights[i].slipped ? 0.0 : future.slipGain(rangeOf(path[i]));
     const Eigen::Vector2d r_light = future.r.head<2>();
     pass.motion_cost += r_light.dot(
         lightNoise(believedMotion(sights[i], weights[i].slipped), path[i].head<2>()) * r_light);

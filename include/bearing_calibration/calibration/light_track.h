@@ -16,9 +16,15 @@ struct RecordStart {
   std::size_t sight = 0;            ///< its index in the record
 };
 
-/// Cartesian states at all sights for the mount of `start`: the light is followed from there to
-/// both ends by odometry and bearings, so that neither the odometry's drift nor a slip leads
-/// astray. What a smoother pass is linearised about first.
-std::vector<Vector5> trackLight(const std::vector<Sight>& sights, const RecordStart& start);
+/// A record seen from a known mount.
+struct LightTrack {
+  std::vector<Vector5> states;     ///< Cartesian, at each sight
+  std::vector<bool> is_plausible;  ///< of each sight: false for one that is alone far off
+};
+
+/// Follows the light from `start` to both ends of the record by odometry and bearings, so that
+/// neither the odometry's drift nor a slip nor outliers lead astray: what a smoother pass is
+/// linearised about first.
+LightTrack trackLight(const std::vector<Sight>& sights, const RecordStart& start);
 
 }  // namespace bearing_calibration
