@@ -228,13 +228,16 @@ def parse(arguments):
     parser.add_argument('--seconds', type=float, default=150,
                         help='give up after so long (default %(default)s)')
     parser.add_argument('--period', type=float, default=3, help='seconds between two rows')
+    parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE',
+                        help='for demo.launch, as rviz:=true or seed:=2')
     return parser.parse_args(arguments)
 
 
 def main(arguments):
     options = parse(arguments)
     signal.signal(signal.SIGTERM, raiseExit)
-    demo = Demo(['detect:=false'] if options.no_detector else [])
+    without_detector = ['detect:=false'] if options.no_detector else []
+    demo = Demo(without_detector + options.launch_arguments)
     print('Demo at %s, output of its nodes in %s' % (os.environ['ROS_MASTER_URI'], demo.log_path))
     print('In the table: value +- standard deviation (error in standard deviations)\n', flush=True)
     try:
