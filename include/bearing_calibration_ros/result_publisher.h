@@ -34,9 +34,11 @@ class ResultPublisher {
     bearing_calibration::CalibrationState state;
     std::uint32_t bearings_used;
     std::uint32_t bearings_gated;
+    std::uint32_t inputs_refused;
     bool operator==(const News& other) const;
   };
-  static News newsOf(const bearing_calibration::CalibrationResult& result);
+  static News newsOf(const bearing_calibration::CalibrationResult& result,
+                     std::uint32_t joint_states_without_wheels);
   void publishPose(const bearing_calibration::MountEstimate& base_from_sensor,
                    bearing_calibration::Stamp stamp);
 

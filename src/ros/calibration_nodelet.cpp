@@ -49,6 +49,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
 
   std::optional<ros::Time> timeOfReceipt();
   void startAnew(const std::string& why);
+  void followJumpBack(const std::string& what);
   void finishWheels(const core::InputOutcome& outcome, core::Stamp stamp, const ros::Time& now);
   void refuseJointState(const sensor_msgs::JointState& message);
   void warn(const std::string& topic, const core::InputOutcome& outcome);
@@ -218,7 +219,7 @@ std::optional<ros::Time> CalibrationNodelet::timeOfReceipt() {
     }
     return std::nullopt;
   }
-  if (clock_watch_.hasJumpedBack(now)) startAnew("the clock has jumped back");
+  if (clock_watch_.hasJumpedBack(now)) followJumpBack("the clock has");
   return now;
 }
 
@@ -230,8 +231,12 @@ void CalibrationNodelet::startAnew(const std::string& why) {
   stamp_watch_ = {};
   throttle_ = LogThrottle(kWarningPeriod_s);  // what was said of the old calibration is old, too
   input_watch_->restart();
-  publisher_->restartStamps();
   publishNow();
+}
+
+void CalibrationNodelet::followJumpBack(const std::string& what) {
+  publisher_->restartStamps();
+  startAnew(what + " jumped back");
 }
 
 void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::Stamp stamp,
@@ -239,7 +244,7 @@ void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::S
   input_watch_->sawWheels(now);
   warn(wheel_subscriber_.getTopic(), outcome);
   if (stamp_watch_.hasBegunAnew(outcome, stamp)) {
-    startAnew("the stamps on " + wheel_subscriber_.getTopic() + " have jumped back");
+    followJumpBack("the stamps on " + wheel_subscriber_.getTopic() + " have");
   }
   publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
   publishPrediction(stamp);
@@ -247,6 +252,7 @@ void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::S
 
 void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message) {
   ++joint_states_without_wheels_;
+  publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
   if (!throttle_.isDue("joints")) return;
   NODELET_WARN(
       "%s: joints '%s' and '%s' with a position each are wanted, but the message has (%s): message "

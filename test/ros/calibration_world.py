@@ -114,7 +114,7 @@ class World:
 class Node:
     """The other end of the topics and services of one calibration node."""
 
-    def __init__(self, name='calibration', wheels='wheel_ticks'):
+    def __init__(self, name='calibration', wheels='wheel_ticks', bearings='bearings'):
         self.name = rospy.resolve_name(name)
         self.lock = threading.Lock()
         self.estimates, self.poses, self.transforms, self.logs = [], [], [], []
@@ -123,9 +123,9 @@ class Node:
                          self._into(self.poses))
         rospy.Subscriber(name + '/transform', TransformStamped, self._into(self.transforms))
         rospy.Subscriber('/rosout', Log, self._into(self.logs))  # no /rosout_agg in a rostest
-        kind = WheelTicks if wheels == 'wheel_ticks' else JointState
+        kind = WheelTicks if wheels.endswith('wheel_ticks') else JointState
         self.wheels = rospy.Publisher(wheels, kind, queue_size=10000)
-        self.bearings = rospy.Publisher('bearings', LightBearings, queue_size=10000)
+        self.bearings = rospy.Publisher(bearings, LightBearings, queue_size=10000)
         self.reset_service = rospy.ServiceProxy(name + '/reset', Trigger)
         self.pause_service = rospy.ServiceProxy(name + '/pause', SetBool)
         self.save_service = rospy.ServiceProxy(name + '/save', Trigger)

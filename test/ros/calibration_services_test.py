@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+"""~reset, ~pause and ~save, and TF beside them."""
+
+import os
+import shutil
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+import yaml
+from bearing_calibration.msg import CalibrationEstimate
+from tf2_msgs.msg import TFMessage
+
+from calibration_world import Node, World, wait_until
+
+
+class CalibrationServicesTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('calibration_services_test')
+        cls.node = Node()
+        cls.transforms = []
+        rospy.Subscriber('/tf', TFMessage, lambda m: cls.transforms.extend(m.transforms))
+        cls.folder = rospy.get_param('calibration/output/folder')
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(os.path.dirname(os.path.dirname(os.path.dirname(cls.folder))),
+                      ignore_errors=True)
+
+    def setUp(self):
+        self.node.reset()
+        self.world = World(rospy.Time.now().to_sec() - 1000.0)
+
+    def drive(self, seconds):
+        used = self.node.estimate().bearings_used + self.node.estimate().bearings_gated
+        self.node.drive(self.world, seconds)
+        return self.node.wait_for(
+            lambda e: e.bearings_used + e.bearings_gated >= used + round(10 * seconds),
+            'the bearings of %g s' % seconds)
+
+    def test_reset_forgets_everything(self):
+        self.drive(2.0)
+        estimate = self.node.reset()
+        self.assertEqual(estimate.state, CalibrationEstimate.WAITING_FOR_TICKS)
+        self.assertNotEqual(estimate.x_m, estimate.x_m, 'NaN is expected')
+        self.assertEqual(estimate.distance_travelled_m, 0.0)
+        self.drive(1.0)  # with the stamps of before
+
+    def test_pause_ignores_bearings_and_follows_the_wheels(self):
+        before = self.drive(2.0)
+        self.assertTrue(self.node.pause_service(True).success)
+        self.node.wait_for(lambda e: e.state == CalibrationEstimate.PAUSED, 'paused')
+        self.node.drive(self.world, 2.0)
+        paused = self.node.wait_for(lambda e: e.ticks_used == 200, 'the wheels are followed')
+        self.assertEqual(paused.bearings_used, before.bearings_used)
+        self.assertEqual(paused.bearings_rejected, 0, 'a pause is no fault of the input')
+        self.assertEqual((paused.x_m, paused.x_stddev_m), (before.x_m, before.x_stddev_m))
+        self.assertTrue(self.node.pause_service(False).success)
+        after = self.drive(2.0)
+        self.assertNotEqual(after.state, CalibrationEstimate.PAUSED)
+        self.assertEqual(after.bearings_gated, 0, 'the way driven meanwhile is known')
+
+    def test_save_before_an_estimate_says_why_not(self):
+        response = self.node.save_service()
+        self.assertFalse(response.success)
+        self.assertIn('no estimate to save yet: WAITING_FOR_TICKS', response.message)
+
+    def test_save_writes_what_the_estimate_says(self):
+        self.drive(20.0)
+        time.sleep(1.5)  # the last estimate is published at 1 Hz at least
+        estimate = self.node.estimate()
+        response = self.node.save_service()
+        self.assertTrue(response.success, response.message)
+        path = os.path.join(self.folder, 'result.yaml')
+        self.assertIn(path, response.message)
+        with open(path) as file:
+            result = yaml.safe_load(file)
+        mount, paper = result['base_from_sensor'], result['paper_state']
+        self.assertEqual(mount['base_frame'], 'base_link')
+        self.assertEqual(mount['sensor_frame'], 'camera')
+        self.assertEqual([mount[key] for key in ('x_m', 'y_m', 'yaw_rad')],
+                         [estimate.x_m, estimate.y_m, estimate.yaw_rad])
+        self.assertEqual(mount['covariance_x_y_yaw'], list(estimate.covariance_x_y_yaw))
+        self.assertEqual([paper[key] for key in ('D_m', 'theta_rad', 'phi_rad', 'rho_m', 'psi_rad')],
+                         [estimate.D_m, estimate.theta_rad, estimate.phi_rad, estimate.rho_m,
+                          estimate.psi_rad])
+        self.assertEqual(paper['covariance_D_theta_phi_rho_psi'],
+                         list(estimate.covariance_D_theta_phi_rho_psi))
+        self.assertIn(result['state'], estimate.state_text)
+        self.assertEqual(result['stamp_ns'], estimate.header.stamp.to_nsec())
+        self.assertEqual(result['not_estimated']['z_m'], 0.3)
+        self.assertEqual(result['provenance']['wheel_separation_m'], 0.25)
+        self.assertEqual(os.listdir(self.folder), ['result.yaml'], 'nothing else is left')
+
+    def test_save_says_why_it_cannot_write(self):
+        other = Node('/bad/calibration', wheels='/bad/wheel_ticks', bearings='/bad/bearings')
+        other.drive(self.world, 1.0)
+        other.wait_for(lambda e: e.bearings_used > 0, 'an estimate')
+        response = other.save_service()
+        self.assertFalse(response.success)
+        self.assertIn('Not a directory', response.message)
+        self.assertIn(rospy.get_param('/bad/calibration/output/folder'), response.message)
+
+    def test_tf_never_repeats_a_stamp(self):
+        self.drive(3.0)
+        self.node.reset()
+        self.world = World(self.world.start_stamp_s)  # the same stamps again, and later ones
+        self.drive(5.0)
+        wait_until(lambda: self.transforms and
+                   self.transforms[-1].header.stamp >= self.world.stamp(), 'TF')
+        stamps = [t.header.stamp for t in self.transforms]
+        self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])), stamps)
+        self.assertEqual({(t.header.frame_id, t.child_frame_id) for t in self.transforms},
+                         {('base_link', 'camera_calibrated')})
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'calibration_services', CalibrationServicesTest, sys.argv)

@@ -1,0 +1,250 @@
+#include "bearing_calibration_ros/conversions.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST(Stamps, AreExactBothWays) {
+  const ros::Time time(1700000000, 999999999);
+  EXPECT_EQ(stampFromRos(time).time_since_epoch().count(), 1700000000999999999);
+  EXPECT_EQ(rosFromStamp(stampFromRos(time)), time);
+  EXPECT_EQ(rosFromStamp(stampFromRos(ros::Time())), ros::Time());
+  const ros::Time last(std::numeric_limits<std::uint32_t>::max(), 999999999);
+  EXPECT_EQ(rosFromStamp(stampFromRos(last)), last);
+}
+
+TEST(Stamps, ThatRosCannotHoldAreRefused) {
+  EXPECT_THROW(rosFromStamp(core::stampFromNanoseconds(-1)), std::invalid_argument);
+  EXPECT_THROW(rosFromStamp(core::stampFromNanoseconds(4294967296000000000)),
+               std::invalid_argument);
+}
+
+TEST(WheelMessages, KeepEveryBitOfTheCounters) {
+  core::WheelTicks message;
+  message.header.stamp = ros::Time(12, 34);
+  message.left = std::numeric_limits<std::int64_t>::min();
+  message.right = std::numeric_limits<std::int64_t>::max();
+  const core::WheelCounts counts = countsFromMessage(message);
+  EXPECT_EQ(counts.stamp, core::stampFromNanoseconds(12000000034));
+  EXPECT_EQ(counts.left_ticks, std::numeric_limits<std::int64_t>::min());
+  EXPECT_EQ(counts.right_ticks, std::numeric_limits<std::int64_t>::max());
+}
+
+sensor_msgs::JointState jointState() {
+  sensor_msgs::JointState message;
+  message.header.stamp = ros::Time(5, 0);
+  message.name = {"arm", "right", "left"};
+  message.position = {0.1, 0.2, 0.3};
+  return message;
+}
+
+TEST(JointStates, AreReadByName) {
+  const auto angles = anglesFromMessage(jointState(), {"left", "right"});
+  ASSERT_TRUE(angles.has_value());
+  EXPECT_EQ(angles->stamp, core::stampFromNanoseconds(5000000000));
+  EXPECT_EQ(angles->left_rad, 0.3);
+  EXPECT_EQ(angles->right_rad, 0.2);
+}
+
+TEST(JointStates, PassWhatIsNotFiniteOnToTheCore) {
+  sensor_msgs::JointState message = jointState();
+  message.position = {0.1, kInfinity, kNaN};
+  const auto angles = anglesFromMessage(message, {"left", "right"});
+  ASSERT_TRUE(angles.has_value());
+  EXPECT_TRUE(std::isnan(angles->left_rad));
+  EXPECT_EQ(angles->right_rad, kInfinity);
+}
+
+TEST(JointStates, WithoutOneOfTheWheelsGiveNothing) {
+  EXPECT_FALSE(anglesFromMessage(jointState(), {"left", "wheel"}).has_value());
+  EXPECT_FALSE(anglesFromMessage(jointState(), {"wheel", "right"}).has_value());
+  sensor_msgs::JointState too_short = jointState();
+  too_short.position = {0.1, 0.2};  // none for "left"
+  EXPECT_FALSE(anglesFromMessage(too_short, {"left", "right"}).has_value());
+  EXPECT_FALSE(anglesFromMessage(sensor_msgs::JointState(), {"left", "right"}).has_value());
+}
+
+TEST(JointStates, SayWhichJointsAreThere) {
+  EXPECT_EQ(jointNames(jointState()), "arm, right, left");
+  EXPECT_EQ(jointNames(sensor_msgs::JointState()), "");
+  EXPECT_TRUE(namesEither(jointState(), {"left", "wheel"}));
+  EXPECT_TRUE(namesEither(jointState(), {"wheel", "right"}));
+  EXPECT_FALSE(namesEither(jointState(), {"wheel_l", "wheel_r"}));
+}
+
+TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
+  core::LightBearings message;
+  message.header.stamp = ros::Time(7, 8);
+  message.candidates.resize(2);
+  message.candidates[0].azimuth = kNaN;
+  message.candidates[0].azimuth_variance = -kInfinity;
+  core::LightBearing& second = message.candidates[1];
+  second.azimuth = -3.0;
+  second.azimuth_variance = 1e-4;
+  second.image_radius = 120.5;
+  second.image_radius_variance = 0.25;
+  second.elevation = 0.1;
+  second.elevation_variance = kNaN;
+  second.light_id = 3;
+  second.quality = 0.5F;
+  const core::BearingSet bearings = bearingsFromMessage(message);
+  EXPECT_EQ(bearings.stamp, core::stampFromNanoseconds(7000000008));
+  ASSERT_EQ(bearings.candidates.size(), 2U);
+  EXPECT_TRUE(std::isnan(bearings.candidates[0].azimuth_rad));
+  EXPECT_EQ(bearings.candidates[0].azimuth_variance_rad2, -kInfinity);
+  const core::Bearing& bearing = bearings.candidates[1];
+  EXPECT_EQ(bearing.azimuth_rad, -3.0);
+  EXPECT_EQ(bearing.azimuth_variance_rad2, 1e-4);
+  EXPECT_EQ(bearing.image_radius_px, 120.5);
+  EXPECT_EQ(bearing.image_radius_variance_px2, 0.25);
+  EXPECT_EQ(bearing.elevation_rad, 0.1);
+  EXPECT_TRUE(std::isnan(bearing.elevation_variance_rad2));
+  EXPECT_EQ(bearing.light_id, 3);
+  EXPECT_EQ(bearing.quality, 0.5);
+}
+
+TEST(BearingMessages, UnknownLightIsTheSameOnBothSides) {
+  EXPECT_EQ(static_cast<std::int32_t>(core::LightBearing::UNKNOWN_LIGHT), core::kUnknownLight);
+}
+
+TEST(Predictions, KeepTheirFields) {
+  const core::PredictedBearing message =
+      messageFromPrediction({core::stampFromNanoseconds(9000000001), 1.5, 0.01, 4}, "camera");
+  EXPECT_EQ(message.header.stamp, ros::Time(9, 1));
+  EXPECT_EQ(message.header.frame_id, "camera");
+  EXPECT_EQ(message.azimuth, 1.5);
+  EXPECT_EQ(message.azimuth_variance, 0.01);
+  EXPECT_EQ(message.light_id, 4);
+}
+
+TEST(Estimate, StatesHaveTheMessagesNumbers) {
+  using Message = core::CalibrationEstimate;
+  const auto number = [](core::CalibrationState state) { return static_cast<int>(state); };
+  EXPECT_EQ(number(core::CalibrationState::kWaitingForTicks), +Message::WAITING_FOR_TICKS);
+  EXPECT_EQ(number(core::CalibrationState::kWaitingForLight), +Message::WAITING_FOR_LIGHT);
+  EXPECT_EQ(number(core::CalibrationState::kInitialising), +Message::INITIALISING);
+  EXPECT_EQ(number(core::CalibrationState::kConverging), +Message::CONVERGING);
+  EXPECT_EQ(number(core::CalibrationState::kConverged), +Message::CONVERGED);
+  EXPECT_EQ(number(core::CalibrationState::kDegenerateMotion), +Message::DEGENERATE_MOTION);
+  EXPECT_EQ(number(core::CalibrationState::kInconsistent), +Message::INCONSISTENT);
+  EXPECT_EQ(number(core::CalibrationState::kPaused), +Message::PAUSED);
+}
+
+TEST(Estimate, IsNaNBeforeThereIsOne) {
+  core::CalibrationResult result;
+  result.advice = "no wheel readings yet";
+  const core::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
+  EXPECT_EQ(message.header.stamp, ros::Time());
+  EXPECT_EQ(message.header.frame_id, "base_link");
+  EXPECT_EQ(message.state_text, "WAITING_FOR_TICKS: no wheel readings yet");
+  for (double value :
+       {message.x_m, message.y_m, message.yaw_rad, message.x_stddev_m, message.D_m, message.phi_rad,
+        message.covariance_x_y_yaw[4], message.covariance_D_theta_phi_rho_psi[24]}) {
+    EXPECT_TRUE(std::isnan(value)) << value;
+  }
+  EXPECT_FALSE(message.phi_psi_determined);
+  EXPECT_EQ(message.rejections, "");
+}
+
+/// Every entry tells its row and column, so that none can be swapped unseen: row 1, column 2 of a
+/// 3x3 matrix is 12 here.
+template <int Size>
+Eigen::Matrix<double, Size, Size> numberedMatrix() {
+  Eigen::Matrix<double, Size, Size> matrix;
+  for (int row = 0; row < Size; ++row) {
+    for (int column = 0; column < Size; ++column) matrix(row, column) = 10 * row + column;
+  }
+  return matrix;
+}
+
+TEST(Estimate, IsWrittenRowByRow) {
+  core::CalibrationResult result;
+  result.stamp = core::stampFromNanoseconds(3000000004);
+  result.base_from_sensor = core::MountEstimate{{1.0, 2.0, 3.0}, numberedMatrix<3>()};
+  core::PaperEstimate paper;
+  paper.mean << 4.0, 5.0, 6.0, 7.0, 8.0;
+  paper.covariance = numberedMatrix<5>();
+  paper.phi_psi_determined = true;
+  result.paper_state = paper;
+  const core::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
+  EXPECT_EQ(message.header.stamp, ros::Time(3, 4));
+  EXPECT_EQ(message.x_m, 1.0);
+  EXPECT_EQ(message.y_m, 2.0);
+  EXPECT_EQ(message.yaw_rad, 3.0);
+  EXPECT_EQ(message.y_stddev_m, std::sqrt(11.0));
+  EXPECT_EQ(message.yaw_stddev_rad, std::sqrt(22.0));
+  EXPECT_EQ(message.covariance_x_y_yaw[5], 12.0);
+  EXPECT_EQ(message.D_m, 4.0);
+  EXPECT_EQ(message.theta_rad, 5.0);
+  EXPECT_EQ(message.phi_rad, 6.0);
+  EXPECT_EQ(message.rho_m, 7.0);
+  EXPECT_EQ(message.psi_rad, 8.0);
+  EXPECT_EQ(message.covariance_D_theta_phi_rho_psi[5 * 3 + 1], 31.0);
+  EXPECT_TRUE(message.phi_psi_determined);
+}
+
+TEST(Estimate, CountsBothStreamsWithTheirReasons) {
+  core::CalibrationResult result;
+  result.bearing_inputs[core::InputStatus::kAccepted] = 100;
+  result.bearing_inputs[core::InputStatus::kIgnoredPaused] = 50;
+  result.bearing_inputs[core::InputStatus::kNoStamp] = 2;
+  result.bearing_inputs[core::InputStatus::kTicksLost] = 1;
+  result.tick_inputs[core::InputStatus::kCounterReset] = 4;
+  const core::CalibrationEstimate message = messageFromResult(result, 8, "base_link");
+  EXPECT_EQ(message.bearings_rejected, 3U);
+  EXPECT_EQ(message.ticks_rejected, 12U);
+  EXPECT_EQ(message.rejections,
+            "ticks counter reset: 4; bearings stamp is zero: 2; bearings no ticks for the "
+            "bearing's stamp: 1; joint states without the wheels: 8");
+}
+
+TEST(Pose, HasTheConfiguredPartAtItsPlaces) {
+  const core::MountEstimate mount{{0.1, 0.2, 0.0}, numberedMatrix<3>()};
+  const core::UnestimatedMount rest{0.5, 0.03, 0.0, 0.04, 0.0, 0.05};
+  const auto pose = poseFromMount(mount, rest, core::stampFromNanoseconds(1), "base_link");
+  EXPECT_EQ(pose.header.stamp, ros::Time(0, 1));
+  EXPECT_EQ(pose.header.frame_id, "base_link");
+  EXPECT_EQ(pose.pose.pose.position.x, 0.1);
+  EXPECT_EQ(pose.pose.pose.position.y, 0.2);
+  EXPECT_EQ(pose.pose.pose.position.z, 0.5);
+  // by hand: rows and columns are x y z roll pitch yaw; (x, y, yaw) = 0, 1, 2 in the estimate
+  const double expected[36] = {0,  1,  0,           0,           0,           2,   //
+                               10, 11, 0,           0,           0,           12,  //
+                               0,  0,  0.03 * 0.03, 0,           0,           0,   //
+                               0,  0,  0,           0.04 * 0.04, 0,           0,   //
+                               0,  0,  0,           0,           0.05 * 0.05, 0,   //
+                               20, 21, 0,           0,           0,           22};
+  for (std::size_t i = 0; i < 36; ++i) {
+    EXPECT_DOUBLE_EQ(pose.pose.covariance[i], expected[i]) << "entry " << i;
+  }
+}
+
+// REP 103: yaw about z first, then pitch about the new y, then roll about the new x.
+TEST(Pose, TurnsByRollPitchYaw) {
+  const core::UnestimatedMount rest{0.0, 1.0, 0.1, 1.0, -0.2, 1.0};
+  const auto pose = poseFromMount({{0.0, 0.0, 2.5}, Eigen::Matrix3d::Identity()}, rest,
+                                  core::stampFromNanoseconds(1), "base_link");
+  const Eigen::Quaterniond expected = Eigen::AngleAxisd(2.5, Eigen::Vector3d::UnitZ()) *
+                                      Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitY()) *
+                                      Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX());
+  const auto& q = pose.pose.pose.orientation;
+  const Eigen::Quaterniond actual(q.w, q.x, q.y, q.z);
+  EXPECT_NEAR(actual.angularDistance(expected), 0.0, 1e-12);
+  const auto transform = transformFromPose(pose, "camera");
+  EXPECT_EQ(transform.child_frame_id, "camera");
+  EXPECT_EQ(transform.transform.rotation, pose.pose.pose.orientation);
+}
+
+}  // namespace
+}  // namespace bearing_calibration_ros

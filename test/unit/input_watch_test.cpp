@@ -1,0 +1,94 @@
+#include "bearing_calibration_ros/input_watch.h"
+
+#include <gtest/gtest.h>
+
+#include "bearing_calibration_ros/log_throttle.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+
+const core::InputOutcome kGood{core::InputStatus::kAccepted, 0.0};
+const core::InputOutcome kLate{core::InputStatus::kStampNotAfterLast, 1.0};
+
+TEST(ClockWatch, NoticesAJumpBackOnce) {
+  ClockWatch watch;
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.0)));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(101.0)));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.95))) << "a jitter";
+  EXPECT_TRUE(watch.hasJumpedBack(ros::Time(50.0)));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(50.0)));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(200.0))) << "a jump ahead is a pause";
+}
+
+TEST(ClockWatch, SmallStepsBackDoNotAddUpUnseen) {
+  ClockWatch watch;
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.0)));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(99.95)));
+  EXPECT_TRUE(watch.hasJumpedBack(ros::Time(99.85)));
+}
+
+/// How many late readings in a row it takes.
+int lateReadingsUntilNoticed(StampWatch* watch, std::int64_t step_ns) {
+  for (int count = 1; count < 1000; ++count) {
+    if (watch->hasBegunAnew(kLate, core::stampFromNanoseconds(1000 + count * step_ns))) {
+      return count;
+    }
+  }
+  return -1;
+}
+
+TEST(StampWatch, NoticesAStreamThatHasBegunAnew) {
+  StampWatch watch;
+  EXPECT_EQ(lateReadingsUntilNoticed(&watch, 10), 20);
+  EXPECT_EQ(lateReadingsUntilNoticed(&watch, 10), 20) << "and again";
+}
+
+TEST(StampWatch, IsNotFooledByLateOrRepeatedReadings) {
+  StampWatch watch;
+  EXPECT_EQ(lateReadingsUntilNoticed(&watch, 0), -1) << "one reading repeated";
+  EXPECT_EQ(lateReadingsUntilNoticed(&watch, -1), -1) << "readings in reverse order";
+  for (int i = 0; i < 1000; ++i) {  // two publishers on one topic, one behind the other
+    EXPECT_FALSE(watch.hasBegunAnew(kLate, core::stampFromNanoseconds(1000 + i)));
+    EXPECT_FALSE(watch.hasBegunAnew(kGood, core::stampFromNanoseconds(2000 + i)));
+  }
+}
+
+TEST(InputWatch, NamesTheSilentInput) {
+  InputWatch watch("/ticks", "/lights", 5.0);
+  EXPECT_EQ(watch.silence(ros::Time(100.0)), "") << "it has only just begun";
+  EXPECT_EQ(watch.silence(ros::Time(105.0)), "");
+  EXPECT_EQ(watch.silence(ros::Time(106.0)),
+            "no input: nothing has come on /ticks yet, nothing has come on /lights yet");
+  watch.sawWheels(ros::Time(110.0));
+  EXPECT_EQ(watch.silence(ros::Time(111.0)),
+            "wheel readings without bearings: nothing has come on /lights yet");
+  watch.sawBearings(ros::Time(112.0));
+  EXPECT_EQ(watch.silence(ros::Time(112.0)), "");
+  watch.sawBearings(ros::Time(120.0));
+  EXPECT_EQ(watch.silence(ros::Time(120.0)),
+            "bearings without wheel readings: nothing has come on /ticks for 10 s");
+}
+
+TEST(InputWatch, BeginsAnewWithTheClock) {
+  InputWatch watch("/ticks", "/lights", 5.0);
+  watch.silence(ros::Time(100.0));
+  watch.sawWheels(ros::Time(100.0));
+  watch.restart();
+  EXPECT_FALSE(watch.areWheelsAlive(ros::Time(1.0)));
+  EXPECT_EQ(watch.silence(ros::Time(1.0)), "");
+  EXPECT_NE(watch.silence(ros::Time(7.0)), "");
+}
+
+TEST(LogThrottle, KnowsKindsApart) {
+  LogThrottle throttle(5.0);
+  EXPECT_TRUE(throttle.isDue("a", ros::SteadyTime(10.0)));
+  EXPECT_TRUE(throttle.isDue("b", ros::SteadyTime(11.0)));
+  EXPECT_FALSE(throttle.isDue("a", ros::SteadyTime(14.0)));
+  EXPECT_TRUE(throttle.isDue("a", ros::SteadyTime(15.0)));
+  EXPECT_FALSE(throttle.isDue("b", ros::SteadyTime(15.0)));
+}
+
+}  // namespace
+}  // namespace bearing_calibration_ros
