@@ -37,7 +37,7 @@ std::optional<MountEstimate> estimatePart(const std::vector<Sight>& sights, cons
                                           std::size_t begin, std::size_t end,
                                           const BatchConfig& config) {
   if (begin + kFewestSights > end || end > sights.size()) return std::nullopt;
-  const std::vector<Vector5> states = trackLight(sights, {at_last, sights.size() - 1});
+  const std::vector<Vector5> states = trackLight(sights, {at_last, sights.size() - 1}).states;
   const std::vector<Sight> part(sights.begin() + static_cast<std::ptrdiff_t>(begin),
                                 sights.begin() + static_cast<std::ptrdiff_t>(end));
   const BatchEstimate estimate =

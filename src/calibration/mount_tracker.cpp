@@ -18,13 +18,18 @@ std::unique_ptr<MountFilter> makeFilter(FilterConfig::Chart chart, const Cartesi
   return chart == FilterConfig::Chart::kPaper ? makePaperFilter(start) : makeCartesianFilter(start);
 }
 
+/// n bearings whose noise is a first-order autoregression are worth this times fewer white ones.
+double wideningFor(double bearing_correlation) {
+  return (1.0 + bearing_correlation) / (1.0 - bearing_correlation);
+}
+
 }  // namespace
 
 MountTracker::MountTracker(const FilterConfig& config, const CartesianEstimate& start,
                            double bearing_correlation)
     : config_(config),
       gate_(chiSquareQuantile(config.gate_probability, 1.0)),
-      widening_((1.0 + bearing_correlation) / (1.0 - bearing_correlation)),
+      widening_(wideningFor(bearing_correlation)),
       filter_(makeFilter(config.chart, start)),
       recent_nis_(kWindow) {}
 
@@ -64,6 +69,12 @@ Association MountTracker::look(const std::vector<Bearing>& candidates) {
                                 config_.recovery_bearing_stddev_rad));
   }
   return association;
+}
+
+void MountTracker::rebase(const CartesianEstimate& estimate, double bearing_correlation) {
+  widening_ = wideningFor(bearing_correlation);
+  filter_->restart(estimate);
+  motion_unknown_ = false;
 }
 
 Consistency MountTracker::consistency() const {

@@ -36,6 +36,9 @@ class MountTracker {
   /// An image at the end of the last motion. `candidates` are those that can be this light.
   Association look(const std::vector<Bearing>& candidates);
 
+  /// Takes up what a better estimator says of the last image.
+  void rebase(const CartesianEstimate& estimate, double bearing_correlation);
+
   const MountFilter& filter() const { return *filter_; }
   Consistency consistency() const;
   /// Whether so little fits the estimate that it is better to start anew.

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/convergence_judge.h"
+#include "bearing_calibration/calibration/initializer.h"
+#include "bearing_calibration/calibration/light_picker.h"
+#include "bearing_calibration/calibration/mount_tracker.h"
+#include "bearing_calibration/calibration/result.h"
+
+namespace bearing_calibration {
+
+/// One calibration from its first sight on: the base's motion and what each image saw, in the order
+/// of time; the mount out. Collects sights until the initialiser finds mount and light in them,
+/// goes on with the filter, holds the filter against the whole record once a second, and judges.
+class MountCalibration {
+ public:
+  explicit MountCalibration(const CalibratorConfig& config);
+
+  /// An image at `stamp`, after a motion since the one before it.
+  void look(Stamp stamp, const OdometryIncrement& motion, const std::vector<Bearing>& candidates);
+
+  /// Where the light would be seen after a further motion; none before the first estimate.
+  std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion) const;
+  /// The light that is followed, where the sensor tells lights apart.
+  std::int32_t lightId() const { return light_id_.value_or(kUnknownLight); }
+
+  /// Fills in what the sights have told: state, advice, estimates, consistency, counts of bearings.
+  void describe(CalibrationResult* result) const;
+
+ private:
+  std::vector<Bearing> ofThisLight(const std::vector<Bearing>& candidates) const;
+  void start(Stamp stamp, const std::vector<Bearing>& candidates);
+  void startFromGuess(const Bearing& light);
+  void follow(Stamp stamp, const std::vector<Bearing>& candidates);
+  void refine(Stamp stamp);
+  void remember(Stamp stamp, const Bearing& light);
+  void noteLight(const Bearing& light);
+  void startAnew();
+
+  CalibratorConfig config_;
+  LightPicker picker_;
+  Initializer initializer_;  ///< keeps the record, after the start too
+  BatchEstimator batch_;
+  OdometryIncrement motion_since_sight_;  ///< since the record's last one
+  std::optional<StartAttempt> attempt_;   ///< the initialiser's last one
+  Stamp next_attempt_;
+  Stamp next_refinement_;
+  std::optional<MountTracker> tracker_;
+  std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
+  bool started_ = false;                   ///< tracker_ carries on from the initialiser
+  std::optional<std::int32_t> light_id_;
+  std::uint32_t bearings_used_ = 0;
+  std::uint32_t bearings_gated_ = 0;
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,150 @@
+#include "bearing_calibration/calibration/mount_calibration.h"
+
+#include "bearing_calibration/calibration/driver_advice.h"
+#include "bearing_calibration/calibration/light_start.h"
+
+namespace bearing_calibration {
+namespace {
+
+constexpr Duration kAttemptInterval = std::chrono::seconds(1);     // takes milliseconds
+constexpr Duration kRefinementInterval = std::chrono::seconds(1);  // takes milliseconds
+
+MountEstimate mountFromGuess(const StartConfig& guess) {
+  const double position_variance = guess.position_stddev_m * guess.position_stddev_m;
+  MountEstimate mount;
+  mount.mean << guess.x_m, guess.y_m, guess.yaw_rad;
+  mount.covariance.diagonal() << position_variance, position_variance,
+      guess.yaw_stddev_rad * guess.yaw_stddev_rad;
+  return mount;
+}
+
+}  // namespace
+
+MountCalibration::MountCalibration(const CalibratorConfig& config)
+    : config_(config), initializer_(config.initializer), batch_(config.initializer.batch) {}
+
+void MountCalibration::look(Stamp stamp, const OdometryIncrement& motion,
+                            const std::vector<Bearing>& candidates) {
+  const std::vector<Bearing> ours = ofThisLight(candidates);
+  motion_since_sight_ = append(motion_since_sight_, motion);
+  picker_.move(motion);
+  if (tracker_) {
+    tracker_->move(motion);
+    follow(stamp, ours);
+  }
+  if (!started_) start(stamp, ours);
+}
+
+/// Lights that a sensor tells apart are told apart here too; the first one seen is the one.
+std::vector<Bearing> MountCalibration::ofThisLight(const std::vector<Bearing>& candidates) const {
+  std::vector<Bearing> ours;
+  for (const Bearing& candidate : candidates) {
+    const bool other =
+        light_id_ && candidate.light_id != kUnknownLight && candidate.light_id != *light_id_;
+    if (!other) ours.push_back(candidate);
+  }
+  return ours;
+}
+
+/// Nothing is known yet, or only a guess that a filter works on meanwhile.
+void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates) {
+  const std::optional<Bearing> light = picker_.pick(candidates);
+  if (!light) return;
+  noteLight(*light);
+  remember(stamp, *light);
+  if (!tracker_) ++bearings_used_;
+  if (!attempt_) startFromGuess(*light);
+  if (attempt_ && stamp < next_attempt_) return;
+  next_attempt_ = stamp + kAttemptInterval;
+  attempt_ = initializer_.attempt();
+  if (!attempt_->ready()) return;
+  tracker_.emplace(config_.filter, attempt_->estimate, attempt_->bearing_correlation);
+  judge_.emplace(config_.converged, config_.initializer.batch);
+  started_ = true;
+}
+
+void MountCalibration::startFromGuess(const Bearing& light) {
+  const StartConfig& guess = config_.start;
+  if (guess.kind != StartConfig::Kind::kGuess) return;
+  constexpr double kUncorrelated = 0.0;
+  tracker_.emplace(
+      config_.filter,
+      placeLight(mountFromGuess(guess), {guess.light_distance_m, guess.light_distance_stddev_m},
+                 light.azimuth_rad, light.azimuth_variance_rad2),
+      kUncorrelated);
+}
+
+void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidates) {
+  const Association association = tracker_->look(candidates);
+  if (association.kind == Association::Kind::kNothingSeen) return;
+  const bool found = association.kind == Association::Kind::kFound;
+  ++(found ? bearings_used_ : bearings_gated_);
+  if (found) noteLight(candidates[association.candidate]);
+  if (started_) {
+    remember(stamp, candidates[association.candidate]);
+    refine(stamp);
+    judge_->judge(*tracker_, initializer_.record().sights());
+  }
+  if (!tracker_->isLost()) return;
+  tracker_.reset();
+  if (started_) startAnew();
+}
+
+/// The filter cannot take back what it has once believed: a slip that passed the gate, a bearing
+/// that was none. The batch over the record can, and knows about them by what came after.
+void MountCalibration::refine(Stamp stamp) {
+  if (stamp < next_refinement_) return;
+  next_refinement_ = stamp + kRefinementInterval;
+  const std::vector<Sight>& sights = initializer_.record().sights();
+  const BatchEstimate batch =
+      batch_.estimate(sights, {tracker_->filter().cartesian().mean, sights.size() - 1});
+  if (!batch.converged || batch.inlierFraction() < config_.initializer.min_inlier_fraction) return;
+  tracker_->rebase(batch.at_last_sight, batch.correlation);
+}
+
+/// Keeps a sight: for the initialiser before the start, for batch and judge after it.
+void MountCalibration::remember(Stamp stamp, const Bearing& light) {
+  initializer_.add({stamp, motion_since_sight_, light.azimuth_rad, light.azimuth_variance_rad2});
+  motion_since_sight_ = {};
+}
+
+void MountCalibration::noteLight(const Bearing& light) {
+  if (light.light_id != kUnknownLight) light_id_ = light.light_id;
+}
+
+void MountCalibration::startAnew() {
+  started_ = false;
+  judge_.reset();
+  initializer_.restart();
+  picker_.restart();
+  motion_since_sight_ = {};
+}
+
+std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
+    const OdometryIncrement& motion) const {
+  if (!tracker_) return std::nullopt;
+  return tracker_->filter().predictAzimuthAfter(motion);
+}
+
+void MountCalibration::describe(CalibrationResult* result) const {
+  result->bearings_used = bearings_used_;
+  result->bearings_gated = bearings_gated_;
+  if (tracker_) {
+    result->cartesian_state = tracker_->filter().cartesian();
+    result->paper_state = tracker_->filter().paper();
+    result->base_from_sensor = mountFromCartesian(*result->cartesian_state);
+    const Consistency consistency = tracker_->consistency();
+    result->nis = consistency.nis;
+    result->nis_mean = consistency.nis_mean;
+  }
+  if (started_) {
+    result->state = judge_->last().state;
+    result->advice = judge_->last().advice;
+  } else if (attempt_) {
+    result->state = isDegenerate(*attempt_) ? CalibrationState::kDegenerateMotion
+                                            : CalibrationState::kInitialising;
+    result->advice = adviceFor(*attempt_);
+  }
+}
+
+}  // namespace bearing_calibration
