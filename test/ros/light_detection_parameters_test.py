@@ -1,0 +1,36 @@
+#!/usr/bin/env python3
+"""Wrong parameters of the light detection nodelet are refused, all at once."""
+
+import sys
+
+import rostest
+
+from refused_parameters import RefusedParameters
+
+
+class LightDetectionParametersTest(RefusedParameters):
+
+    NODELET = 'bearing_calibration/LightDetectionNodelet'
+    CONFIG = 'detection.yaml'
+    FAULTS = (
+        (lambda c: c['mirror'].pop('half_angle'), 'mirror/half_angle is missing'),
+        (lambda c: c['mirror'].update(handedness=0), 'mirror/handedness must be 1 or -1'),
+        (lambda c: c['lens'].update(focal_length='4e-3'), 'lens/focal_length must be a finite number'),
+        (lambda c: c['lens'].update(focus_distance=0.001),
+         'lens/focus_distance must be greater than lens/focal_length'),
+        (lambda c: c['sensor'].update(width=0), 'sensor/width must lie in'),
+        (lambda c: c['mask'].update(posts=[[0.1]]), 'mask/posts must be a list of lists of 2'),
+        (lambda c: c['mask'].update(inner_radius=300.0),
+         'mask/inner_radius must be less than mask/outer_radius'),
+        (lambda c: c['gates'].update(min_fil=0.9), 'min_fil is not known'),
+        (lambda c: c['light'].update(below_apex=1), 'light/below_apex must be true or false'),
+        (lambda c: c['defocus'].update(sigma=-1.0), 'defocus/sigma must lie in'),
+        (lambda c: c['prediction'].update(full_scan_every=0), 'prediction/full_scan_every must be'),
+        (lambda c: c['time'].update(row_time=50.0), 'time/row_time must lie in'),
+        (lambda c: c['frames'].update(sensor=''), 'frames/sensor must not be empty'),
+    )
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'light_detection_parameters',
+                   LightDetectionParametersTest, sys.argv)

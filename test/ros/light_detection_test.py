@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""The light detection nodelet: images in, bearings out; in a manager and alone."""
+
+import math
+import sys
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from bearing_calibration.msg import LightBearings, PredictedBearing
+from diagnostic_msgs.msg import DiagnosticArray
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import CameraInfo, Image
+
+from calibration_world import wait_until
+from mirror_images import HEIGHT, WIDTH, Spot, camera_info, image_of
+
+QUIET_S = 0.5  # in which an image that is not ignored would have been answered long ago
+ROW_TIME_S, STAMP_TO_MID_EXPOSURE_S = 5e-5, -0.01  # light_detection.test
+FULL_SCAN_EVERY = 10  # config/detection.yaml
+
+
+class Detection:
+    """The other end of one detection node."""
+
+    def __init__(self, namespace):
+        self.namespace = '/' + namespace
+        self.lock = threading.Lock()
+        self.answers = []
+        rospy.Subscriber(self.namespace + '/bearings', LightBearings, self.store)
+        self.images = rospy.Publisher(self.namespace + '/camera/image_raw', Image, queue_size=100)
+        self.infos = rospy.Publisher(self.namespace + '/camera/camera_info', CameraInfo,
+                                     queue_size=100)
+        self.predictions = rospy.Publisher(self.namespace + '/calibration/predicted_bearing',
+                                           PredictedBearing, queue_size=100)
+        wait_until(lambda: self.images.get_num_connections() and
+                   self.infos.get_num_connections() and self.predictions.get_num_connections(),
+                   'the node subscribes')
+
+    def store(self, message):
+        with self.lock:
+            self.answers.append(message)
+
+    def answers_to(self, image):
+        """The answers that have come since the image was sent."""
+        with self.lock:
+            self.answers = []
+        self.images.publish(image)
+        return wait_until(lambda: self.answers[:], 'an answer to an image on ' + self.namespace)
+
+    def answer_to(self, image):
+        answers = self.answers_to(image)
+        assert len(answers) == 1, 'one message for one image, but there are %d' % len(answers)
+        return answers[0]
+
+    def ignores(self, image):
+        with self.lock:
+            self.answers = []
+        self.images.publish(image)
+        time.sleep(QUIET_S)
+        return not self.answers
+
+
+class LightDetectionTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('light_detection_test')
+        cls.logs, cls.statuses = [], []
+        rospy.Subscriber('/rosout', Log, cls.logs.append)
+        rospy.Subscriber('/diagnostics', DiagnosticArray,
+                         lambda message: cls.statuses.extend(message.status))
+        cls.managed, cls.rolling, cls.wide = map(Detection, ('managed', 'rolling', 'wide'))
+
+    def assert_seen(self, answer, spots):
+        self.assertEqual(len(answer.candidates), len(spots), answer)
+        candidates = sorted(answer.candidates, key=lambda candidate: candidate.azimuth)
+        for candidate, spot in zip(candidates, sorted(spots, key=lambda spot: spot.azimuth)):
+            self.assertLess(abs(math.remainder(candidate.azimuth - spot.azimuth, 2.0 * math.pi)),
+                            5.0 * math.sqrt(candidate.azimuth_variance))
+            self.assertLess(math.sqrt(candidate.azimuth_variance), math.radians(0.01))
+            self.assertLess(abs(candidate.image_radius - spot.image_radius),
+                            5.0 * math.sqrt(candidate.image_radius_variance))
+            self.assertGreater(candidate.quality, 0.5)
+            self.assertLess(candidate.elevation, 0.0, 'the light is below the apex')
+            self.assertEqual(candidate.light_id, candidate.UNKNOWN_LIGHT)
+
+    def test_every_encoding(self):
+        spot = Spot(azimuth=0.7)
+        for encoding in ('mono8', '8UC1', 'bgr8', 'rgb8', 'bgra8', 'rgba8', 'bayer_rggb8',
+                         'bayer_bggr8', 'bayer_gbrg8', 'bayer_grbg8'):
+            image = image_of([spot], rospy.Time.now(), encoding)
+            answer = self.managed.answer_to(image)
+            self.assert_seen(answer, [spot])
+            self.assertEqual(answer.header.stamp, image.header.stamp, encoding)
+            self.assertEqual(answer.header.frame_id, 'camera')
+
+    def test_sixteen_bits(self):
+        spot = Spot(azimuth=-2.0)
+        self.assert_seen(self.wide.answer_to(image_of([spot], rospy.Time.now(), 'mono16')), [spot])
+
+    def test_rows_with_padding(self):
+        spot = Spot(azimuth=2.5)
+        image = image_of([spot], rospy.Time.now(), padding=13)
+        self.assert_seen(self.managed.answer_to(image), [spot])
+
+    def test_an_image_without_light_is_answered(self):
+        image = image_of([], rospy.Time.now())
+        answer = self.managed.answer_to(image)
+        self.assertEqual(answer.candidates, [])
+        self.assertEqual(answer.header.stamp, image.header.stamp)
+
+    def test_rolling_shutter_and_camera_info(self):
+        spot = Spot(azimuth=1.3)
+        image = image_of([spot], rospy.Time.now())
+        self.assertTrue(self.rolling.ignores(image), 'camera_info is required')
+        self.assert_said('/rolling/camera/image_raw', 'no camera_info', '/rolling/camera/camera_info')
+
+        self.rolling.infos.publish(camera_info(image.header.stamp, width=2 * WIDTH))
+        time.sleep(QUIET_S)  # the node must have it before the image
+        self.assertTrue(self.rolling.ignores(image), 'camera_info of another imager')
+        self.assert_said('/rolling/camera/image_raw', 'wrong imager', '1280x480')
+
+        self.rolling.infos.publish(camera_info(image.header.stamp))
+        time.sleep(QUIET_S)
+        answer = self.rolling.answer_to(image)
+        self.assert_seen(answer, [spot])
+        self.assertEqual(answer.header.frame_id, 'omni')
+        late_s = (answer.header.stamp - image.header.stamp).to_sec()
+        tenth_of_a_row_s = 0.1 * ROW_TIME_S
+        self.assertAlmostEqual(late_s, STAMP_TO_MID_EXPOSURE_S + spot.v * ROW_TIME_S,
+                               delta=tenth_of_a_row_s)
+
+    def test_the_predicted_region_comes_first(self):
+        spots = [Spot(azimuth=0.7), Spot(azimuth=-2.0)]
+        image = image_of(spots, rospy.Time.now())
+        prediction = PredictedBearing(azimuth=0.75, azimuth_variance=1e-4)
+        prediction.header.stamp = image.header.stamp
+        self.managed.predictions.publish(prediction)
+        time.sleep(QUIET_S)
+        answers = [self.managed.answer_to(image) for _ in range(FULL_SCAN_EVERY)]
+        whole = [answer for answer in answers if len(answer.candidates) == 2]
+        self.assertEqual(len(whole), 1, 'one image of %d is searched whole' % FULL_SCAN_EVERY)
+        for answer in answers:
+            self.assert_seen(answer, spots if len(answer.candidates) == 2 else spots[:1])
+        # An old prediction is none.
+        self.assert_seen(self.managed.answer_to(image_of(spots, rospy.Time.now() + rospy.Duration(9))),
+                         spots)
+
+    def test_the_annotated_image_shows_the_light(self):
+        spot = Spot(azimuth=0.7)
+        pictures = []
+        subscriber = rospy.Subscriber('/managed/light_detection/annotated', Image, pictures.append)
+        self.addCleanup(subscriber.unregister)
+        wait_until(subscriber.get_num_connections, 'a connection to the annotated image')
+
+        def asked():
+            self.managed.answer_to(image_of([spot], rospy.Time.now()))
+            return pictures
+        picture = wait_until(asked, 'an annotated image')[0]
+        self.assertEqual((picture.width, picture.height, picture.encoding), (WIDTH, HEIGHT, 'bgr8'))
+
+        def is_green(u, v):
+            blue, green, red = picture.data[3 * (v * WIDTH + u):][:3]
+            return green > 150 and blue < 100 and red < 100
+        outline = [is_green(round(spot.u) + du, round(spot.v) + dv)
+                   for du in range(-12, 13) for dv in range(-12, 13)]
+        self.assertGreater(sum(outline), 20, 'green pixels around the light')
+
+    def assert_said(self, *pieces):
+        wait_until(lambda: [log for log in self.logs if log.level == Log.WARN and
+                            all(piece in log.msg for piece in pieces)],
+                   'a warning with %s' % (pieces,))
+
+    def assert_counted(self, kind):
+        wait_until(lambda: any(status.name.startswith('managed/') and value.key.endswith(kind) and
+                               int(value.value) >= 1
+                               for status in self.statuses for value in status.values),
+                   'a count of "%s" in /diagnostics' % kind)
+
+    def test_bad_images_are_named_counted_and_ignored(self):
+        spot = Spot(azimuth=-0.4)
+        rows = (
+            ('empty', 'it is 640x480 with 0 bytes', dict(data=b'')),
+            ('empty', 'it is 0x0', dict(width=0, height=0, step=0, data=b'')),
+            ('truncated', '307199 bytes instead of step * height = 307200',
+             dict(data=bytes(WIDTH * HEIGHT - 1))),
+            ('short rows', 'step 639 is less than the 640 bytes',
+             dict(step=WIDTH - 1, data=bytes((WIDTH - 1) * HEIGHT))),
+            ('unsupported encoding', "encoding '32FC1' is not one of (mono8", dict(encoding='32FC1')),
+            ('wrong size', 'it is 1x1', dict(width=1, height=1, step=1, data=b'\xff')),
+            ('wrong size', 'it is 16384x1',
+             dict(width=16384, height=1, step=16384, data=bytes(16384))),
+            ('zero stamp', 'stamp is zero', {}),
+        )
+        said = set()
+        for kind, text, changes in rows:
+            stamp = rospy.Time() if kind == 'zero stamp' else rospy.Time.now()
+            image = image_of([spot], stamp)
+            for field, value in changes.items():
+                setattr(image, field, value)
+            self.assertTrue(self.managed.ignores(image), kind)
+            self.assert_counted(kind)
+            if kind not in said:  # the same kind is said again only after some seconds
+                self.assert_said('/managed/camera/image_raw', 'image ignored', kind, text)
+            said.add(kind)
+            self.assert_seen(self.managed.answer_to(image_of([spot], rospy.Time.now())), [spot])
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'light_detection', LightDetectionTest, sys.argv)

@@ -1,0 +1,89 @@
+"""Images of a point light in the default rig's conic mirror, drawn from the closed forms of
+doc/detection.md, which are written here a second time and independently of the package."""
+
+import math
+
+from sensor_msgs.msg import CameraInfo, Image
+
+WIDTH, HEIGHT = 640, 480
+CENTRE_U, CENTRE_V, HANDEDNESS = 319.5, 239.5, -1
+FOCAL_M, APERTURE_M, FOCUS_M, PIXEL_M = 4e-3, 1.7e-3, 0.06, 5.6e-6
+APEX_M, TAU = 0.08, math.radians(52.5)
+BACKGROUND, LIGHT = 20, 160
+SUBSAMPLES = 8  # along a pixel's side
+
+
+class Spot:
+    """The image of a light at a distance and height (over the apex) [m] and an azimuth [rad]."""
+
+    def __init__(self, azimuth, distance=1.0, height=-0.03):
+        below = math.atan2(distance, height)
+        apex_to_light = math.hypot(distance, height)
+        x = apex_to_light * math.sin(2.0 * TAU - below)  # the light's reflection in the cone's edge
+        z = APEX_M + apex_to_light * math.cos(2.0 * TAU - below)
+        theta = math.atan2(x, z)
+        hit = APEX_M / (1.0 / math.tan(theta) - 1.0 / math.tan(TAU))
+        to_mirror = hit / math.sin(theta)
+        to_light = (distance - hit) / math.sin(2.0 * TAU - theta)
+        sagittal = 1.0 / (1.0 / to_light + (math.sin(2.0 * TAU - theta) - math.sin(theta)) / hit)
+        image_m = 1.0 / (1.0 / FOCAL_M - 1.0 / FOCUS_M)
+        scale = APERTURE_M * image_m / PIXEL_M
+        self.azimuth = azimuth
+        self.image_radius = image_m / PIXEL_M * math.tan(theta)
+        self.tangential = scale * abs(1.0 / FOCUS_M - 1.0 / ((to_mirror + sagittal) * math.cos(theta)))
+        self.radial = scale * abs(1.0 / FOCUS_M - 1.0 / z)
+        self.screen_angle = HANDEDNESS * azimuth
+        self.u = CENTRE_U + self.image_radius * math.cos(self.screen_angle)
+        self.v = CENTRE_V - self.image_radius * math.sin(self.screen_angle)
+
+    def coverage(self, u, v):
+        """The part of a pixel that lies inside the spot."""
+        inside = 0
+        for i in range(SUBSAMPLES ** 2):
+            du = u - self.u - 0.5 + (i % SUBSAMPLES + 0.5) / SUBSAMPLES
+            dv = v - self.v - 0.5 + (i // SUBSAMPLES + 0.5) / SUBSAMPLES
+            outward = math.cos(self.screen_angle) * du - math.sin(self.screen_angle) * dv
+            across = math.sin(self.screen_angle) * du + math.cos(self.screen_angle) * dv
+            inside += (2.0 * outward / self.radial) ** 2 + (2.0 * across / self.tangential) ** 2 <= 1.0
+        return inside / SUBSAMPLES ** 2
+
+
+def levels(spots):
+    """Rows of grey levels."""
+    rows = [[BACKGROUND] * WIDTH for _ in range(HEIGHT)]
+    for spot in spots:
+        reach = int(spot.radial)
+        for v in range(int(spot.v) - reach, int(spot.v) + reach):
+            for u in range(int(spot.u) - reach, int(spot.u) + reach):
+                rows[v][u] += round(LIGHT * spot.coverage(u, v))
+    return rows
+
+
+BYTES_PER_LEVEL = {'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4, 'mono16': 2}
+
+
+def image_of(spots, stamp, encoding='mono8', padding=0):
+    """A message with `padding` unused bytes after each row. In mono16 a level is 16 steps."""
+    message = Image(width=WIDTH, height=HEIGHT, encoding=encoding, is_bigendian=0)
+    message.header.stamp = stamp
+    message.header.frame_id = 'camera_optical'
+    bytes_per_level = BYTES_PER_LEVEL.get(encoding, 1)
+    message.step = WIDTH * bytes_per_level + padding
+    data = bytearray()
+    for row in levels(spots):
+        if encoding == 'mono16':
+            for level in row:
+                data += (16 * level).to_bytes(2, 'little')
+        else:
+            for level in row:
+                data += bytes([level]) * bytes_per_level
+        data += bytes([255]) * padding
+    message.data = bytes(data)
+    return message
+
+
+def camera_info(stamp, width=WIDTH, height=HEIGHT):
+    message = CameraInfo(width=width, height=height)
+    message.header.stamp = stamp
+    return message
+

@@ -1,0 +1,66 @@
+"""What every nodelet does with wrong parameters: it does not start, names all of them at once, and
+its manager lives on. A test gives the nodelet, its configuration file and the faults."""
+
+import os
+import subprocess
+import unittest
+
+import rosgraph
+import rospy
+import yaml
+from nodelet.srv import NodeletLoad, NodeletLoadRequest, NodeletList
+
+CONFIG_FOLDER = os.path.join(os.path.dirname(__file__), '..', '..', 'config')
+DEADLINE_S = 30.0
+
+
+class RefusedParameters(unittest.TestCase):
+    """Base of the tests; needs a nodelet manager /manager."""
+
+    NODELET = None  # package/Class
+    CONFIG = None   # a file in config/
+    FAULTS = ()     # (what is done to the configuration, a piece of the sentence that names it)
+
+    @classmethod
+    def setUpClass(cls):
+        if cls.NODELET is None:
+            raise unittest.SkipTest('the base class alone')
+        rospy.init_node('refused_parameters_test')
+        rospy.wait_for_service('/manager/load_nodelet', DEADLINE_S)
+
+    def configuration(self, faults):
+        with open(os.path.join(CONFIG_FOLDER, self.CONFIG)) as stream:
+            config = yaml.safe_load(stream)
+        for spoil, _ in faults:
+            spoil(config)
+        return config
+
+    def load(self, name, config):
+        rospy.set_param(name, config)
+        request = NodeletLoadRequest(name=name, type=self.NODELET)
+        try:
+            return rospy.ServiceProxy('/manager/load_nodelet', NodeletLoad)(request).success
+        except rospy.ServiceException:
+            return False  # how the manager answers when a nodelet does not load
+
+    def nodelets(self):
+        return rospy.ServiceProxy('/manager/list', NodeletList)().nodelets
+
+    def test_standalone_ends_with_every_error(self):
+        rospy.set_param('/broken', self.configuration(self.FAULTS))
+        process = subprocess.run(
+            ['rosrun', 'nodelet', 'nodelet', 'standalone', self.NODELET, '__name:=broken'],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
+            timeout=DEADLINE_S)
+        self.assertGreater(process.returncode, 0, process.stdout)  # less: ended by a signal
+        for _, sentence in self.FAULTS:
+            self.assertIn(sentence, process.stdout)
+        self.assertEqual(process.stdout.count('not started: '), 1, process.stdout)
+
+    def test_manager_lives_on(self):
+        self.assertFalse(self.load('/wrong', self.configuration(self.FAULTS)))
+        self.assertNotIn('/wrong', self.nodelets())
+        published = rosgraph.Master(rospy.get_name()).getSystemState()[0]
+        self.assertEqual([topic for topic, _ in published if topic.startswith('/wrong')], [])
+        self.assertTrue(self.load('/right', self.configuration(())))
+        self.assertIn('/right', self.nodelets())
