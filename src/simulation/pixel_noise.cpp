@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/simulation/validated.h"
+#include "bearing_calibration/common/validated.h"
 
 namespace bearing_calibration {
 namespace {

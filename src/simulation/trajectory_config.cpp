@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/simulation/validated.h"
+#include "bearing_calibration/common/validated.h"
 
 namespace bearing_calibration {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/simulation/validated.h"
+#include "bearing_calibration/common/validated.h"
 
 namespace bearing_calibration {
 namespace {

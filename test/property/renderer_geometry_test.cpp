@@ -236,6 +236,17 @@ TEST_F(RendererGeometry, LargeLightIsWider) {
   const double radius_px = rig.pixelsPerSlope() * std::tan(ChiefRay(rig, 0.5, -0.03).theta);
   const double expected = std::pow(radius_px * kRadius_m / 0.5, 2) / 4.0;
   EXPECT_NEAR(tangentialVariance(1e-7, kRadius_m) / expected, 1.0, 0.01);
+  // Across, its height moves the image along the radius.
+  const auto radiusOf = [&rig](double height_m) {
+    return rig.pixelsPerSlope() * std::tan(ChiefRay(rig, 0.5, height_m).theta);
+  };
+  const double radial_px = 0.5 * (radiusOf(-0.03 + kRadius_m) - radiusOf(-0.03 - kRadius_m));
+  LuminousBall ball = lightAt(0.5, 0.0);
+  ball.radius_m = kRadius_m;
+  CameraRig pinhole;
+  pinhole.aperture_m = 1e-7;
+  EXPECT_NEAR(momentsOf(pinhole, ball).covariance_px2(0, 0) / (0.25 * radial_px * radial_px), 1.0,
+              0.01);
   // Drawn at random, the product of places on disc and lens would have the standard deviation
   // 2 s_disc s_lens / sqrt(N); an even spread has less.
   const double of_lens = tangentialVariance(rig.aperture_m, 0.0);

@@ -134,6 +134,21 @@ TEST(RobotSimulator, OutliersAndMissesComeAtTheirRates) {
   EXPECT_NEAR(far / seen, rate, kGaussianBound * std::sqrt(rate * (1.0 - rate) / seen));
 }
 
+// Rayleigh: for n uniform directions, twice the squared length of their sum over n is a chi-square
+// variable with two degrees of freedom.
+TEST(RobotSimulator, OutliersComeFromEveryDirection) {
+  RobotConfig config = paperRobot();
+  config.sensor.outlier_probability = 1.0;
+  const SimulatedRecord record = recordOf(config);
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const BearingSet& bearings : record.bearings) {
+    const double azimuth = bearings.candidates.front().azimuth_rad;
+    sum += Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth));
+  }
+  const double n = static_cast<double>(record.bearings.size());
+  EXPECT_LT(2.0 * sum.squaredNorm() / n, chiSquareQuantile(1.0 - 2.0 * kTail, 2.0));
+}
+
 TEST(RobotSimulator, SeedDeterminesEverythingAndOneNoiseLeavesTheOthersAlone) {
   const RobotConfig config = paperRobot();
   RobotConfig with_outliers = config;

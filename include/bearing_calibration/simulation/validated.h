@@ -1,3 +1,0 @@
-#pragma once
-
-#include "bearing_calibration/common/validated.h"
