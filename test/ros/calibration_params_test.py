@@ -13,7 +13,7 @@ from rosgraph_msgs.msg import Log
 from calibration_world import Node, wait_until
 
 CLASS = 'bearing_calibration/CalibrationNodelet'
-# one part of a sentence for each fault in calibration_params.test
+# parts of one sentence for each fault in calibration_params.test
 EXPECTED = [
     ('frames/base', 'without slash'),
     ('wheels/separation', 'greater than 0', '-0.25'),
@@ -40,6 +40,7 @@ class CalibrationParamsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('calibration_params_test')
+        rospy.delete_param('/wrong/start/from')  # roslaunch deletes before it loads
         cls.logs = []
         rospy.Subscriber('/rosout', Log, cls.logs.append)
 

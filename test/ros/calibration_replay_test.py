@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""replay.launch: a bag with its own clock, once, faster than it was recorded, and in a loop."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import rosbag
+import rospy
+import rostest
+from rosgraph_msgs.msg import Clock
+
+from calibration_world import Node, World, errors_in_stddevs, wait_until
+
+SECONDS = 40.0
+START_STAMP_S = 1.0e6
+OVERRIDES = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'calibration_overrides.yaml')
+
+
+def record(path):
+    """A bag of the robot's drive; with a clock of another time in it, which must not be played."""
+    world = World(START_STAMP_S)
+    with rosbag.Bag(path, 'w') as bag:
+        for _ in range(round(SECONDS * World.TICK_RATE)):
+            world.advance()
+            stamp = world.stamp()
+            bag.write('/wheel_ticks', world.ticks(), stamp)
+            bag.write('/clock', Clock(rospy.Time(1, 0)), stamp)
+            if world.step % World.TICKS_PER_BEARING == 0:
+                bag.write('bearings', world.bearings(), stamp)  # without the slash, as some do
+    return world
+
+
+class CalibrationReplayTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('calibration_replay_test')
+        cls.folder = tempfile.mkdtemp(prefix='calibration_replay_test.')
+        cls.bag = os.path.join(cls.folder, 'drive.bag')
+        cls.world = record(cls.bag)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def replay(self, *arguments):
+        process = subprocess.Popen(
+            ['roslaunch', 'bearing_calibration', 'replay.launch', 'bag:=' + self.bag, 'rate:=10',
+             'overrides:=' + OVERRIDES, 'result_folder:=' + self.folder] + list(arguments))
+        self.addCleanup(self.stop, process)
+        return Node(), process
+
+    @staticmethod
+    def stop(process):
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        process.wait(timeout=30)
+
+    def test_once(self):
+        node, _ = self.replay()  # with the detection, which has nothing to do
+        all_ticks = round(SECONDS * World.TICK_RATE)
+        estimate = node.wait_for(lambda e: e.ticks_used == all_ticks and
+                                 e.bearings_used + e.bearings_gated == 10 * SECONDS,
+                                 'everything is played')
+        self.assertEqual(estimate.rejections, '')
+        self.assertEqual(estimate.header.stamp, self.world.stamp(), 'the time of the bag')
+        for quantity, error in zip(('x', 'y', 'yaw'), errors_in_stddevs(estimate, self.world)):
+            self.assertLess(error, 3.0, '%s\n%s' % (quantity, estimate))
+        response = node.save_service()  # the nodes have stayed
+        self.assertTrue(response.success, response.message)
+        self.assertTrue(os.path.exists(os.path.join(self.folder, 'result.yaml')))
+
+    def test_loop_starts_anew_with_a_warning(self):
+        node, _ = self.replay('detect:=false', 'loop:=true')
+        node.wait_for(lambda e: e.bearings_used > 300, 'the first time')
+        wait_until(lambda: node.warnings('jumped back', 'starts anew'), 'the loop is noticed')
+        node.wait_for(lambda e: e.bearings_used < 100, 'from the beginning')
+        node.wait_for(lambda e: e.bearings_used > 300, 'the second time')
+
+    def test_quit_ends_with_the_bag(self):
+        _, process = self.replay('detect:=false', 'quit:=true')
+        process.wait(timeout=60)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'calibration_replay', CalibrationReplayTest, sys.argv)
