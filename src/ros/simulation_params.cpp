@@ -67,12 +67,13 @@ core::RobotFaults readFaults(ParamReader& params) {
   for (const auto& row : params.rows("faults/counter_resets", 1)) {
     faults.counter_resets_s.push_back(row[0]);
   }
-  for (const auto& [name, wheel] : {std::pair{"faults/left_slips", core::WheelSlip::Wheel::kLeft},
-                                    {"faults/right_slips", core::WheelSlip::Wheel::kRight}}) {
+  const auto readSlips = [&](const std::string& name, core::WheelSlip::Wheel wheel) {
     for (const auto& row : params.rows(name, 3)) {
       faults.slips.push_back({{row[0], row[1]}, wheel, row[2]});
     }
-  }
+  };
+  readSlips("faults/left_slips", core::WheelSlip::Wheel::kLeft);
+  readSlips("faults/right_slips", core::WheelSlip::Wheel::kRight);
   return faults;
 }
 

@@ -11,6 +11,7 @@ import rospy
 import rostest
 from bearing_calibration.msg import LightBearings, WheelTicks
 from geometry_msgs.msg import PointStamped, PoseStamped, Twist
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import CameraInfo, Image
 
 DEADLINE_S = 30.0
@@ -221,11 +222,16 @@ class SimulationTest(unittest.TestCase):
             pose = recorder.last('simulation/truth/base').pose
             return math.hypot(pose.position.x - start.position.x,
                               pose.position.y - start.position.y)
-        self.assertEqual(moved(), 0.0)
-        publisher.publish(Twist())
+        warnings = []
+        rospy.Subscriber('/rosout', Log, lambda log: warnings.append(log.msg))
         bad = Twist()
         bad.linear.x = float('nan')
-        publisher.publish(bad)
+
+        def is_refused():
+            publisher.publish(bad)  # again: the log's listener may have come late
+            return any('/commanded/cmd_vel' in text and 'not finite' in text for text in warnings)
+        wait_until(is_refused, 'a warning of the NaN')
+        self.assertEqual(moved(), 0.0)
         command = Twist()
         command.linear.x = 0.2
         publisher.publish(command)
