@@ -1,0 +1,164 @@
+// Runs an estimator on many simulated robots and prints how often and how far it is right:
+// monte_carlo --help
+
+#include <atomic>
+#include <boost/program_options.hpp>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tools/monte_carlo_bars.h"
+#include "tools/monte_carlo_table.h"
+#include "tools/monte_carlo_trials.h"
+
+namespace bearing_calibration {
+namespace {
+
+namespace options = boost::program_options;
+
+constexpr int kUsageError = 2;
+constexpr int kBarMissed = 1;
+
+struct Arguments {
+  std::string what;
+  std::string world;
+  std::string trajectory;
+  int runs = 0;
+  int threads = 0;
+  std::uint64_t seed = 0;
+  double duration_s = 0.0;
+  std::vector<double> times_s;
+  double outliers = 0.0;
+  double correlation = 0.0;
+  int slips = 0;
+};
+
+options::options_description describeOptions(Arguments* arguments) {
+  options::options_description description(
+      "monte_carlo --what initialiser|batch|calibrator --world random|paper [options]\n\n"
+      "Exit status 1 when a bar of doc/accuracy.md is missed (see --check)");
+  auto add = description.add_options();
+  add("help,h", "print this");
+  add("what", options::value(&arguments->what)->default_value("initialiser"),
+      "initialiser, batch or calibrator");
+  add("world", options::value(&arguments->world)->default_value("random"),
+      "random: any mount, light and heading; paper: section V of the paper");
+  add("trajectory", options::value(&arguments->trajectory)->default_value("mixed"),
+      "mixed (dance, turns, sinusoid, random in turn), degenerate (standing, line, back_and_forth, "
+      "circle, spin in turn) or one by its name");
+  add("runs", options::value(&arguments->runs)->default_value(200), "number of runs");
+  add("threads", options::value(&arguments->threads)->default_value(2), "at work");
+  add("seed", options::value(&arguments->seed)->default_value(1), "of the first run");
+  add("duration", options::value(&arguments->duration_s)->default_value(100.0), "of a run [s]");
+  add("times", options::value(&arguments->times_s)->multitoken(),
+      "moments to report [s]; the run's end is always reported");
+  add("outliers", options::value(&arguments->outliers)->default_value(0.0),
+      "share of uniform false bearings");
+  add("correlation", options::value(&arguments->correlation)->default_value(0.0),
+      "of a bearing's noise with the next one's");
+  add("slips", options::value(&arguments->slips)->default_value(0), "of a wheel in each run");
+  add("check", "judge the bars");
+  return description;
+}
+
+using Kind = TrajectoryConfig::Kind;
+
+Kind kindOfRun(const std::string& trajectory, std::uint64_t run) {
+  static const std::vector<Kind> kMixed = {Kind::kDance, Kind::kTurns, Kind::kSinusoid,
+                                           Kind::kRandom};
+  static const std::vector<Kind> kDegenerate = {Kind::kStanding, Kind::kLine, Kind::kBackAndForth,
+                                                Kind::kCircle, Kind::kSpin};
+  if (trajectory == "mixed") return kMixed[run % kMixed.size()];
+  if (trajectory == "degenerate") return kDegenerate[run % kDegenerate.size()];
+  const std::vector<std::string>& names = trajectoryNames();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == trajectory) return static_cast<Kind>(i);
+  }
+  throw std::invalid_argument("no trajectory is called " + trajectory);
+}
+
+SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
+  const std::uint64_t seed = arguments.seed + run;
+  const Kind kind = kindOfRun(arguments.trajectory, run);
+  SimulatedCase simulated =
+      arguments.world == "paper" ? paperCase(seed) : randomCase(seed, kind, RandomCaseRange());
+  if (arguments.world == "paper" && arguments.trajectory != "mixed") {
+    simulated.trajectory.kind = kind;
+  }
+  simulated.duration_s = arguments.duration_s;
+  simulated.robot.sensor.outlier_probability = arguments.outliers;
+  simulated.robot.sensor.correlation = arguments.correlation;
+  addSlips(simulated, arguments.slips, seed);
+  return simulated;
+}
+
+TrialFunction trialOf(const std::string& what) {
+  if (what == "initialiser") return tryInitializer;
+  if (what == "batch") return tryBatch;
+  if (what == "calibrator") return tryCalibrator;
+  throw std::invalid_argument("--what must be initialiser, batch or calibrator, but is " + what);
+}
+
+/// All trials, in the order of their seeds whatever the number of threads.
+std::vector<Trial> runAll(const Arguments& arguments) {
+  const TrialFunction attempt = trialOf(arguments.what);
+  kindOfRun(arguments.trajectory, 0);
+  std::vector<Trial> trials(static_cast<std::size_t>(arguments.runs));
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < trials.size(); i = next++) {
+      trials[i] = attempt(makeCase(arguments, i), arguments.times_s);
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int i = 0; i < arguments.threads; ++i) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  return trials;
+}
+
+void printWrong(const std::vector<Trial>& trials, std::uint64_t first_seed) {
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    if (trials[i].worst_claim > kWrongChiSquare) {
+      std::printf("wrong claim: seed %llu, chi-square %.1f\n",
+                  static_cast<unsigned long long>(first_seed + i), trials[i].worst_claim);
+    }
+  }
+}
+
+int run(int argc, char** argv) {
+  Arguments arguments;
+  const options::options_description description = describeOptions(&arguments);
+  options::variables_map values;
+  options::store(options::parse_command_line(argc, argv, description), values);
+  if (values.count("help") > 0) {
+    std::cout << description << "\n";
+    return 0;
+  }
+  options::notify(values);
+  if (arguments.times_s.empty() || arguments.times_s.back() < arguments.duration_s) {
+    arguments.times_s.push_back(arguments.duration_s);
+  }
+  const std::vector<Trial> trials = runAll(arguments);
+  const std::vector<TableRow> rows = summarise(trials);
+  std::cout << format(rows);
+  printWrong(trials, arguments.seed);
+  if (values.count("check") == 0) return 0;
+  const std::vector<Bar> bars = judgeBars(trials, rows, arguments.trajectory == "degenerate");
+  std::cout << format(bars);
+  return allReached(bars) ? 0 : kBarMissed;
+}
+
+}  // namespace
+}  // namespace bearing_calibration
+
+int main(int argc, char** argv) {
+  try {
+    return bearing_calibration::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "monte_carlo: " << error.what() << " (see --help)\n";
+    return bearing_calibration::kUsageError;
+  }
+}

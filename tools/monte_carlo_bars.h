@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/monte_carlo_table.h"
+
+namespace bearing_calibration {
+
+/// Something that must hold, judged on a sample: missed only where the sample rules it out.
+struct Bar {
+  std::string sentence;
+  double value = 0.0;  ///< as measured
+  double limit = 0.0;  ///< what a system that just holds it stays on the right side of, 999 of 1000
+  bool reached = false;
+};
+
+/// The bars of doc/accuracy.md that the trials speak of; `degenerate` when nothing may be claimed.
+std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<TableRow>& rows,
+                           bool degenerate);
+std::string format(const std::vector<Bar>& bars);
+bool allReached(const std::vector<Bar>& bars);
+
+}  // namespace bearing_calibration

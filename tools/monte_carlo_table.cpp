@@ -1,0 +1,93 @@
+#include "tools/monte_carlo_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+namespace bearing_calibration {
+namespace {
+
+constexpr int kMountDegrees = 3;
+constexpr int kStateDegrees = 5;
+
+Eigen::Matrix<double, 6, 1> errorsOf(const Snapshot& snapshot) {
+  Eigen::Matrix<double, 6, 1> errors;
+  errors << snapshot.polar_error, snapshot.psi_error_rad, snapshot.error.tail<3>();
+  return errors;
+}
+
+Eigen::Matrix<double, 6, 1> boundsOf(const Snapshot& snapshot) {
+  Eigen::Matrix<double, 6, 1> bounds;
+  bounds << snapshot.polar_bound, snapshot.bound.diagonal().tail<3>();
+  return bounds;
+}
+
+TableRow summariseRow(const std::vector<Trial>& trials, std::size_t index) {
+  TableRow row;
+  std::map<std::string, int> words;
+  Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 1> bounds = Eigen::Matrix<double, 6, 1>::Zero();
+  for (const Trial& trial : trials) {
+    const Snapshot& snapshot = trial.snapshots[index];
+    row.time_s = snapshot.time_s;
+    ++row.trials;
+    ++words[snapshot.words];
+    row.milliseconds += snapshot.milliseconds;
+    row.most_milliseconds = std::max(row.most_milliseconds, snapshot.milliseconds);
+    row.possible += snapshot.possible ? 1 : 0;
+    row.possible_claimed += snapshot.possible && snapshot.claims ? 1 : 0;
+    if (snapshot.has_estimate) {
+      squares += errorsOf(snapshot).cwiseAbs2();
+      bounds += boundsOf(snapshot);
+    }
+    if (!snapshot.claims) continue;
+    ++row.claimed;
+    const double chi_square = snapshot.mountChiSquare();
+    row.wrong += chi_square > kWrongChiSquare ? 1 : 0;
+    row.beyond += chi_square > kEllipsoidChiSquare ? 1 : 0;
+    row.mount_nees += chi_square;
+    row.state_nees += snapshot.stateChiSquare();
+  }
+  row.milliseconds /= std::max(1, row.trials);
+  row.mount_nees /= kMountDegrees * std::max(1, row.claimed);
+  row.state_nees /= kStateDegrees * std::max(1, row.claimed);
+  row.rmse_per_bound = (squares.array() / bounds.array()).sqrt();
+  for (const auto& [word, count] : words) {
+    row.words += (row.words.empty() ? "" : ", ") + word + " " + std::to_string(count);
+  }
+  return row;
+}
+
+}  // namespace
+
+std::vector<TableRow> summarise(const std::vector<Trial>& trials) {
+  std::vector<TableRow> rows;
+  if (trials.empty()) return rows;
+  for (std::size_t i = 0; i < trials.front().snapshots.size(); ++i) {
+    rows.push_back(summariseRow(trials, i));
+  }
+  return rows;
+}
+
+std::string format(const std::vector<TableRow>& rows) {
+  std::string text =
+      "| time [s] | possible | claimed of these | claimed | wrong | beyond 99 % | NEES/3 | NEES/5 "
+      "| "
+      "RMSE/bound phi rho psi x y yaw | ms mean, most | states |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const TableRow& row : rows) {
+    char line[512];
+    const Eigen::Matrix<double, 6, 1>& q = row.rmse_per_bound;
+    std::snprintf(line, sizeof(line),
+                  "| %.0f | %d of %d | %d | %d | %d | %d | %.2f | %.2f | %.2f %.2f %.2f %.2f %.2f "
+                  "%.2f | %.1f, %.0f | ",
+                  row.time_s, row.possible, row.trials, row.possible_claimed, row.claimed,
+                  row.wrong, row.beyond, row.mount_nees, row.state_nees, q(0), q(1), q(2), q(3),
+                  q(4), q(5), row.milliseconds, row.most_milliseconds);
+    text += line + row.words + " |\n";
+  }
+  return text;
+}
+
+}  // namespace bearing_calibration

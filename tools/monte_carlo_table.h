@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/monte_carlo_trials.h"
+
+namespace bearing_calibration {
+
+/// Chi-square (3 degrees of freedom) of a mount beyond which an answer is wrong, whatever its own
+/// covariance says; by chance it comes about in 1.5 of 100 000 honest ones.
+inline constexpr double kWrongChiSquare = 25.0;
+/// Quantile of 99 % of the same distribution.
+inline constexpr double kEllipsoidChiSquare = 11.345;
+
+/// One moment over all trials.
+struct TableRow {
+  double time_s = 0.0;
+  int trials = 0;
+  int possible = 0;          ///< trials whose bound allows the claim
+  int possible_claimed = 0;  ///< of these, claimed
+  int claimed = 0;
+  int wrong = 0;            ///< claimed, chi-square beyond kWrongChiSquare
+  int beyond = 0;           ///< claimed, beyond the 99 % ellipsoid
+  double mount_nees = 0.0;  ///< mean over the claims, per degree of freedom
+  double state_nees = 0.0;
+  /// RMSE over the square root of the mean bound, over the trials with an estimate: phi, rho, psi,
+  /// x, y, yaw.
+  Eigen::Matrix<double, 6, 1> rmse_per_bound = Eigen::Matrix<double, 6, 1>::Zero();
+  double milliseconds = 0.0;  ///< mean
+  double most_milliseconds = 0.0;
+  std::string words;  ///< how often which state or reason
+};
+
+std::vector<TableRow> summarise(const std::vector<Trial>& trials);
+/// A table in Markdown.
+std::string format(const std::vector<TableRow>& rows);
+
+}  // namespace bearing_calibration

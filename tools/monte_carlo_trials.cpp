@@ -1,0 +1,198 @@
+#include "tools/monte_carlo_trials.h"
+
+#include <Eigen/Cholesky>
+#include <chrono>
+#include <cmath>
+
+#include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration/calibration/initializer.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// How much better than the targets the bound must be for a claim to be possible.
+constexpr double kBoundMargin = 1.3;
+
+/// Standard deviations that a claim stands for.
+struct Targets {
+  double position_m;
+  double yaw_rad;
+  double light_per_range;  ///< 0: any
+};
+
+CalibratorConfig calibratorConfig(const RobotConfig& robot) {
+  CalibratorConfig config;
+  config.drive = robot.encoders.drive;
+  config.wheel_noise = robot.encoders.noise;
+  config.tick_history_s = 10.0;
+  config.bearings.max_stddev_rad = 0.35;
+  config.bearings.max_future_s = 0.2;
+  config.bearings.max_waiting = 100;
+  config.filter.gate_probability = 0.999;
+  config.filter.recovery_after = 5;
+  config.filter.recovery_bearing_stddev_rad = radiansFromDegrees(10.0);
+  config.filter.recovery_distance_stddev_m = 0.03;
+  config.converged.position_stddev_m = 0.01;
+  config.converged.yaw_stddev_rad = radiansFromDegrees(0.5);
+  return config;
+}
+
+template <class Work>
+double millisecondsOf(Work work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+/// Index of the last sight at or before a moment; the sights' stamps are those of the truth.
+std::size_t sightsUntil(const SightRun& run, double time_s) {
+  const Stamp end = run.record.ticks.front().stamp + durationFromSeconds(time_s);
+  std::size_t count = 0;
+  while (count < run.sights.size() && run.sights[count].stamp <= end) ++count;
+  return count;
+}
+
+void fillErrors(const CartesianEstimate& estimate, const Vector5& truth, Snapshot& snapshot) {
+  snapshot.has_estimate = true;
+  snapshot.error = estimate.mean - truth;
+  snapshot.error(4) = wrapAngle(snapshot.error(4));
+  snapshot.covariance = estimate.covariance;
+  const Eigen::Vector2d p = estimate.sensorInBase();
+  const Eigen::Vector2d p_true = truth.segment<2>(CartesianIndex::kSensorX);
+  const double phi_error = wrapAngle(std::atan2(p.y(), p.x()) - std::atan2(p_true.y(), p_true.x()));
+  snapshot.polar_error << phi_error, p.norm() - p_true.norm();
+  snapshot.psi_error_rad = wrapAngle(snapshot.error(4) - phi_error);
+}
+
+void fillBound(const SightRun& run, std::size_t count, const Targets& targets, Snapshot& snapshot) {
+  const std::vector<Sight> sights(run.sights.begin(),
+                                  run.sights.begin() + static_cast<std::ptrdiff_t>(count));
+  std::vector<Eigen::Vector2d> lights;
+  for (std::size_t i = 0; i < count; ++i) lights.push_back(run.truth[i].head<2>());
+  const Vector5& truth = run.truth[count - 1];
+  snapshot.bound = cramerRaoBound(sights, lights, truth.tail<3>());
+
+  const Eigen::Vector2d p = truth.segment<2>(CartesianIndex::kSensorX);
+  const double rho = p.norm();
+  Eigen::Matrix3d J_polar_mount = Eigen::Matrix3d::Zero();  // (phi, rho, psi) by (x, y, yaw)
+  J_polar_mount.topLeftCorner<1, 2>() = perpendicular(p).transpose() / (rho * rho);
+  J_polar_mount.block<1, 2>(1, 0) = p.transpose() / rho;
+  J_polar_mount.row(2) = Eigen::RowVector3d(0.0, 0.0, 1.0) - J_polar_mount.row(0);
+  const Eigen::Matrix3d mount_bound = snapshot.bound.bottomRightCorner<3, 3>();
+  snapshot.polar_bound = (J_polar_mount * mount_bound * J_polar_mount.transpose()).diagonal();
+
+  const Vector5 stddev = kBoundMargin * snapshot.bound.diagonal().cwiseSqrt();
+  const double range = (truth.head<2>() - p).norm();
+  snapshot.possible = stddev(2) < targets.position_m && stddev(3) < targets.position_m &&
+                      stddev(4) < targets.yaw_rad &&
+                      (targets.light_per_range == 0.0 ||
+                       stddev.head<2>().maxCoeff() < targets.light_per_range * range);
+}
+
+void noteClaim(const Snapshot& snapshot, Trial& trial) {
+  if (!snapshot.claims) return;
+  trial.ever_claimed = true;
+  trial.worst_claim = std::max(trial.worst_claim, snapshot.mountChiSquare());
+}
+
+}  // namespace
+
+double Snapshot::mountChiSquare() const {
+  const Eigen::Vector3d mount_error = error.tail<3>();
+  const Eigen::Matrix3d mount_covariance = covariance.bottomRightCorner<3, 3>();
+  return mount_error.dot(mount_covariance.ldlt().solve(mount_error));
+}
+
+double Snapshot::stateChiSquare() const { return error.dot(covariance.ldlt().solve(error)); }
+
+Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& times_s) {
+  const SightRun run = simulate(simulated);
+  const InitializerConfig config;
+  const Targets targets{config.max_position_stddev_m, config.max_yaw_stddev_rad,
+                        config.max_light_stddev_per_range};
+  Initializer initializer(config);
+  Trial trial;
+  std::size_t added = 0;
+  for (double time_s : times_s) {
+    const std::size_t count = sightsUntil(run, time_s);
+    while (added < count) initializer.add(run.sights[added++]);
+    Snapshot snapshot;
+    snapshot.time_s = time_s;
+    StartAttempt attempt;
+    snapshot.milliseconds = millisecondsOf([&] { attempt = initializer.attempt(); });
+    snapshot.claims = attempt.ready();
+    snapshot.words = nameOf(attempt.obstacle);
+    fillBound(run, count, targets, snapshot);
+    if (attempt.ready()) fillErrors(attempt.estimate, run.truth[count - 1], snapshot);
+    noteClaim(snapshot, trial);
+    trial.snapshots.push_back(snapshot);
+  }
+  return trial;
+}
+
+Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_s) {
+  const SightRun run = simulate(simulated);
+  const BatchEstimator estimator{BatchConfig()};
+  constexpr Targets kAny{1e3, 1e3, 0.0};
+  Trial trial;
+  for (double time_s : times_s) {
+    const std::size_t count = sightsUntil(run, time_s);
+    const std::vector<Sight> sights(run.sights.begin(),
+                                    run.sights.begin() + static_cast<std::ptrdiff_t>(count));
+    Snapshot snapshot;
+    snapshot.time_s = time_s;
+    BatchEstimate estimate;
+    snapshot.milliseconds = millisecondsOf([&] {
+      estimate = estimator.estimate(sights, {run.truth[count - 1], count - 1});
+    });
+    snapshot.claims = estimate.converged;
+    snapshot.words = estimate.converged ? "converged" : "not settled";
+    fillBound(run, count, kAny, snapshot);
+    fillErrors(estimate.at_last_sight, run.truth[count - 1], snapshot);
+    noteClaim(snapshot, trial);
+    trial.snapshots.push_back(snapshot);
+  }
+  return trial;
+}
+
+Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& times_s) {
+  const SightRun run = simulate(simulated);
+  const CalibratorConfig config = calibratorConfig(simulated.robot);
+  const Targets targets{config.converged.position_stddev_m, config.converged.yaw_stddev_rad, 0.0};
+  constexpr double kAskEvery_s = 1.0;
+  Calibrator calibrator(config);
+  Trial trial;
+  auto bearings = run.record.bearings.begin();
+  auto next_time = times_s.begin();
+  double next_question_s = kAskEvery_s;
+  double spent_ms = 0.0;
+  for (const WheelCounts& ticks : run.record.ticks) {
+    spent_ms += millisecondsOf([&] {
+      for (; bearings != run.record.bearings.end() && bearings->stamp <= ticks.stamp; ++bearings) {
+        calibrator.addBearings(*bearings, bearings->stamp);
+      }
+      calibrator.addTicks(ticks, ticks.stamp);
+    });
+    const double time_s = secondsFromDuration(ticks.stamp - run.record.ticks.front().stamp);
+    const bool due = next_time != times_s.end() && time_s >= *next_time;
+    if (!due && time_s < next_question_s) continue;
+    next_question_s += kAskEvery_s;
+    const std::size_t count = sightsUntil(run, time_s);
+    const CalibrationResult result = calibrator.result();
+    Snapshot snapshot;
+    snapshot.time_s = time_s;
+    snapshot.milliseconds = spent_ms;
+    snapshot.claims = result.state == CalibrationState::kConverged;
+    snapshot.words = nameOf(result.state);
+    if (result.cartesian_state) fillErrors(*result.cartesian_state, run.truth[count - 1], snapshot);
+    noteClaim(snapshot, trial);
+    if (!due) continue;
+    ++next_time;
+    fillBound(run, count, targets, snapshot);
+    trial.snapshots.push_back(snapshot);
+  }
+  return trial;
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "tools/simulated_case.h"
+
+namespace bearing_calibration {
+
+/// What an estimator says of one run at one moment, beside the truth and the bound.
+struct Snapshot {
+  double time_s = 0.0;
+  bool has_estimate = false;
+  bool claims = false;    ///< ready, or CONVERGED
+  bool possible = false;  ///< the Cramer-Rao bound meets the claim's targets with a margin of 1.3
+  std::string words;      ///< its state, or why not
+  Vector5 error = Vector5::Zero();  ///< of the Cartesian state
+  Matrix5 covariance = Matrix5::Zero();
+  Matrix5 bound = Matrix5::Zero();
+  Eigen::Vector2d polar_error = Eigen::Vector2d::Zero();  ///< (phi [rad], rho [m])
+  double psi_error_rad = 0.0;
+  Eigen::Vector3d polar_bound = Eigen::Vector3d::Zero();  ///< variances of (phi, rho, psi)
+  double milliseconds = 0.0;
+
+  double mountChiSquare() const;
+  double stateChiSquare() const;
+};
+
+/// One run: snapshots at the moments asked for, and the worst claim that was made in between.
+struct Trial {
+  std::vector<Snapshot> snapshots;
+  bool ever_claimed = false;
+  double worst_claim = 0.0;  ///< largest chi-square(3) of the mount while claimed
+};
+
+using TrialFunction = Trial (*)(const SimulatedCase& simulated, const std::vector<double>& times_s);
+
+/// The initialiser on the record so far.
+Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& times_s);
+/// The batch estimator on the record so far, begun at the truth: the reference of all others. It
+/// claims whenever it has converged.
+Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_s);
+/// The whole calibration, fed with ticks and bearings, asked once a second.
+Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& times_s);
+
+}  // namespace bearing_calibration
