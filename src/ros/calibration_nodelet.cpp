@@ -1,5 +1,4 @@
 #include <bearing_calibration/LightBearings.h>
-#include <bearing_calibration/PredictedBearing.h>
 #include <bearing_calibration/WheelTicks.h>
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <nodelet/nodelet.h>
@@ -20,6 +19,7 @@
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/input_watch.h"
 #include "bearing_calibration_ros/log_throttle.h"
+#include "bearing_calibration_ros/prediction_publisher.h"
 #include "bearing_calibration_ros/result_publisher.h"
 #include "bearing_calibration_ros/result_saving.h"
 
@@ -48,12 +48,11 @@ class CalibrationNodelet : public nodelet::Nodelet {
   bool onSave(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
   std::optional<ros::Time> timeOfReceipt();
-  void startAnew(const std::string& why);
+  void startAnew();
   void followJumpBack(const std::string& what);
   void finishWheels(const core::InputOutcome& outcome, core::Stamp stamp, const ros::Time& now);
   void refuseJointState(const sensor_msgs::JointState& message);
   void warn(const std::string& topic, const core::InputOutcome& outcome);
-  void publishPrediction(core::Stamp newest_wheels);
   void publishNow() { publisher_->publish(calibrator_->result(), joint_states_without_wheels_); }
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
@@ -69,16 +68,15 @@ class CalibrationNodelet : public nodelet::Nodelet {
   CalibrationNodeConfig config_;
   std::unique_ptr<core::Calibrator> calibrator_;
   std::unique_ptr<ResultPublisher> publisher_;
+  std::unique_ptr<PredictionPublisher> prediction_publisher_;
   std::unique_ptr<InputWatch> input_watch_;
   ClockWatch clock_watch_;
   StampWatch stamp_watch_;
   LogThrottle throttle_{kWarningPeriod_s};
   std::uint32_t joint_states_without_wheels_ = 0;
   std::uint32_t refused_before_ = 0;  ///< inputs, at the last diagnostics
-  core::Stamp last_prediction_;
 
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
-  ros::Publisher prediction_publisher_;
   ros::ServiceServer reset_service_, pause_service_, save_service_;
   ros::Subscriber wheel_subscriber_, bearing_subscriber_;
   ros::WallTimer timer_;
@@ -102,8 +100,7 @@ void CalibrationNodelet::onInit() {
 void CalibrationNodelet::advertise() {
   ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
   publisher_ = std::make_unique<ResultPublisher>(private_node_handle, config_);
-  prediction_publisher_ =
-      private_node_handle.advertise<core::PredictedBearing>("predicted_bearing", 1);
+  prediction_publisher_ = std::make_unique<PredictionPublisher>(private_node_handle, config_);
   reset_service_ =
       private_node_handle.advertiseService("reset", &CalibrationNodelet::onReset, this);
   pause_service_ =
@@ -182,9 +179,10 @@ void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
 bool CalibrationNodelet::onReset(std_srvs::Trigger::Request&,
                                  std_srvs::Trigger::Response& response) {
   guarded("reset", [&] {
-    startAnew("~reset was called");
+    startAnew();
     response.success = true;
     response.message = "the calibration starts anew";
+    NODELET_INFO("~reset was called: %s", response.message.c_str());
   });
   return true;
 }
@@ -223,11 +221,10 @@ std::optional<ros::Time> CalibrationNodelet::timeOfReceipt() {
   return now;
 }
 
-void CalibrationNodelet::startAnew(const std::string& why) {
-  NODELET_WARN("%s: the calibration starts anew", why.c_str());
+void CalibrationNodelet::startAnew() {
   calibrator_->reset();
   joint_states_without_wheels_ = refused_before_ = 0;
-  last_prediction_ = {};
+  prediction_publisher_->restart();
   stamp_watch_ = {};
   throttle_ = LogThrottle(kWarningPeriod_s);  // what was said of the old calibration is old, too
   input_watch_->restart();
@@ -235,8 +232,9 @@ void CalibrationNodelet::startAnew(const std::string& why) {
 }
 
 void CalibrationNodelet::followJumpBack(const std::string& what) {
+  NODELET_WARN("%s jumped back: the calibration starts anew", what.c_str());
   publisher_->restartStamps();
-  startAnew(what + " jumped back");
+  startAnew();
 }
 
 void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::Stamp stamp,
@@ -247,7 +245,7 @@ void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::S
     followJumpBack("the stamps on " + wheel_subscriber_.getTopic() + " have");
   }
   publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
-  publishPrediction(stamp);
+  prediction_publisher_->offer(*calibrator_, stamp);
 }
 
 void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message) {
@@ -266,22 +264,13 @@ void CalibrationNodelet::warn(const std::string& topic, const core::InputOutcome
   NODELET_WARN("%s: %s", topic.c_str(), core::describe(outcome).c_str());
 }
 
-void CalibrationNodelet::publishPrediction(core::Stamp newest_wheels) {
-  const core::Duration since_last = newest_wheels - last_prediction_;
-  const bool is_due =
-      core::secondsFromDuration(since_last) * config_.output.prediction_rate_hz >= 1.0;
-  if (!is_due || prediction_publisher_.getNumSubscribers() == 0) return;
-  const core::Duration latency = core::durationFromSeconds(config_.calibrator.bearings.latency_s);
-  const auto prediction = calibrator_->predictBearing(newest_wheels + latency);
-  if (!prediction) return;
-  last_prediction_ = newest_wheels;
-  prediction_publisher_.publish(messageFromPrediction(*prediction, config_.frames.sensor));
-}
-
 void CalibrationNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const ros::Time now = ros::Time::now();
-  const std::string silence = now.isZero() ? "/clock has not begun" : input_watch_->silence(now);
-  if (!silence.empty() && throttle_.isDue("silence")) NODELET_WARN("%s", silence.c_str());
+  std::string silence = "/clock has not begun";
+  if (!now.isZero()) {
+    silence = input_watch_->silence(now);
+    if (!silence.empty() && throttle_.isDue("silence")) NODELET_WARN("%s", silence.c_str());
+  }
   const core::CalibrationResult result = calibrator_->result();
   const std::uint32_t refused = result.tick_inputs.badInputs() + result.bearing_inputs.badInputs() +
                                 joint_states_without_wheels_;
