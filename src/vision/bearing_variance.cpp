@@ -19,6 +19,9 @@ constexpr double kEvenedBySaturation = 0.6;
 constexpr double kUnseenExtent = 0.04;
 // Neighbouring pixels of a background's texture vary together, over patches of about 3 x 3.
 constexpr double kTexturePatch_px = 9.0;
+// The sharp outline of a disc falls between pixels: in random places this moves its centre so much
+// (noise-free discs of 11 x 20 px, either weight).
+constexpr double kSamplingStddev_px = 0.001;
 // A clipped spot's outline is known to this part of a pixel's own deviation, all errors together.
 constexpr double kClippingStddev_px = 0.05;
 
@@ -61,11 +64,10 @@ double axisVariance(const DetectorConfig& config, const SpotMeasurement& spot, c
   const double slope_variance =
       plane.sum_of_squares > 0.0 ? (plane.residual_variance + texture) / plane.sum_of_squares : 0.0;
   const double background =
-      slope_variance * sums.pixel_squares * sums.pixel_squares + texture * sums.pixel_squares;
-  const double mass2 = spot.mass_levels * spot.mass_levels;
-  return (photons + reading + response + background) / mass2 +
+      slope_variance * sums.slope_lever * sums.slope_lever + texture * sums.pixel_squares;
+  return (photons + reading + response + background) / (sums.gain * sums.gain) +
          sourceVariance(config, sums, expected_stddev_px, saturated_fraction) +
-         std::pow(kClippingStddev_px * saturated_fraction, 2);
+         std::pow(kSamplingStddev_px, 2) + std::pow(kClippingStddev_px * saturated_fraction, 2);
 }
 
 }  // namespace

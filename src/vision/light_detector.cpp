@@ -56,8 +56,6 @@ LightDetector::LightDetector(const DetectorConfig& config)
       mask_(config.mask, config.view, config.sensor),
       expected_(config),
       horizon_radius_px_(horizonRadiusPx(config.mirror)),
-      window_size_(config.defocus_sigma_px > 0.0 || !config.gates.mirror ? kGaussianWindow
-                                                                         : kDiscWindow),
       sampler_(config.sensor.saturation_level) {
   region_.reserve(2 * mask_.intervals().size());
   result_.lights.reserve(static_cast<std::size_t>(config.max_candidates));
@@ -171,7 +169,10 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
 SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
   SpotWindow window;
   window.centre_px = {shape.centre_u_px, shape.centre_v_px};
-  window.size = window_size_;
+  // What the lens defocuses is an evenly filled ellipse; all else is taken for a Gaussian.
+  const bool disc = config_.gates.mirror && config_.defocus_sigma_px == 0.0;
+  window.size = disc ? kDiscWindow : kGaussianWindow;
+  window.weight = disc ? CentreWeight::kOutline : CentreWeight::kEven;
   if (!config_.gates.mirror) {
     window.covariance_px2 << shape.variance_uu_px2, shape.variance_uv_px2, shape.variance_uv_px2,
         shape.variance_vv_px2;

@@ -81,46 +81,88 @@ BackgroundPlane fitBackground(const cv::Mat& image, const SpotWindow& window,
   return plane;
 }
 
-/// Mass and first moments over the background, relative to the window's centre.
+/// The weight of a pixel at `d` from the centre, and its gradient.
+class Weighting {
+ public:
+  explicit Weighting(const SpotWindow& window)
+      : even_(window.weight == CentreWeight::kEven),
+        size2_(window.size * window.size),
+        information_(window.covariance_px2.inverse()) {}
+
+  double at(const Vector2d& d) const {
+    if (even_) return 1.0;
+    const double distance2 = d.dot(information_ * d);
+    return distance2 * (1.0 - std::pow(distance2 / size2_, 2));
+  }
+  Vector2d gradient(const Vector2d& d) const {
+    if (even_) return Vector2d::Zero();
+    const Vector2d direction = information_ * d;
+    return 2.0 * (1.0 - 3.0 * std::pow(d.dot(direction) / size2_, 2)) * direction;
+  }
+
+ private:
+  bool even_;
+  double size2_;
+  Matrix2d information_;
+};
+
+/// One Newton step for the centre, and the light's mass.
+struct CentreStep {
+  double mass_levels = 0.0;
+  Vector2d shift = Vector2d::Zero();
+};
+
 template <typename Level>
-Vector3d firstMoments(const cv::Mat& image, const SpotWindow& window,
-                      const BackgroundPlane& background) {
-  Vector3d moments = Vector3d::Zero();
+CentreStep stepToCentre(const cv::Mat& image, const SpotWindow& window,
+                        const BackgroundPlane& background) {
+  const Weighting weighting(window);
+  CentreStep step;
+  Vector2d sum = Vector2d::Zero();
+  Matrix2d gain = Matrix2d::Zero();
   forEachPixel<Level>(
       image, window, window.size, [&](Level level, int, int, double du, double dv, double) {
-        const double light =
-            level - background.at_centre - background.slope.x() * du - background.slope.y() * dv;
-        moments += light * Vector3d(1.0, du, dv);
+        const Vector2d d(du, dv);
+        const double light = level - background.at_centre - background.slope.dot(d);
+        const double weight = weighting.at(d);
+        step.mass_levels += light;
+        sum += light * weight * d;
+        gain += light * (weight * Matrix2d::Identity() + d * weighting.gradient(d).transpose());
       });
-  return moments;
+  step.shift = gain.inverse() * sum;
+  return step;
 }
 
-void addTo(AxisSums* sums, double x, double level, double light, bool full) {
-  const double x2 = x * x;
-  sums->variance_px2 += light * x2;
-  sums->pixel_squares += x2;
-  sums->intensity_squares += light * light * x2;
-  if (!full) sums->light_squares += level * x2;
+/// What a pixel at `d` from the centre adds along the unit vector `axis`.
+void addTo(AxisSums* sums, const Weighting& weighting, const Vector2d& axis, const Vector2d& d,
+           double lit, double light) {
+  const double x = d.dot(axis);
+  const double weight = weighting.at(d);
+  const double phi = weight * x;
+  sums->variance_px2 += light * x * x;
+  sums->gain += light * (weight + x * weighting.gradient(d).dot(axis));
+  sums->light_squares += lit * phi * phi;
+  sums->pixel_squares += phi * phi;
+  sums->intensity_squares += light * light * phi * phi;
+  sums->slope_lever += x * phi;
 }
 
 /// Second moments and the sums of the variances about `measurement->centre_px`.
 template <typename Level>
-void secondMoments(const cv::Mat& image, const cv::Mat& sharp, const SpotWindow& window,
-                   const SpotLevels& levels, const Vector2d& radial, const Vector2d& tangential,
-                   SpotMeasurement* measurement) {
+void addMoments(const cv::Mat& image, const cv::Mat& sharp, const SpotWindow& window,
+                const SpotLevels& levels, const Vector2d& radial, const Vector2d& tangential,
+                SpotMeasurement* measurement) {
+  const Weighting weighting(window);
   const Vector2d shift = measurement->centre_px - window.centre_px;
   const BackgroundPlane& plane = measurement->background;
   forEachPixel<Level>(
       image, window, window.size, [&](Level level, int u, int v, double du, double dv, double) {
-        const double light = level - plane.at_centre - plane.slope.x() * du - plane.slope.y() * dv;
-        const Vector2d d(du - shift.x(), dv - shift.y());
-        const double t = d.dot(tangential);
-        const double r = d.dot(radial);
+        const double light = level - plane.at_centre - plane.slope.dot(Vector2d(du, dv));
+        const Vector2d d = Vector2d(du, dv) - shift;
         const bool full = sharp.ptr<Level>(v)[u] >= levels.saturation;
-        const double lit = std::max(0.0, level - levels.black);
-        addTo(&measurement->tangential, t, lit, light, full);
-        addTo(&measurement->radial, r, lit, light, full);
-        measurement->mixed_variance_px2 += light * t * r;
+        const double lit = full ? 0.0 : std::max(0.0, level - levels.black);
+        addTo(&measurement->tangential, weighting, tangential, d, lit, light);
+        addTo(&measurement->radial, weighting, radial, d, lit, light);
+        measurement->mixed_variance_px2 += light * d.dot(tangential) * d.dot(radial);
         measurement->full_pixels += full ? 1 : 0;
         measurement->peak_levels = std::max<double>(measurement->peak_levels, level);
       });
@@ -131,24 +173,26 @@ void secondMoments(const cv::Mat& image, const cv::Mat& sharp, const SpotWindow&
 
 template <typename Level>
 std::optional<SpotMeasurement> measure(const cv::Mat& image, const cv::Mat& sharp,
-                                       SpotWindow window, const SpotLevels& levels,
+                                       const SpotWindow& first_window, const SpotLevels& levels,
                                        const Vector2d& mirror_centre_px, int handedness) {
-  constexpr int kPasses = 2;
+  constexpr int kPasses = 3;  // the centroid, and two Newton steps from it
+  const double reach = first_window.size * std::sqrt(first_window.covariance_px2.trace());
+  SpotWindow window = first_window;
   SpotMeasurement measurement;
+  measurement.centre_px = window.centre_px;
   for (int pass = 0; pass < kPasses; ++pass) {
-    if (pass > 0) window.centre_px = measurement.centre_px;
+    window.centre_px = measurement.centre_px;
+    window.weight = pass == 0 ? CentreWeight::kEven : first_window.weight;
     measurement.background = fitBackground<Level>(image, window, levels);
-    const Vector3d moments = firstMoments<Level>(image, window, measurement.background);
-    measurement.mass_levels = moments(0);
-    const Vector2d shift = moments.tail<2>() / moments(0);
-    const double reach = window.size * std::sqrt(window.covariance_px2.trace());
-    if (!(moments(0) > 0.0 && shift.norm() < reach)) return std::nullopt;
-    measurement.centre_px = window.centre_px + shift;
+    const CentreStep step = stepToCentre<Level>(image, window, measurement.background);
+    measurement.mass_levels = step.mass_levels;
+    if (!(step.mass_levels > 0.0 && step.shift.norm() < reach)) return std::nullopt;
+    measurement.centre_px += step.shift;
   }
   const Vector2d radial = (measurement.centre_px - mirror_centre_px).normalized();
   // On the screen v grows downwards: counter-clockwise is (v, -u).
   const Vector2d tangential = handedness * Vector2d(radial.y(), -radial.x());
-  secondMoments<Level>(image, sharp, window, levels, radial, tangential, &measurement);
+  addMoments<Level>(image, sharp, window, levels, radial, tangential, &measurement);
   return measurement;
 }
 

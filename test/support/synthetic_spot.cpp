@@ -14,26 +14,30 @@ cv::Mat flatImage(int width_px, int height_px, double background_levels) {
 }
 
 void addSpot(cv::Mat* expected_levels, const SpotDrawing& spot) {
-  constexpr int kSubSamples = 24;  // along a pixel's side
+  constexpr int kLines = 64;  // in a pixel's height; along a line the overlap is exact
   const double c = std::cos(spot.major_angle_rad);
   const double s = std::sin(spot.major_angle_rad);
-  const double a = 0.5 * spot.major_diameter_px;
-  const double b = 0.5 * spot.minor_diameter_px;
-  const int reach = static_cast<int>(std::ceil(std::max(a, b))) + 1;
-  const int u0 = static_cast<int>(std::round(spot.centre_px.x()));
-  const int v0 = static_cast<int>(std::round(spot.centre_px.y()));
-  for (int v = std::max(0, v0 - reach); v <= std::min(expected_levels->rows - 1, v0 + reach); ++v) {
-    for (int u = std::max(0, u0 - reach); u <= std::min(expected_levels->cols - 1, u0 + reach);
-         ++u) {
-      int inside = 0;
-      for (int i = 0; i < kSubSamples * kSubSamples; ++i) {
-        const double du = u + (i % kSubSamples + 0.5) / kSubSamples - 0.5 - spot.centre_px.x();
-        const double dv = v + (i / kSubSamples + 0.5) / kSubSamples - 0.5 - spot.centre_px.y();
-        const double x = (c * du + s * dv) / a;
-        const double y = (-s * du + c * dv) / b;
-        inside += x * x + y * y <= 1.0 ? 1 : 0;
-      }
-      expected_levels->at<double>(v, u) += spot.light_levels * inside / (kSubSamples * kSubSamples);
+  const double a2 = std::pow(0.5 * spot.major_diameter_px, 2);
+  const double b2 = std::pow(0.5 * spot.minor_diameter_px, 2);
+  // The ellipse is uu du^2 + 2 uv du dv + vv dv^2 <= 1.
+  const double uu = c * c / a2 + s * s / b2;
+  const double uv = c * s * (1.0 / a2 - 1.0 / b2);
+  const double vv = s * s / a2 + c * c / b2;
+  const double half_height = std::sqrt(uu / (uu * vv - uv * uv));
+  const auto lineOf = [&](double v) { return static_cast<int>(std::floor((v + 0.5) * kLines)); };
+  for (int line = lineOf(spot.centre_px.y() - half_height);
+       line <= lineOf(spot.centre_px.y() + half_height); ++line) {
+    const int v = static_cast<int>(std::floor(static_cast<double>(line) / kLines));
+    if (v < 0 || v >= expected_levels->rows) continue;
+    const double dv = (line + 0.5) / kLines - 0.5 - spot.centre_px.y();
+    const double root2 = uv * uv * dv * dv - uu * (vv * dv * dv - 1.0);
+    if (root2 <= 0.0) continue;
+    const double first = spot.centre_px.x() + (-uv * dv - std::sqrt(root2)) / uu;
+    const double last = spot.centre_px.x() + (-uv * dv + std::sqrt(root2)) / uu;
+    for (int u = std::max(0, static_cast<int>(std::floor(first)));
+         u <= std::min(expected_levels->cols - 1, static_cast<int>(std::ceil(last))); ++u) {
+      const double overlap = std::min(last, u + 0.5) - std::max(first, u - 0.5);
+      expected_levels->at<double>(v, u) += spot.light_levels * std::max(0.0, overlap) / kLines;
     }
   }
 }

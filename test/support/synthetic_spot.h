@@ -19,7 +19,7 @@ struct SpotDrawing {
   double light_levels = 0.0;  ///< over the background
 };
 
-/// Expected levels, integrated over each pixel's square by sub-sampling. CV_64FC1.
+/// Expected levels, integrated over each pixel's square. CV_64FC1.
 cv::Mat flatImage(int width_px, int height_px, double background_levels);
 void addSpot(cv::Mat* expected_levels, const SpotDrawing& spot);
 

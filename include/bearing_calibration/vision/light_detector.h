@@ -70,7 +70,6 @@ class LightDetector {
   AnnulusMask mask_;
   ExpectedSpot expected_;
   double horizon_radius_px_;
-  double window_size_;
   BackgroundSampler sampler_;
   BlobSegmenter segmenter_;
   std::vector<PixelInterval> region_;

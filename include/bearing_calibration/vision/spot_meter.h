@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
@@ -8,11 +9,20 @@
 
 namespace bearing_calibration {
 
+/// How the pixels of a window count for the spot's centre c, the root of sum((I - b) w (x - c)).
+enum class CentreWeight : std::uint8_t {
+  kEven,  ///< w = 1: the centroid, best for a Gaussian spot
+  /// w = m^2 (1 - (m / size)^4), m the Mahalanobis distance from c: the outline of an evenly filled
+  /// disc says where it stands, its inside adds noise only; nothing at the window's edge.
+  kOutline,
+};
+
 /// An elliptical window: pixels whose Mahalanobis distance from the centre is at most its size.
 struct SpotWindow {
   Eigen::Vector2d centre_px;
   Eigen::Matrix2d covariance_px2;  ///< of the spot in (u, v)
   double size = 0.0;               ///< in standard deviations
+  CentreWeight weight = CentreWeight::kEven;
 };
 
 /// The background under a spot: levels = at_centre + slope . (pixel - centre).
@@ -23,19 +33,21 @@ struct BackgroundPlane {
   double sum_of_squares = 0.0;     ///< of the ring's pixels' distances along one axis [px^2]
 };
 
-/// Sums over a window along one axis x through the centre; I the levels, b the background,
-/// S = sum(I - b).
+/// Sums over a window along one axis x through the centre. I the levels, b the background,
+/// w the weights, phi = w x: noise e of the pixels moves the centre by sum(e phi) / gain.
 struct AxisSums {
-  double variance_px2 = 0.0;       ///< sum((I - b) x^2) / S
-  double light_squares = 0.0;      ///< sum(I x^2) over pixels that are not full
-  double pixel_squares = 0.0;      ///< sum(x^2)
-  double intensity_squares = 0.0;  ///< sum((I - b)^2 x^2)
+  double variance_px2 = 0.0;       ///< second moment of the light: sum((I - b) x^2) / sum(I - b)
+  double gain = 0.0;               ///< d sum((I - b) phi) / d centre
+  double light_squares = 0.0;      ///< sum(I phi^2) over pixels that are not full
+  double pixel_squares = 0.0;      ///< sum(phi^2)
+  double intensity_squares = 0.0;  ///< sum((I - b)^2 phi^2)
+  double slope_lever = 0.0;        ///< sum(x phi): how a slope of the background moves the centre
 };
 
 /// What the pixels of a window say.
 struct SpotMeasurement {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double mass_levels = 0.0;  ///< S
+  double mass_levels = 0.0;  ///< sum(I - b)
   double peak_levels = 0.0;
   AxisSums tangential;
   AxisSums radial;
@@ -52,8 +64,9 @@ struct SpotLevels {
   double background = 0.0;  ///< used where the ring has too few pixels
 };
 
-/// Intensity centroid over a background plane in an elliptical window, twice: the second window
-/// stands on the first centroid. The axes are radial and tangential about `mirror_centre_px`.
+/// The centre of the light over a background plane in an elliptical window: first the centroid,
+/// then weighted as the window says, each time in a window on the centre before. The axes are
+/// radial and tangential about `mirror_centre_px`.
 /// @param image CV_8UC1 or CV_16UC1
 /// @param sharp the same before any software defocus, in which full pixels are counted
 /// @return nothing when the window holds no light over its background.
