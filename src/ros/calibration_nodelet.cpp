@@ -56,13 +56,22 @@ class CalibrationNodelet : public nodelet::Nodelet {
   void publishNow() { publisher_->publish(calibrator_->result(), joint_states_without_wheels_); }
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
+  /// @returns what went wrong; empty when all went well.
   template <typename Work>
-  void guarded(const char* callback, Work work) {
+  std::string guarded(const char* callback, Work work) {
     try {
       work();
+      return {};
     } catch (const std::exception& error) {
       if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.what());
+      return error.what();
     }
+  }
+  template <typename Response, typename Work>
+  bool serve(const char* service, Response* response, Work work) {
+    const std::string error = guarded(service, work);
+    if (!error.empty()) response->message = error;
+    return true;  // false would tell the caller nothing
   }
 
   CalibrationNodeConfig config_;
@@ -178,34 +187,31 @@ void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
 
 bool CalibrationNodelet::onReset(std_srvs::Trigger::Request&,
                                  std_srvs::Trigger::Response& response) {
-  guarded("reset", [&] {
+  return serve("reset", &response, [&] {
     startAnew();
     response.success = true;
     response.message = "the calibration starts anew";
     NODELET_INFO("~reset was called: %s", response.message.c_str());
   });
-  return true;
 }
 
 bool CalibrationNodelet::onPause(std_srvs::SetBool::Request& request,
                                  std_srvs::SetBool::Response& response) {
-  guarded("pause", [&] {
+  return serve("pause", &response, [&] {
     calibrator_->setPaused(request.data);
     publishNow();
     response.success = true;
     response.message = request.data ? "paused: bearings are ignored" : "bearings are fused again";
   });
-  return true;
 }
 
 bool CalibrationNodelet::onSave(std_srvs::Trigger::Request&,
                                 std_srvs::Trigger::Response& response) {
-  guarded("save", [&] {
+  return serve("save", &response, [&] {
     const SavingOutcome outcome = saveResult(calibrator_->result(), config_, getName());
     response.success = outcome.success;
     response.message = outcome.message;
   });
-  return true;
 }
 
 /// None while the clock is zero: simulated time has not begun.

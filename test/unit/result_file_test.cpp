@@ -175,6 +175,22 @@ TEST_F(ResultFileTest, RefusesWhatCannotBeAndSaysWhy) {
   }
 }
 
+TEST_F(ResultFileTest, RefusesCovariancesThatAreNone) {
+  Eigen::Matrix3d asymmetric = Eigen::Matrix3d::Identity();
+  asymmetric(0, 1) = 0.1;
+  Eigen::Matrix3d indefinite = Eigen::Matrix3d::Identity();
+  indefinite(0, 1) = indefinite(1, 0) = 2.0;  // a correlation of 2
+  const Eigen::Matrix3d certain = Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal();
+  for (const Eigen::Matrix3d& none : {asymmetric, indefinite, certain}) {
+    SavedCalibration saved = someCalibration();
+    saved.base_from_sensor.covariance = none;
+    ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
+    const ResultFileContent content = readResultFile(path_);
+    EXPECT_FALSE(content.calibration.has_value()) << none;
+    EXPECT_NE(content.error.find("is not a covariance"), std::string::npos) << content.error;
+  }
+}
+
 TEST_F(ResultFileTest, RefusesForeignContent) {
   for (const std::string content :
        {"", "hello", "- 1\n- 2\n",
