@@ -23,19 +23,47 @@ bool mayShowALight(const MaskConfig& config, const MirrorView& view, int u, int 
          !hiddenByPost(config, pixel.azimuth_rad);
 }
 
-/// Narrows [*begin, *end) to the columns u with slope * (u - centre_u) + offset >= 0.
-void clipToHalfPlane(double slope, double offset, double centre_u, int* begin, int* end) {
+/// Points (u, up) about the mirror's centre with u * normal_u + up * normal_up >= 0.
+struct HalfPlane {
+  explicit HalfPlane(double normal_angle_rad)
+      : normal_u(std::cos(normal_angle_rad)),
+        normal_up(std::sin(normal_angle_rad)),
+        border_u_over_up(-normal_up / normal_u) {}
+
+  double normal_u;
+  double normal_up;
+  double border_u_over_up;  ///< of the points on the border
+};
+
+/// Narrows the interval, `up` pixels above the centre, to the half plane.
+void clipTo(const HalfPlane& half_plane, double centre_u, double up, PixelInterval* interval) {
   constexpr double kParallel = 1e-12;  // a border along the row cuts all of it or nothing
-  if (std::abs(slope) < kParallel) {
-    if (offset < 0.0) *end = *begin;
+  if (std::abs(half_plane.normal_u) < kParallel) {
+    if (up * half_plane.normal_up < 0.0) interval->end = interval->begin;
     return;
   }
-  const double border = std::clamp(centre_u - offset / slope, *begin - 1.0, *end + 1.0);
-  if (slope > 0.0) {
-    *begin = std::max(*begin, static_cast<int>(std::ceil(border)));
+  const double border = std::clamp(centre_u + up * half_plane.border_u_over_up,
+                                   interval->begin - 1.0, interval->end + 1.0);
+  if (half_plane.normal_u > 0.0) {
+    interval->begin = std::max(interval->begin, static_cast<int>(std::ceil(border)));
   } else {
-    *end = std::min(*end, static_cast<int>(std::floor(border)) + 1);
+    interval->end = std::min(interval->end, static_cast<int>(std::floor(border)) + 1);
   }
+}
+
+/// How far above and below the centre a sector of the unit circle reaches.
+struct Heights {
+  double lowest;
+  double highest;
+};
+Heights heightsOf(double angle_rad, double half_width_rad) {
+  const auto reaches = [&](double direction_rad) {
+    return std::abs(wrapAngle(direction_rad - angle_rad)) <= half_width_rad;
+  };
+  const double first = std::sin(angle_rad - half_width_rad);
+  const double second = std::sin(angle_rad + half_width_rad);
+  return {reaches(-0.5 * kPi) ? -1.0 : std::min({0.0, first, second}),
+          reaches(0.5 * kPi) ? 1.0 : std::max({0.0, first, second})};
 }
 
 }  // namespace
@@ -45,6 +73,7 @@ AnnulusMask::AnnulusMask(const MaskConfig& config, const MirrorView& view,
     : view_(view),
       width_px_(sensor.width_px),
       height_px_(sensor.height_px),
+      outer_radius_px_(config.outer_radius_px),
       inside_(static_cast<std::size_t>(sensor.width_px) * sensor.height_px, 0) {
   for (int v = 0; v < height_px_; ++v) {
     std::uint8_t* row = inside_.data() + static_cast<std::size_t>(v) * width_px_;
@@ -66,15 +95,21 @@ void AnnulusMask::clip(const AzimuthSector& sector, std::vector<PixelInterval>* 
   // A wedge is the common part of two half planes through the centre; the inward normal of a
   // border is the border turned by a quarter towards the wedge.
   const double screen_angle = view_.handedness * sector.centre_rad;
-  const double first_normal = screen_angle - sector.half_width_rad + 0.5 * kPi;
-  const double second_normal = screen_angle + sector.half_width_rad - 0.5 * kPi;
+  const HalfPlane first(screen_angle - sector.half_width_rad + 0.5 * kPi);
+  const HalfPlane second(screen_angle + sector.half_width_rad - 0.5 * kPi);
+  const Heights heights = heightsOf(screen_angle, sector.half_width_rad);
+  constexpr double kMargin_px = 1.0;  // for the rounding to rows
+  const double first_row = view_.centre_v_px - heights.highest * outer_radius_px_ - kMargin_px;
+  const double last_row = view_.centre_v_px - heights.lowest * outer_radius_px_ + kMargin_px;
   intervals->clear();
-  for (PixelInterval interval : intervals_) {
+  const auto begin = std::lower_bound(
+      intervals_.begin(), intervals_.end(), first_row,
+      [](const PixelInterval& interval, double row) { return interval.row < row; });
+  for (auto it = begin; it != intervals_.end() && it->row <= last_row; ++it) {
+    PixelInterval interval = *it;
     const double up = view_.centre_v_px - interval.row;
-    for (double normal : {first_normal, second_normal}) {
-      clipToHalfPlane(std::cos(normal), up * std::sin(normal), view_.centre_u_px, &interval.begin,
-                      &interval.end);
-    }
+    clipTo(first, view_.centre_u_px, up, &interval);
+    clipTo(second, view_.centre_u_px, up, &interval);
     if (interval.begin < interval.end) intervals->push_back(interval);
   }
 }

@@ -15,22 +15,23 @@ constexpr std::size_t kMaxLabels = 20000;
 constexpr int kBlockPixels = 64;
 
 template <typename Level>
-bool anyAbove(const Level* block, int threshold) {
-  const Level limit = static_cast<Level>(threshold);
-  unsigned any = 0;
-  for (int i = 0; i < kBlockPixels; ++i) any |= static_cast<unsigned>(block[i] > limit);
-  return any != 0;
+bool isDark(const Level* block, int threshold) {
+  Level brightest = 0;
+  for (int i = 0; i < kBlockPixels; ++i) brightest = std::max(brightest, block[i]);
+  return brightest <= threshold;
 }
 
-/// Calls found(begin, end) for each run of pixels above the threshold in row[begin, end).
+/// Calls found(begin, end) for each run of pixels above the threshold in the interval.
 template <typename Level, typename Found>
-void forEachRun(const Level* row, const PixelInterval& interval, int threshold, Found found) {
+void forEachRun(const Level* row, int width, const PixelInterval& interval, int threshold,
+                Found found) {
   constexpr int kNone = -1;
   int start = kNone;
   for (int block = interval.begin; block < interval.end; block += kBlockPixels) {
+    // A block may reach beyond the interval, not beyond the row.
+    const bool whole = block + kBlockPixels <= width;
+    if (start == kNone && whole && isDark(row + block, threshold)) continue;
     const int stop = std::min(block + kBlockPixels, interval.end);
-    const bool whole = stop - block == kBlockPixels;
-    if (start == kNone && whole && !anyAbove(row + block, threshold)) continue;
     for (int u = block; u < stop; ++u) {
       const bool bright = row[u] > threshold;
       if (bright && start == kNone) start = u;
@@ -102,7 +103,7 @@ void BlobSegmenter::scan(const cv::Mat& image, const std::vector<PixelInterval>&
   for (const PixelInterval& interval : intervals) {
     if (!complete_) return;
     if (interval.row != current_row_) startRow(interval.row);
-    forEachRun(image.ptr<Level>(interval.row), interval, threshold,
+    forEachRun(image.ptr<Level>(interval.row), image.cols, interval, threshold,
                [&](int begin, int end) { addRun(interval, begin, end); });
   }
 }

@@ -18,31 +18,34 @@ constexpr double kRingBegin = 1.15;
 constexpr double kRingEnd = 1.6;
 constexpr int kMinRingPixels = 12;  // four for each coefficient of the plane
 
-/// Calls visit(row pointer, u, v, du, dv, squared Mahalanobis distance) for the pixels of the image
-/// within `size` standard deviations.
+/// Calls visit(level, u, v, du, dv, squared Mahalanobis distance) for the pixels of the image
+/// within `size` standard deviations of the window's centre.
 template <typename Level, typename Visit>
 void forEachPixel(const cv::Mat& image, const SpotWindow& window, double size, Visit visit) {
   const Matrix2d information = window.covariance_px2.inverse();
-  const double half_width = size * std::sqrt(window.covariance_px2(0, 0));
-  const double half_height = size * std::sqrt(window.covariance_px2(1, 1));
-  const auto clampTo = [](double value, int last) {
-    return static_cast<int>(std::clamp(value, -1.0, last + 1.0));
-  };
+  const double uu = information(0, 0);
+  const double uv = information(0, 1);
+  const double vv = information(1, 1);
   const double u0 = window.centre_px.x();
   const double v0 = window.centre_px.y();
-  const int first_u = std::max(0, clampTo(std::ceil(u0 - half_width), image.cols));
-  const int last_u = std::min(image.cols - 1, clampTo(std::floor(u0 + half_width), image.cols));
-  const int first_v = std::max(0, clampTo(std::ceil(v0 - half_height), image.rows));
-  const int last_v = std::min(image.rows - 1, clampTo(std::floor(v0 + half_height), image.rows));
+  const auto within = [](double value, int last) {
+    return static_cast<int>(std::clamp(value, -1.0, last + 1.0));
+  };
+  const double half_height = size * std::sqrt(window.covariance_px2(1, 1));
+  const int first_v = std::max(0, within(std::ceil(v0 - half_height), image.rows));
+  const int last_v = std::min(image.rows - 1, within(std::floor(v0 + half_height), image.rows));
   for (int v = first_v; v <= last_v; ++v) {
     const Level* row = image.ptr<Level>(v);
     const double dv = v - v0;
-    const double square = information(1, 1) * dv * dv;
+    // uu du^2 + 2 uv du dv + vv dv^2 <= size^2
+    const double middle = u0 - uv * dv / uu;
+    const double reach2 = (size * size - (vv - uv * uv / uu) * dv * dv) / uu;
+    const double reach = std::sqrt(std::max(0.0, reach2));
+    const int first_u = std::max(0, within(std::ceil(middle - reach), image.cols));
+    const int last_u = std::min(image.cols - 1, within(std::floor(middle + reach), image.cols));
     for (int u = first_u; u <= last_u; ++u) {
       const double du = u - u0;
-      const double distance2 =
-          square + du * (information(0, 0) * du + 2.0 * information(0, 1) * dv);
-      if (distance2 <= size * size) visit(row[u], u, v, du, dv, distance2);
+      visit(row[u], u, v, du, dv, uu * du * du + 2.0 * uv * du * dv + vv * dv * dv);
     }
   }
 }
@@ -52,148 +55,125 @@ template <typename Level>
 BackgroundPlane fitBackground(const cv::Mat& image, const SpotWindow& window,
                               const SpotLevels& levels) {
   const double begin2 = std::pow(kRingBegin * window.size, 2);
-  Matrix3d normal = Matrix3d::Zero();
-  Vector3d right = Vector3d::Zero();
-  double sum_of_squares = 0.0;
+  double pixels = 0.0, u = 0.0, v = 0.0, uu = 0.0, uv = 0.0, vv = 0.0;
+  double light = 0.0, light_u = 0.0, light_v = 0.0, light2 = 0.0;
   forEachPixel<Level>(image, window, kRingEnd * window.size,
-                      [&](Level level, int, int, double du, double dv, double distance2) {
+                      [&](Level raw, int, int, double du, double dv, double distance2) {
+                        const double level = raw;
                         if (distance2 < begin2 || level > levels.threshold) return;
-                        const Vector3d row(1.0, du, dv);
-                        normal.noalias() += row * row.transpose();
-                        right.noalias() += level * row;
-                        sum_of_squares += static_cast<double>(level) * level;
+                        pixels += 1.0;
+                        u += du;
+                        v += dv;
+                        uu += du * du;
+                        uv += du * dv;
+                        vv += dv * dv;
+                        light += level;
+                        light_u += level * du;
+                        light_v += level * dv;
+                        light2 += level * level;
                       });
-  const double pixels = normal(0, 0);
   BackgroundPlane plane;
   if (pixels < kMinRingPixels) {
     plane.at_centre = levels.background;
     return plane;
   }
   constexpr double kRidge_px2 = 1e-6;  // pixels in one line leave the slope across it at zero
-  normal(1, 1) += kRidge_px2;
-  normal(2, 2) += kRidge_px2;
+  const Matrix3d normal =
+      (Matrix3d() << pixels, u, v, u, uu + kRidge_px2, uv, v, uv, vv + kRidge_px2).finished();
+  const Vector3d right(light, light_u, light_v);
   const Vector3d solution = normal.ldlt().solve(right);
   plane.at_centre = solution(0);
   plane.slope = solution.tail<2>();
   plane.residual_variance =
-      std::max(0.0, sum_of_squares - solution.dot(right)) / (pixels - solution.size());
-  plane.sum_of_squares = 0.5 * (normal(1, 1) + normal(2, 2));
+      std::max(0.0, light2 - solution.dot(right)) / (pixels - solution.size());
+  plane.sum_of_squares = 0.5 * (uu + vv);
   return plane;
 }
 
-/// The weight of a pixel at `d` from the centre, and its gradient.
-class Weighting {
- public:
-  explicit Weighting(const SpotWindow& window)
-      : even_(window.weight == CentreWeight::kEven),
-        size2_(window.size * window.size),
-        information_(window.covariance_px2.inverse()) {}
-
-  double at(const Vector2d& d) const {
-    if (even_) return 1.0;
-    const double distance2 = d.dot(information_ * d);
-    return distance2 * (1.0 - std::pow(distance2 / size2_, 2));
-  }
-  Vector2d gradient(const Vector2d& d) const {
-    if (even_) return Vector2d::Zero();
-    const Vector2d direction = information_ * d;
-    return 2.0 * (1.0 - 3.0 * std::pow(d.dot(direction) / size2_, 2)) * direction;
-  }
-
- private:
-  bool even_;
-  double size2_;
-  Matrix2d information_;
+/// The weight of a pixel at the squared Mahalanobis distance m^2 from the window's centre, and its
+/// derivative over m^2.
+struct Weight {
+  double value;
+  double slope;
 };
-
-/// One Newton step for the centre, and the light's mass.
-struct CentreStep {
-  double mass_levels = 0.0;
-  Vector2d shift = Vector2d::Zero();
-};
-
-template <typename Level>
-CentreStep stepToCentre(const cv::Mat& image, const SpotWindow& window,
-                        const BackgroundPlane& background) {
-  const Weighting weighting(window);
-  CentreStep step;
-  Vector2d sum = Vector2d::Zero();
-  Matrix2d gain = Matrix2d::Zero();
-  forEachPixel<Level>(
-      image, window, window.size, [&](Level level, int, int, double du, double dv, double) {
-        const Vector2d d(du, dv);
-        const double light = level - background.at_centre - background.slope.dot(d);
-        const double weight = weighting.at(d);
-        step.mass_levels += light;
-        sum += light * weight * d;
-        gain += light * (weight * Matrix2d::Identity() + d * weighting.gradient(d).transpose());
-      });
-  step.shift = gain.inverse() * sum;
-  return step;
+Weight weightAt(const SpotWindow& window, double distance2) {
+  if (window.weight == CentreWeight::kEven) return {1.0, 0.0};
+  const double part = distance2 / (window.size * window.size);
+  return {distance2 * (1.0 - part * part), 1.0 - 3.0 * part * part};
 }
 
-/// What a pixel at `d` from the centre adds along the unit vector `axis`.
-void addTo(AxisSums* sums, const Weighting& weighting, const Vector2d& axis, const Vector2d& d,
-           double lit, double light) {
-  const double x = d.dot(axis);
-  const double weight = weighting.at(d);
-  const double phi = weight * x;
+/// A pixel's part of the sums along x; `gradient` is the weight's along x.
+void addPixel(AxisSums* sums, double x, const Weight& weight, double gradient, double lit,
+              double light) {
+  const double phi = weight.value * x;
+  const double phi2 = phi * phi;
+  sums->light_moment += light * phi;
+  sums->gain += light * (weight.value + x * gradient);
   sums->variance_px2 += light * x * x;
-  sums->gain += light * (weight + x * weighting.gradient(d).dot(axis));
-  sums->light_squares += lit * phi * phi;
-  sums->pixel_squares += phi * phi;
-  sums->intensity_squares += light * light * phi * phi;
+  sums->light_squares += lit * phi2;
+  sums->pixel_squares += phi2;
+  sums->intensity_squares += light * light * phi2;
   sums->slope_lever += x * phi;
 }
 
-/// Second moments and the sums of the variances about `measurement->centre_px`.
+/// All sums over a window, along the mirror's radius and tangent at its centre.
 template <typename Level>
-void addMoments(const cv::Mat& image, const cv::Mat& sharp, const SpotWindow& window,
-                const SpotLevels& levels, const Vector2d& radial, const Vector2d& tangential,
-                SpotMeasurement* measurement) {
-  const Weighting weighting(window);
-  const Vector2d shift = measurement->centre_px - window.centre_px;
-  const BackgroundPlane& plane = measurement->background;
+SpotMeasurement sumUp(const cv::Mat& image, const cv::Mat& sharp, const SpotWindow& window,
+                      const SpotLevels& levels, const BackgroundPlane& plane,
+                      const Vector2d& radial, const Vector2d& tangential) {
+  SpotMeasurement spot;
+  spot.centre_px = window.centre_px;
+  spot.background = plane;
+  const Matrix2d information = window.covariance_px2.inverse();
+  const Vector2d to_gradient_r = 2.0 * information * radial;
+  const Vector2d to_gradient_t = 2.0 * information * tangential;
   forEachPixel<Level>(
-      image, window, window.size, [&](Level level, int u, int v, double du, double dv, double) {
-        const double light = level - plane.at_centre - plane.slope.dot(Vector2d(du, dv));
-        const Vector2d d = Vector2d(du, dv) - shift;
+      image, window, window.size,
+      [&](Level raw, int u, int v, double du, double dv, double distance2) {
+        const double level = raw;
+        const double light = level - plane.at_centre - plane.slope.x() * du - plane.slope.y() * dv;
+        const double r = radial.x() * du + radial.y() * dv;
+        const double t = tangential.x() * du + tangential.y() * dv;
         const bool full = sharp.ptr<Level>(v)[u] >= levels.saturation;
         const double lit = full ? 0.0 : std::max(0.0, level - levels.black);
-        addTo(&measurement->tangential, weighting, tangential, d, lit, light);
-        addTo(&measurement->radial, weighting, radial, d, lit, light);
-        measurement->mixed_variance_px2 += light * d.dot(tangential) * d.dot(radial);
-        measurement->full_pixels += full ? 1 : 0;
-        measurement->peak_levels = std::max<double>(measurement->peak_levels, level);
+        const Weight weight = weightAt(window, distance2);
+        addPixel(&spot.radial, r, weight,
+                 weight.slope * (to_gradient_r.x() * du + to_gradient_r.y() * dv), lit, light);
+        addPixel(&spot.tangential, t, weight,
+                 weight.slope * (to_gradient_t.x() * du + to_gradient_t.y() * dv), lit, light);
+        spot.mass_levels += light;
+        spot.mixed_variance_px2 += light * t * r;
+        spot.full_pixels += full ? 1 : 0;
+        spot.peak_levels = std::max(spot.peak_levels, level);
       });
-  measurement->tangential.variance_px2 /= measurement->mass_levels;
-  measurement->radial.variance_px2 /= measurement->mass_levels;
-  measurement->mixed_variance_px2 /= measurement->mass_levels;
+  spot.radial.variance_px2 /= spot.mass_levels;
+  spot.tangential.variance_px2 /= spot.mass_levels;
+  spot.mixed_variance_px2 /= spot.mass_levels;
+  return spot;
 }
 
 template <typename Level>
 std::optional<SpotMeasurement> measure(const cv::Mat& image, const cv::Mat& sharp,
                                        const SpotWindow& first_window, const SpotLevels& levels,
                                        const Vector2d& mirror_centre_px, int handedness) {
-  constexpr int kPasses = 3;  // the centroid, and two Newton steps from it
-  const double reach = first_window.size * std::sqrt(first_window.covariance_px2.trace());
+  constexpr int kSteps = 2;  // from the thresholded pixels' centre, some tenths of a pixel away
+  const double reach_px = first_window.size * std::sqrt(first_window.covariance_px2.trace());
   SpotWindow window = first_window;
-  SpotMeasurement measurement;
-  measurement.centre_px = window.centre_px;
-  for (int pass = 0; pass < kPasses; ++pass) {
-    window.centre_px = measurement.centre_px;
-    window.weight = pass == 0 ? CentreWeight::kEven : first_window.weight;
-    measurement.background = fitBackground<Level>(image, window, levels);
-    const CentreStep step = stepToCentre<Level>(image, window, measurement.background);
-    measurement.mass_levels = step.mass_levels;
-    if (!(step.mass_levels > 0.0 && step.shift.norm() < reach)) return std::nullopt;
-    measurement.centre_px += step.shift;
+  BackgroundPlane plane = fitBackground<Level>(image, window, levels);
+  SpotMeasurement spot;
+  for (int step = 0; step < kSteps; ++step) {
+    const Vector2d radial = (window.centre_px - mirror_centre_px).normalized();
+    // On the screen v grows downwards: counter-clockwise is (v, -u).
+    const Vector2d tangential = handedness * Vector2d(radial.y(), -radial.x());
+    spot = sumUp<Level>(image, sharp, window, levels, plane, radial, tangential);
+    const Vector2d shift = spot.radial.light_moment / spot.radial.gain * radial +
+                           spot.tangential.light_moment / spot.tangential.gain * tangential;
+    if (!(spot.mass_levels > 0.0 && shift.norm() < reach_px)) return std::nullopt;
+    plane.at_centre += plane.slope.dot(shift);
+    window.centre_px += shift;
   }
-  const Vector2d radial = (measurement.centre_px - mirror_centre_px).normalized();
-  // On the screen v grows downwards: counter-clockwise is (v, -u).
-  const Vector2d tangential = handedness * Vector2d(radial.y(), -radial.x());
-  addMoments<Level>(image, sharp, window, levels, radial, tangential, &measurement);
-  return measurement;
+  spot.centre_px = window.centre_px;
+  return spot;
 }
 
 }  // namespace

@@ -39,6 +39,7 @@ class AnnulusMask {
   MirrorView view_;
   int width_px_;
   int height_px_;
+  double outer_radius_px_;
   std::vector<PixelInterval> intervals_;
   std::vector<std::uint8_t> inside_;  ///< the same by pixel
 };

@@ -33,11 +33,12 @@ struct BackgroundPlane {
   double sum_of_squares = 0.0;     ///< of the ring's pixels' distances along one axis [px^2]
 };
 
-/// Sums over a window along one axis x through the centre. I the levels, b the background,
-/// w the weights, phi = w x: noise e of the pixels moves the centre by sum(e phi) / gain.
+/// Sums over a window along one axis x through its centre. I the levels, b the background, w the
+/// weights, phi = w x: noise e of the pixels moves the centre by sum(e phi) / gain.
 struct AxisSums {
-  double variance_px2 = 0.0;       ///< second moment of the light: sum((I - b) x^2) / sum(I - b)
+  double light_moment = 0.0;       ///< sum((I - b) phi), zero at the spot's centre
   double gain = 0.0;               ///< d sum((I - b) phi) / d centre
+  double variance_px2 = 0.0;       ///< second moment of the light: sum((I - b) x^2) / sum(I - b)
   double light_squares = 0.0;      ///< sum(I phi^2) over pixels that are not full
   double pixel_squares = 0.0;      ///< sum(phi^2)
   double intensity_squares = 0.0;  ///< sum((I - b)^2 phi^2)
@@ -64,8 +65,8 @@ struct SpotLevels {
   double background = 0.0;  ///< used where the ring has too few pixels
 };
 
-/// The centre of the light over a background plane in an elliptical window: first the centroid,
-/// then weighted as the window says, each time in a window on the centre before. The axes are
+/// The centre of the light over a background plane in an elliptical window: two Newton steps from
+/// the window's centre, the window following. The axes are
 /// radial and tangential about `mirror_centre_px`.
 /// @param image CV_8UC1 or CV_16UC1
 /// @param sharp the same before any software defocus, in which full pixels are counted
