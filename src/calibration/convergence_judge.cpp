@@ -18,11 +18,12 @@ constexpr double kLargestNisMean = 2.0;
 constexpr double kSmallestFusedShare = 0.5;
 /// False alarms of a check; there are some tens of checks in a run.
 constexpr double kHalvesFalseAlarm = 1e-4;
-constexpr double kWatchFalseAlarm = 1e-5;
+constexpr double kWatchFalseAlarm = 1e-4;
 constexpr int kDisagreementsToSay = 2;
 constexpr double kMountDegrees = 3.0;
-constexpr double kWatchedPath_m = 5.0;  // long enough to know a mount to a centimetre
-constexpr double kShortestWatched_m = 2.0;
+/// Stretches of way that are held against all that came before them: a large knock shows after the
+/// first, a small one after the last.
+constexpr double kWatchedPaths_m[] = {2.5, 5.0, 9.0};
 
 template <class... Numbers>
 std::string format(const char* pattern, Numbers... numbers) {
@@ -31,12 +32,11 @@ std::string format(const char* pattern, Numbers... numbers) {
   return text;
 }
 
-/// First sight of the last stretch of motion that began after `after`.
-std::size_t beginOfWatch(const std::vector<Sight>& record, Stamp after, double* path_m) {
+/// First sight of the record's last `path_m`; 0 when the record is shorter.
+std::size_t beginOfLast(double path_m, const std::vector<Sight>& record) {
   std::size_t begin = record.size();
-  *path_m = 0.0;
-  while (begin > 0 && record[begin - 1].stamp > after && *path_m < kWatchedPath_m) {
-    *path_m += record[--begin].motion.distance_m;
+  for (double covered_m = 0.0; begin > 0 && covered_m < path_m;) {
+    covered_m += record[--begin].motion.distance_m;
   }
   return begin;
 }
@@ -92,30 +92,36 @@ Judgement ConvergenceJudge::confirm(const CartesianEstimate& estimate,
             "the two halves of the drive give different mounts: check the latency and the wheels' "
             "parameters, and whether mount and light are fixed"};
   }
-  confirmed_ = mountFromCartesian(estimate);
-  confirmed_at_ = record.back().stamp;
+  confirmed_ = true;
   return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
 }
 
 Judgement ConvergenceJudge::watch(const CartesianEstimate& estimate,
                                   const std::vector<Sight>& record) {
-  double path_m = 0.0;
-  const std::size_t begin = beginOfWatch(record, confirmed_at_, &path_m);
-  if (path_m >= kShortestWatched_m) {
-    const auto recent = estimatePart(record, estimate.mean, begin, record.size(), batch_);
-    const bool disagrees = recent && disagreement(*recent, *confirmed_) >
-                                         chiSquareQuantile(1.0 - kWatchFalseAlarm, kMountDegrees);
-    disagreements_in_a_row_ = disagrees ? disagreements_in_a_row_ + 1 : 0;
-    if (disagreements_in_a_row_ >= kDisagreementsToSay) {
-      const Eigen::Vector3d moved = recent->mean - confirmed_->mean;
-      return {
-          CalibrationState::kInconsistent,
+  const std::optional<Eigen::Vector3d> moved = findMove(estimate, record);
+  disagreements_in_a_row_ = moved ? disagreements_in_a_row_ + 1 : 0;
+  if (disagreements_in_a_row_ < kDisagreementsToSay) {
+    return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
+  }
+  return {CalibrationState::kInconsistent,
           format("the mount seems to have moved by %.3f m and %.1f deg since it was calibrated: "
                  "call ~reset to calibrate anew",
-                 moved.head<2>().norm(), degreesFromRadians(wrapAngle(moved.z())))};
-    }
+                 moved->head<2>().norm(), degreesFromRadians(moved->z()))};
+}
+
+std::optional<Eigen::Vector3d> ConvergenceJudge::findMove(const CartesianEstimate& estimate,
+                                                          const std::vector<Sight>& record) const {
+  const double limit = chiSquareQuantile(1.0 - kWatchFalseAlarm, kMountDegrees);
+  for (double path_m : kWatchedPaths_m) {
+    const std::size_t begin = beginOfLast(path_m, record);
+    const auto before = estimatePart(record, estimate.mean, 0, begin, batch_);
+    const auto recent = estimatePart(record, estimate.mean, begin, record.size(), batch_);
+    if (!before || !recent || disagreement(*before, *recent) <= limit) continue;
+    Eigen::Vector3d moved = recent->mean - before->mean;
+    moved.z() = wrapAngle(moved.z());
+    return moved;
   }
-  return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
+  return std::nullopt;
 }
 
 bool ConvergenceJudge::meetsTargets(const MountEstimate& mount) const {

@@ -38,15 +38,16 @@ bool isDegenerate(const StartAttempt& attempt) {
     case StartObstacle::kOneCurvature:
     case StartObstacle::kWeakDirection:
       return moved_plenty;
-    case StartObstacle::kNone:
-    case StartObstacle::kTooFewSights:
-    case StartObstacle::kNoSolution:
-    case StartObstacle::kPoorFit:
-    case StartObstacle::kLightTooNear:
-    case StartObstacle::kAmbiguous:
+    default:
       return false;
   }
-  return false;
+}
+
+bool doesNotFit(const StartAttempt& attempt) {
+  const bool moved_plenty =
+      attempt.motion.path_m > kPlentyOfPath_m && attempt.motion.turn_rad > kPlentyOfTurn_rad;
+  return moved_plenty && (attempt.obstacle == StartObstacle::kNoSolution ||
+                          attempt.obstacle == StartObstacle::kPoorFit);
 }
 
 std::string adviceFor(const StartAttempt& attempt) {

@@ -1,6 +1,7 @@
 #include "bearing_calibration/calibration/mount_calibration.h"
 
 #include "bearing_calibration/calibration/driver_advice.h"
+#include "bearing_calibration/calibration/fault_finder.h"
 #include "bearing_calibration/calibration/light_start.h"
 
 namespace bearing_calibration {
@@ -8,6 +9,7 @@ namespace {
 
 constexpr Duration kAttemptInterval = std::chrono::seconds(1);     // takes milliseconds
 constexpr Duration kRefinementInterval = std::chrono::seconds(1);  // takes milliseconds
+constexpr Duration kDiagnosisInterval = std::chrono::seconds(20);  // takes up to a second
 
 MountEstimate mountFromGuess(const StartConfig& guess) {
   const double position_variance = guess.position_stddev_m * guess.position_stddev_m;
@@ -57,7 +59,9 @@ void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates
   if (attempt_ && stamp < next_attempt_) return;
   next_attempt_ = stamp + kAttemptInterval;
   attempt_ = initializer_.attempt();
+  if (doesNotFit(*attempt_)) diagnose(stamp);
   if (!attempt_->ready()) return;
+  diagnosis_.clear();
   tracker_.emplace(config_.filter, attempt_->estimate, attempt_->bearing_correlation);
   judge_.emplace(config_.converged, config_.initializer.batch);
   started_ = true;
@@ -84,6 +88,7 @@ void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidate
     remember(stamp, candidates[association.candidate]);
     refine(stamp);
     judge_->judge(*tracker_, initializer_.record().sights());
+    if (judge_->last().state == CalibrationState::kInconsistent) diagnose(stamp);
   }
   if (!tracker_->isLost()) return;
   tracker_.reset();
@@ -100,6 +105,14 @@ void MountCalibration::refine(Stamp stamp) {
       batch_.estimate(sights, {tracker_->filter().cartesian().mean, sights.size() - 1});
   if (!batch.converged || batch.inlierFraction() < config_.initializer.min_inlier_fraction) return;
   tracker_->rebase(batch.at_last_sight, batch.correlation);
+}
+
+/// Which single fault of the robot would explain the record.
+void MountCalibration::diagnose(Stamp stamp) {
+  if (stamp < next_diagnosis_) return;
+  next_diagnosis_ = stamp + kDiagnosisInterval;
+  diagnosis_ = ::bearing_calibration::describe(findFault(
+      initializer_.record().sights(), config_.drive.wheel_separation_m, config_.initializer));
 }
 
 /// Keeps a sight: for the initialiser before the start, for batch and judge after it.
@@ -141,9 +154,13 @@ void MountCalibration::describe(CalibrationResult* result) const {
     result->state = judge_->last().state;
     result->advice = judge_->last().advice;
   } else if (attempt_) {
-    result->state = isDegenerate(*attempt_) ? CalibrationState::kDegenerateMotion
-                                            : CalibrationState::kInitialising;
+    result->state = doesNotFit(*attempt_)     ? CalibrationState::kInconsistent
+                    : isDegenerate(*attempt_) ? CalibrationState::kDegenerateMotion
+                                              : CalibrationState::kInitialising;
     result->advice = adviceFor(*attempt_);
+  }
+  if (result->state == CalibrationState::kInconsistent && !diagnosis_.empty()) {
+    result->advice = diagnosis_;
   }
 }
 

@@ -34,6 +34,9 @@ class ConvergenceJudge {
   Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record);
   Judgement confirm(const CartesianEstimate& estimate, const std::vector<Sight>& record);
   Judgement watch(const CartesianEstimate& estimate, const std::vector<Sight>& record);
+  /// By what the last stretch of way contradicts all before it; none when it does not.
+  std::optional<Eigen::Vector3d> findMove(const CartesianEstimate& estimate,
+                                          const std::vector<Sight>& record) const;
   bool meetsTargets(const MountEstimate& mount) const;
   Judgement stillConverging(const CartesianEstimate& estimate) const;
 
@@ -41,8 +44,7 @@ class ConvergenceJudge {
   BatchConfig batch_;
   Judgement last_;
   Stamp next_check_;
-  std::optional<MountEstimate> confirmed_;  ///< the mount when it was called converged
-  Stamp confirmed_at_;
+  bool confirmed_ = false;  ///< it was called converged
   int disagreements_in_a_row_ = 0;
 };
 

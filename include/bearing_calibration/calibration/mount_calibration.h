@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "bearing_calibration/calibration/config.h"
@@ -37,6 +38,7 @@ class MountCalibration {
   void startFromGuess(const Bearing& light);
   void follow(Stamp stamp, const std::vector<Bearing>& candidates);
   void refine(Stamp stamp);
+  void diagnose(Stamp stamp);
   void remember(Stamp stamp, const Bearing& light);
   void noteLight(const Bearing& light);
   void startAnew();
@@ -49,6 +51,8 @@ class MountCalibration {
   std::optional<StartAttempt> attempt_;   ///< the initialiser's last one
   Stamp next_attempt_;
   Stamp next_refinement_;
+  Stamp next_diagnosis_;
+  std::string diagnosis_;  ///< the fault that would explain why nothing fits; empty when none does
   std::optional<MountTracker> tracker_;
   std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
   bool started_ = false;                   ///< tracker_ carries on from the initialiser

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "bearing_calibration/filter/cartesian_state.h"
+
+namespace bearing_calibration {
+
+/// The record as it would be if the wheels had rolled `right_left_from_right_left` times what they
+/// said: a matrix that maps (left, right) to (left, right). Each motion is taken as one arc, whose
+/// covariance is kept.
+/// @param believed,changed  wheel separation before and after [m]
+std::vector<Sight> withOtherWheels(const std::vector<Sight>& sights,
+                                   const Eigen::Matrix2d& wheels_from_wheels,
+                                   double believed_separation_m, double changed_separation_m);
+
+/// The record as it would be if each bearing had been taken `earlier_s` before its stamp: poses are
+/// interpolated on the arcs between the sights. The first sights have none and are left out.
+std::vector<Sight> withEarlierBearings(const std::vector<Sight>& sights, double earlier_s);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,146 @@
+#include "bearing_calibration/calibration/fault_finder.h"
+
+#include <cstdio>
+#include <optional>
+
+#include "bearing_calibration/calibration/mount_agreement.h"
+#include "bearing_calibration/calibration/sight_change.h"
+#include "bearing_calibration/calibration/sight_path.h"
+#include "bearing_calibration/common/chi_square.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// Enough to tell whether a hypothesis fits, and quick.
+constexpr std::size_t kSightsOfDiagnosis = 200;
+
+/// A record with one fault undone, and how well a start from nothing then fits.
+struct Hypothesis {
+  Diagnosis diagnosis;
+  StartAttempt attempt;
+
+  double misfit() const { return attempt.chi_square / std::max(1, attempt.degrees_of_freedom); }
+};
+
+class FaultSearch {
+ public:
+  FaultSearch(const std::vector<Sight>& sights, double wheel_separation_m,
+              const InitializerConfig& config)
+      : sights_(sights), separation_m_(wheel_separation_m), config_(config) {
+    // Slips and outliers would let a wrong hypothesis off: they are what it has to explain.
+    config_.batch.slip_gain = 0.0;
+    config_.min_inlier_fraction = kCleanShare;
+  }
+
+  Diagnosis run() {
+    try_({Fault::kNone, 0.0}, sights_);
+    if (best_) return best_->diagnosis;
+    trySigns();
+    if (best_) return best_->diagnosis;
+    tryLatency();
+    tryProportions();
+    if (best_) return best_->diagnosis;
+    return lightMoved() ? Diagnosis{Fault::kLightMoved, 0.0} : Diagnosis{};
+  }
+
+ private:
+  static constexpr double kCleanShare = 0.9;  ///< of the sights that a true hypothesis explains
+
+  void try_(const Diagnosis& diagnosis, const std::vector<Sight>& sights) {
+    Hypothesis hypothesis{diagnosis, findStart(thinned(sights, kSightsOfDiagnosis), config_)};
+    if (!hypothesis.attempt.ready()) return;
+    if (!best_ || hypothesis.misfit() < best_->misfit()) best_ = hypothesis;
+  }
+
+  void tryWheels(const Diagnosis& diagnosis, const Eigen::Matrix2d& wheels_from_wheels,
+                 double separation_factor) {
+    try_(diagnosis, withOtherWheels(sights_, wheels_from_wheels, separation_m_,
+                                    separation_factor * separation_m_));
+  }
+
+  void trySigns() {
+    Eigen::Matrix2d swapped;
+    swapped << 0.0, 1.0, 1.0, 0.0;
+    tryWheels({Fault::kMirrored, 0.0}, swapped, 1.0);
+    tryWheels({Fault::kLeftReversed, 0.0}, Eigen::Vector2d(-1.0, 1.0).asDiagonal(), 1.0);
+    tryWheels({Fault::kRightReversed, 0.0}, Eigen::Vector2d(1.0, -1.0).asDiagonal(), 1.0);
+  }
+
+  void tryLatency() {
+    for (double late_s : {-0.1, -0.05, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3}) {
+      try_({Fault::kLate, late_s}, withEarlierBearings(sights_, late_s));
+    }
+  }
+
+  void tryProportions() {
+    for (double factor : {0.85, 0.9, 0.94, 0.97, 1.03, 1.06, 1.1, 1.15}) {
+      tryWheels({Fault::kLeftRadius, factor}, Eigen::Vector2d(factor, 1.0).asDiagonal(), 1.0);
+      tryWheels({Fault::kRightRadius, factor}, Eigen::Vector2d(1.0, factor).asDiagonal(), 1.0);
+      tryWheels({Fault::kSeparation, factor}, Eigen::Matrix2d::Identity(), factor);
+    }
+  }
+
+  /// Each half fits by itself and gives the same mount, though both together do not.
+  bool lightMoved() const {
+    const auto middle = sights_.begin() + static_cast<std::ptrdiff_t>(sights_.size() / 2);
+    const StartAttempt first = findStart({sights_.begin(), middle}, config_);
+    const StartAttempt second = findStart({middle, sights_.end()}, config_);
+    constexpr double kSameMount = 0.999;
+    return first.ready() && second.ready() &&
+           disagreement(mountFromCartesian(first.estimate), mountFromCartesian(second.estimate)) <
+               chiSquareQuantile(kSameMount, 3.0);
+  }
+
+  const std::vector<Sight>& sights_;
+  double separation_m_;
+  InitializerConfig config_;
+  std::optional<Hypothesis> best_;
+};
+
+}  // namespace
+
+Diagnosis findFault(const std::vector<Sight>& sights, double wheel_separation_m,
+                    const InitializerConfig& config) {
+  return FaultSearch(sights, wheel_separation_m, config).run();
+}
+
+std::string describe(const Diagnosis& diagnosis) {
+  char text[256];
+  switch (diagnosis.fault) {
+    case Fault::kNone:
+      return "";
+    case Fault::kMirrored:
+      return "the bearings fit a mirrored motion: the left and right wheel are swapped, or both "
+             "are "
+             "reversed, or the azimuth grows clockwise (handedness)";
+    case Fault::kLeftReversed:
+      return "the bearings fit when the left wheel's counter is reversed";
+    case Fault::kRightReversed:
+      return "the bearings fit when the right wheel's counter is reversed";
+    case Fault::kLate:
+      std::snprintf(
+          text, sizeof(text),
+          "the bearings fit when their stamps are taken as %.2f s %s: set bearings/latency",
+          std::abs(diagnosis.size), diagnosis.size > 0.0 ? "late" : "early");
+      return text;
+    case Fault::kLeftRadius:
+    case Fault::kRightRadius:
+      std::snprintf(
+          text, sizeof(text), "the bearings fit when %s is multiplied by about %.2f",
+          diagnosis.fault == Fault::kLeftRadius ? "wheels/left_radius" : "wheels/right_radius",
+          diagnosis.size);
+      return text;
+    case Fault::kSeparation:
+      std::snprintf(text, sizeof(text),
+                    "the bearings fit when wheels/separation is multiplied by about %.2f, or both "
+                    "radii are divided by it",
+                    diagnosis.size);
+      return text;
+    case Fault::kLightMoved:
+      return "both halves of the drive give the same mount, but another place of the light: it has "
+             "moved, or it is not always the same one";
+  }
+  return "";
+}
+
+}  // namespace bearing_calibration
