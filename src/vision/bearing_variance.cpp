@@ -92,12 +92,13 @@ Bearing bearingFromEllipse(const DetectorConfig& config, const LightEllipse& ell
       std::pow(config.alignment.azimuth_stddev_rad, 2);
   bearing.image_radius_px = pixel.image_radius_px;
   bearing.image_radius_variance_px2 = variance.radial_px2 + centre_variance;
+  bearing.quality = quality;
+  if (!config.gates.mirror) return bearing;  // what the camera looks into is not known
   bearing.elevation_rad = elevationFromRadius(config.mirror, pixel.image_radius_px);
   bearing.elevation_variance_rad2 =
       bearing.image_radius_variance_px2 *
           std::pow(elevationSlope(config.mirror, pixel.image_radius_px), 2) +
       std::pow(config.alignment.elevation_stddev_rad, 2);
-  bearing.quality = quality;
   return bearing;
 }
 

@@ -76,6 +76,10 @@ std::vector<std::string> DetectorConfig::validate() const {
   require.notNegative("threshold/spreads", threshold.spreads);
   checkLight(light, mirror, &require);
   checkGates(gates, &require);
+  require.that(
+      !gates.mirror || !mirror.validate().empty() || mask.inner_radius_px < rimRadiusPx(mirror),
+      "mask/inner_radius must be less than the mirror's rim, which lens and mirror put at " +
+          std::to_string(rimRadiusPx(mirror)) + " px");
   require.notNegative("alignment/centre_stddev", alignment.centre_stddev_px);
   require.notNegative("alignment/azimuth_stddev", alignment.azimuth_stddev_rad);
   require.notNegative("alignment/elevation_stddev", alignment.elevation_stddev_rad);

@@ -63,10 +63,15 @@ double area(double tangential_px, double radial_px) {
 
 ExpectedSpot::ExpectedSpot(const DetectorConfig& config)
     : area_px_{std::numeric_limits<double>::infinity(), 0.0} {
-  const int last = static_cast<int>(std::ceil(config.mask.outer_radius_px));
+  if (!config.gates.mirror) {
+    sizes_.emplace_back();
+    return;
+  }
+  const double rim_px = rimRadiusPx(config.mirror);
+  const int last = static_cast<int>(std::ceil(std::min(rim_px, config.mask.outer_radius_px)));
   for (int radius = 0; radius <= last; ++radius) {
     // In the mirror's very centre the azimuth has no meaning and the cone no curvature.
-    const SpotSize size = sizeAt(config, std::max(radius, 1));
+    const SpotSize size = sizeAt(config, std::clamp<double>(radius, 1.0, rim_px));
     sizes_.push_back(size);
     if (radius < config.mask.inner_radius_px) continue;
     include(&area_px_, area(size.tangential_stddev_px.low, size.radial_stddev_px.low));

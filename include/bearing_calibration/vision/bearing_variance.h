@@ -14,7 +14,8 @@ namespace bearing_calibration {
 CentreVariance centreVariance(const DetectorConfig& config, const SpotMeasurement& spot,
                               const SpotSize& expected, double saturated_fraction);
 
-/// The ellipse as a bearing: azimuth about the mirror's centre, image radius, elevation of the ray.
+/// The ellipse as a bearing: azimuth about the mirror's centre, image radius, and elevation of the
+/// ray (NaN when the mirror's gates are off).
 /// @param quality 0 to 1, as in LightBearing.msg
 Bearing bearingFromEllipse(const DetectorConfig& config, const LightEllipse& ellipse,
                            const CentreVariance& variance, double quality);

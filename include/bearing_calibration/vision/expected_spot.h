@@ -19,7 +19,8 @@ struct SpotSize {
 };
 
 /// The image that the optics make of the light, tabulated over the image radius: the blur of the
-/// open aperture, the light's own size, the pixels' size and the software's defocus.
+/// open aperture, the light's own size, the pixels' size and the software's defocus. Nothing is
+/// expected (zeros) when the mirror's gates are off.
 class ExpectedSpot {
  public:
   explicit ExpectedSpot(const DetectorConfig& config);
