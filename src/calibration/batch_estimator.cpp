@@ -18,12 +18,14 @@ namespace {
 
 constexpr int kStateSize = 5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// A fit has settled when the last step of the mount, squared over its covariance, is below this: a
-/// thirtieth of a standard deviation; while Huber's weights are still to be replaced, a tenth.
-constexpr double kSettledStep = 1e-3;
+/// A fit has settled when its last step, squared over its covariance, is below this: a hundredth of
+/// a standard deviation; while Huber's weights are still to be replaced, a tenth.
+constexpr double kSettledStep = 1e-4;
 constexpr double kSettledHuberStep = 1e-2;
-/// The same for the whole state: half a standard deviation. After a slip the light's distance may
-/// be so uncertain that it never settles better, as the noise of the slip grows with it.
+/// After a slip the light's distance may be so uncertain that it never settles as well, since the
+/// noise of the slip grows with it: then the mount must settle to a thirtieth of a standard
+/// deviation, and the whole state to a half.
+constexpr double kSettledSlipStep = 1e-3;
 constexpr double kNearlySettledStep = 0.25;
 /// Rejections may change so often before they are frozen: sights at the very limit could go in and
 /// out for ever.
@@ -83,8 +85,8 @@ class Fit {
   Fit(const std::vector<Sight>& sights, const RecordStart& start, const BatchConfig& config)
       : config_(config), sights_(sights) {
     LightTrack track = trackLight(sights, start);
-    path_ = std::move(track.states);
     for (std::size_t i = 0; i < sights.size(); ++i) {
+      path_.push_back({track.states[i], Eigen::Vector3d::Zero()});
       const double variance = sights[i].azimuth_variance_rad2;
       const bool use = track.is_plausible[i] || config_.reject_sigmas <= 0.0;
       weights_.push_back({variance, variance, use});
@@ -106,14 +108,14 @@ class Fit {
   void weighByHuber();
   void weighPlainly();
   bool widenForCorrelation();
-  double residual(std::size_t i, const std::vector<Vector5>& path) const;
-  double bearingCost(const std::vector<Vector5>& path) const;
+  double residual(std::size_t i, const std::vector<PathPoint>& path) const;
+  double bearingCost(const std::vector<PathPoint>& path) const;
   double totalCost() const;
   void judgeInnovations(BatchEstimate& estimate) const;
 
   const BatchConfig& config_;
   const std::vector<Sight>& sights_;
-  std::vector<Vector5> path_;
+  std::vector<PathPoint> path_;
   std::vector<SightWeight> weights_;
   SmootherPass pass_;
   SmootherPass settled_;  ///< before the variances were widened: what the fit is judged by
@@ -129,12 +131,12 @@ class Fit {
   std::vector<std::size_t> slips_;
 };
 
-double Fit::residual(std::size_t i, const std::vector<Vector5>& path) const {
-  return wrapAngle(sights_[i].azimuth_rad - azimuthFromCartesian(path[i]).azimuth_rad);
+double Fit::residual(std::size_t i, const std::vector<PathPoint>& path) const {
+  return wrapAngle(sights_[i].azimuth_rad - azimuthFromCartesian(path[i].state).azimuth_rad);
 }
 
 /// Huber's cost, or the plain one, of the bearings in use.
-double Fit::bearingCost(const std::vector<Vector5>& path) const {
+double Fit::bearingCost(const std::vector<PathPoint>& path) const {
   const bool huber = stage_ == Stage::kHuber && config_.huber_sigmas > 0.0;
   double cost = 0.0;
   for (std::size_t i = 0; i < sights_.size(); ++i) {
@@ -167,16 +169,16 @@ void Fit::weighPlainly() {
 /// One Gauss-Newton step; false when it would not lower the cost.
 bool Fit::step() {
   SmootherPass pass = smooth(sights_, weights_, path_, dampedPrior(failures_));
-  std::vector<Vector5> path;
+  std::vector<PathPoint> path;
   path.reserve(sights_.size());
-  for (const SmoothedSight& sight : pass.sights) path.push_back(sight.state);
+  for (const SmoothedSight& sight : pass.sights) path.push_back(sight.point);
   const double cost = pass.motion_cost + bearingCost(path);
   // The lever of the heading noise, and with it the cost of one and the same motion, changes from
   // step to step: only a cost that clearly rises is a reason to hold back.
   constexpr double kTolerance = 1.0;
   constexpr double kRelativeTolerance = 0.2;
   if (!(cost <= cost_ * (1.0 + kRelativeTolerance) + kTolerance)) return false;
-  const Vector5 change = path.back() - path_.back();
+  const Vector5 change = path.back().state - path_.back().state;
   const Eigen::Vector3d mount_change = change.tail<3>();
   const Eigen::Matrix3d mount_covariance = pass.last.covariance.bottomRightCorner<3, 3>();
   last_step_ = change.dot(pass.last.covariance.ldlt().solve(change));
@@ -188,8 +190,10 @@ bool Fit::step() {
 }
 
 bool Fit::hasSettled() const {
-  const double limit = stage_ == Stage::kHuber ? kSettledHuberStep : kSettledStep;
-  return last_mount_step_ < limit && last_step_ < kNearlySettledStep;
+  const bool refined_later = stage_ == Stage::kHuber && config_.reject_sigmas > 0.0;
+  if (last_step_ < (refined_later ? kSettledHuberStep : kSettledStep)) return true;
+  const double limit = refined_later ? kSettledHuberStep : kSettledSlipStep;
+  return !slips_.empty() && last_mount_step_ < limit && last_step_ < kNearlySettledStep;
 }
 
 /// Gives up the motion that the bearings contradict most, if they do so clearly.

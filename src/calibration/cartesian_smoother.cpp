@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/calibration/light_track.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/geometry/pose2.h"
@@ -35,9 +34,26 @@ struct ForwardStep {
   bool used;
 };
 
-/// The motion to a sight as it is believed.
-OdometryIncrement believedMotion(const Sight& sight, bool slipped) {
-  OdometryIncrement motion = sight.motion;
+/// A motion linearised about its own error: l+ = F (l - t) + J (error - error*).
+struct LinearMotion {
+  Pose2 start_from_end;  ///< the measured one with its error* put right
+  Eigen::Matrix<double, 2, 3> J_light_error;
+  Eigen::Matrix3d covariance;  ///< of the error
+
+  Eigen::Matrix2d rotation() const { return rotation2(-start_from_end.yaw_rad); }
+  Eigen::Matrix2d lightNoise() const {
+    return J_light_error * covariance * J_light_error.transpose();
+  }
+};
+
+LinearMotion linearise(const Sight& sight, bool slipped, const PathPoint& point) {
+  const Pose2& measured = sight.motion.start_from_end;
+  LinearMotion motion;
+  motion.start_from_end = {measured.position_m + point.motion_error.head<2>(),
+                           wrapAngle(measured.yaw_rad + point.motion_error(2))};
+  motion.J_light_error << -motion.rotation(),
+      -perpendicular(Eigen::Vector2d(point.state.head<2>()));
+  motion.covariance = sight.motion.covariance;
   if (slipped) {
     motion.covariance.diagonal() +=
         Eigen::Vector3d(kSlipPositionStddev_m, kSlipPositionStddev_m, kSlipYawStddev_rad)
@@ -46,13 +62,14 @@ OdometryIncrement believedMotion(const Sight& sight, bool slipped) {
   return motion;
 }
 
-void predict(const Sight& sight, bool slipped, const Vector5& path, Vector5& mean,
+void predict(const LinearMotion& motion, const Eigen::Vector3d& error, Vector5& mean,
              Matrix5& covariance) {
-  const Eigen::Matrix2d F = rotation2(-sight.motion.start_from_end.yaw_rad);
-  mean.head<2>() = sight.motion.start_from_end.inverse() * Eigen::Vector2d(mean.head<2>());
+  const Eigen::Matrix2d F = motion.rotation();
+  mean.head<2>() = motion.start_from_end.inverse() * Eigen::Vector2d(mean.head<2>()) -
+                   motion.J_light_error * error;
   covariance.topRows<2>() = (F * covariance.topRows<2>()).eval();
   covariance.leftCols<2>() = (covariance.leftCols<2>() * F.transpose()).eval();
-  covariance.topLeftCorner<2, 2>() += lightNoise(believedMotion(sight, slipped), path.head<2>());
+  covariance.topLeftCorner<2, 2>() += motion.lightNoise();
 }
 
 ForwardStep linearise(const Sight& sight, const SightWeight& weight, const Vector5& path,
@@ -97,8 +114,8 @@ struct Disturbance {
          future.transpose() * step.H;
   }
 
-  void passMotion(const Sight& sight) {
-    const Eigen::Matrix2d F = rotation2(-sight.motion.start_from_end.yaw_rad);
+  void passMotion(const LinearMotion& motion) {
+    const Eigen::Matrix2d F = motion.rotation();
     r.head<2>() = (F.transpose() * r.head<2>()).eval();
     N.topRows<2>() = (F.transpose() * N.topRows<2>()).eval();
     N.leftCols<2>() = (N.leftCols<2>() * F).eval();
@@ -140,20 +157,23 @@ void leaveOut(const ForwardStep& step, double variance, const Disturbance& futur
 }  // namespace
 
 SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
-                    const std::vector<Vector5>& path, const SmootherPrior& prior) {
+                    const std::vector<PathPoint>& path, const SmootherPrior& prior) {
   const std::size_t n = sights.size();
   SmootherPass pass;
   pass.sights.resize(n);
   std::vector<ForwardStep> steps;
+  std::vector<LinearMotion> motions;
   steps.reserve(n);
+  motions.reserve(n);
 
-  Vector5 mean = path.front();
+  Vector5 mean = path.front().state;
   Matrix5 covariance = Matrix5::Zero();
   covariance.diagonal().setConstant(prior.position_stddev_m * prior.position_stddev_m);
   covariance(4, 4) = prior.yaw_stddev_rad * prior.yaw_stddev_rad;
   for (std::size_t i = 0; i < n; ++i) {
-    if (i > 0) predict(sights[i], weights[i].slipped, path[i], mean, covariance);
-    steps.push_back(linearise(sights[i], weights[i], path[i], mean, covariance));
+    motions.push_back(linearise(sights[i], weights[i].slipped, path[i]));
+    if (i > 0) predict(motions[i], path[i].motion_error, mean, covariance);
+    steps.push_back(linearise(sights[i], weights[i], path[i].state, mean, covariance));
     const ForwardStep& step = steps.back();
     pass.sights[i].innovation_rad = step.innovation;
     pass.sights[i].innovation_variance_rad2 = step.innovation_variance;
@@ -168,13 +188,13 @@ SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWei
     SmoothedSight& smoothed = pass.sights[i];
     leaveOut(steps[i], weights[i].bearing_variance_rad2, future, smoothed);
     if (steps[i].used) future.addBearing(steps[i]);
-    smoothed.state = steps[i].predicted + steps[i].predicted_covariance * future.r;
+    smoothed.point.state = steps[i].predicted + steps[i].predicted_covariance * future.r;
     if (i == 0) break;
-    smoothed.slip_gain = weights[i].slipped ? 0.0 : future.slipGain(rangeOf(path[i]));
-    const Eigen::Vector2d r_light = future.r.head<2>();
-    pass.motion_cost += r_light.dot(
-        lightNoise(believedMotion(sights[i], weights[i].slipped), path[i].head<2>()) * r_light);
-    future.passMotion(sights[i]);
+    smoothed.slip_gain = weights[i].slipped ? 0.0 : future.slipGain(rangeOf(path[i].state));
+    const Eigen::Vector3d pull = motions[i].J_light_error.transpose() * future.r.head<2>();
+    smoothed.point.motion_error = motions[i].covariance * pull;
+    pass.motion_cost += pull.dot(smoothed.point.motion_error);
+    future.passMotion(motions[i]);
   }
   return pass;
 }

@@ -53,11 +53,11 @@ Matrix5 cramerRaoBound(const std::vector<Sight>& sights,
                        const std::vector<Eigen::Vector2d>& light_in_base,
                        const Eigen::Vector3d& mount) {
   std::vector<SightWeight> weights;
-  std::vector<Vector5> path;
+  std::vector<PathPoint> path;
   for (std::size_t i = 0; i < sights.size(); ++i) {
     weights.push_back({sights[i].azimuth_variance_rad2, sights[i].azimuth_variance_rad2});
     path.emplace_back();
-    path.back() << light_in_base[i], mount;
+    path.back().state << light_in_base[i], mount;
   }
   return smooth(sights, weights, path, kFreePass).last.covariance;
 }

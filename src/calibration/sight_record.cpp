@@ -1,16 +1,20 @@
 #include "bearing_calibration/calibration/sight_record.h"
 
+#include <algorithm>
+
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
 namespace bearing_calibration {
 namespace {
 
-/// How much of the record's room a motion deserves [m]: a turn counts as the way of a point at this
-/// distance from the base's centre.
+/// How much of the record's room a motion deserves [m]. A turn on the spot brings the same views
+/// again after a while, so that it counts little, and never more than a radian of it: an hour of
+/// spinning must not crowd out a metre of driving.
 double importance(const OdometryIncrement& motion) {
-  constexpr double kLever_m = 0.5;
-  return motion.distance_m + kLever_m * motion.rotation_rad;
+  constexpr double kLever_m = 0.05;
+  constexpr double kMostTurn_rad = 1.0;
+  return motion.distance_m + kLever_m * std::min(motion.rotation_rad, kMostTurn_rad);
 }
 
 }  // namespace

@@ -14,10 +14,17 @@ struct SightWeight {
   bool slipped = false;  ///< the motion to this sight is not trusted at all
 };
 
+/// A sight's place on the path that a pass is linearised about.
+struct PathPoint {
+  Vector5 state = Vector5::Zero();  ///< Cartesian, at this sight
+  /// What the odometry missed (x, y, yaw) on the motion to this sight: true minus measured.
+  Eigen::Vector3d motion_error = Eigen::Vector3d::Zero();
+};
+
 /// One sight seen from all others of the record.
 struct SmoothedSight {
-  Vector5 state = Vector5::Zero();  ///< smoothed mean at this sight
-  double innovation_rad = 0.0;      ///< against the sights before it
+  PathPoint point;              ///< smoothed means
+  double innovation_rad = 0.0;  ///< against the sights before it
   double innovation_variance_rad2 = 0.0;
   /// Against all other sights, and the variance of what those expect, without the bearing's own.
   double left_out_residual_rad = 0.0;
@@ -42,11 +49,11 @@ struct SmootherPrior {
 inline constexpr SmootherPrior kFreePass{100.0, 100.0};
 
 /// Kalman filter forward, disturbance smoother (modified Bryson-Frazier) backward; its disturbances
-/// are the test statistics for slips and outliers (de Jong and Penzer 1998). The noise of the
-/// odometry enters the light alone, which is linear in the base frame; only the bearings and the
-/// lever of the heading noise are linearised, about `path`.
+/// are the test statistics for slips and outliers (de Jong and Penzer 1998). Bearings and motions
+/// are linearised about `path`, the motions with their errors: to leave those out would reward a
+/// light that is too near, where the same turn moves it less (doc/start.md).
 /// @param weights,path one for each sight.
 SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
-                    const std::vector<Vector5>& path, const SmootherPrior& prior);
+                    const std::vector<PathPoint>& path, const SmootherPrior& prior);
 
 }  // namespace bearing_calibration
