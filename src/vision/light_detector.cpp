@@ -104,10 +104,21 @@ void LightDetector::scan(const cv::Mat& image, const cv::Mat& sharp,
   result_.rejected.clear();
   result_.rejections.fill(0);
   result_.background = sampler_.measure(image, intervals);
-  result_.threshold_levels = thresholdAbove(result_.background, config_.threshold, config_.sensor);
-  const std::vector<Blob>& blobs = segmenter_.segment(image, intervals, result_.threshold_levels);
-  result_.too_cluttered = !segmenter_.complete();
-  if (result_.too_cluttered) return;
+  const ThresholdLadder ladder =
+      thresholdsAbove(result_.background, config_.threshold, config_.sensor);
+  for (std::size_t step = 0; step < ladder.size(); ++step) {
+    result_.threshold_levels = ladder[step];
+    const std::vector<Blob>& blobs = segmenter_.segment(image, intervals, ladder[step]);
+    const bool first = step == 0;
+    if (first) result_.too_cluttered = !segmenter_.complete();
+    if (segmenter_.complete()) examine(image, sharp, blobs, first);
+    if (!result_.lights.empty()) return;
+  }
+  result_.threshold_levels = ladder.front();  // of the rejections
+}
+
+void LightDetector::examine(const cv::Mat& image, const cv::Mat& sharp,
+                            const std::vector<Blob>& blobs, bool with_rejected) {
   int measured = 0;
   for (const Blob& blob : blobs) {
     if (blob.pixels < config_.gates.min_pixels) continue;  // specks of noise
@@ -120,15 +131,15 @@ void LightDetector::scan(const cv::Mat& image, const cv::Mat& sharp,
     } else if (detection.accepted()) {
       detection.rejection = Rejection::kTooManySpots;
     }
-    list(detection);
+    if (detection.accepted()) {
+      result_.lights.push_back(detection);
+    } else if (with_rejected) {
+      listRejected(detection);
+    }
   }
 }
 
-void LightDetector::list(const Detection& detection) {
-  if (detection.accepted()) {
-    result_.lights.push_back(detection);
-    return;
-  }
+void LightDetector::listRejected(const Detection& detection) {
   ++result_.rejections[static_cast<std::size_t>(detection.rejection)];
   const std::size_t most = static_cast<std::size_t>(config_.max_candidates);
   if (result_.rejected.size() < most) result_.rejected.push_back(detection);

@@ -61,12 +61,20 @@ BackgroundLevel BackgroundSampler::measure(const cv::Mat& image,
   return {median, median - quantile(kOneSigmaBelow, samples)};
 }
 
-int thresholdAbove(const BackgroundLevel& background, const ThresholdConfig& config,
-                   const ImageSensor& sensor) {
-  const double contrast = std::max(config.min_contrast_levels, config.spreads * background.spread);
-  // A scene that is bright everywhere still shows what is full.
-  return static_cast<int>(
-      std::min(std::floor(background.median + contrast), sensor.saturation_level - 1.0));
+ThresholdLadder thresholdsAbove(const BackgroundLevel& background, const ThresholdConfig& config,
+                                const ImageSensor& sensor) {
+  // The last one lies where a textured background still shows no blobs of a light's size.
+  constexpr double kLowerPart = 0.5;
+  const auto above = [&](double spreads) {
+    return background.median + std::max(config.min_contrast_levels, spreads * background.spread);
+  };
+  const double highest = sensor.saturation_level - 1.0;  // what is full is always seen
+  const double first = std::min(above(config.spreads), highest);
+  const auto towardsHighest = [&](double part) {
+    return static_cast<int>(first + part * (highest - first));
+  };
+  return {static_cast<int>(first), towardsHighest(0.25), towardsHighest(0.5), towardsHighest(0.75),
+          static_cast<int>(std::min(above(kLowerPart * config.spreads), highest))};
 }
 
 }  // namespace bearing_calibration

@@ -29,8 +29,9 @@ struct Detection {
 
 /// What one image showed.
 struct DetectionResult {
-  std::vector<Detection> lights;    ///< accepted
-  std::vector<Detection> rejected;  ///< the first max_candidates of them, for people to see
+  std::vector<Detection> lights;  ///< accepted
+  /// At the first threshold: the first max_candidates of them, for people to see.
+  std::vector<Detection> rejected;
   std::array<int, kRejections> rejections{};  ///< how many of each, by Rejection; specks left out
   BackgroundLevel background;
   int threshold_levels = 0;
@@ -60,9 +61,11 @@ class LightDetector {
   void requireImage(const cv::Mat& image) const;
   void scan(const cv::Mat& image, const cv::Mat& sharp,
             const std::vector<PixelInterval>& intervals);
+  void examine(const cv::Mat& image, const cv::Mat& sharp, const std::vector<Blob>& blobs,
+               bool with_rejected);
   void measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
                Detection* detection) const;
-  void list(const Detection& detection);
+  void listRejected(const Detection& detection);
   bool cutByMask(const SpotWindow& window) const;
   SpotWindow windowFor(const BlobShape& shape) const;
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
@@ -32,8 +33,12 @@ class BackgroundSampler {
   std::vector<int> histogram_;
 };
 
-/// The level above which a pixel may belong to a light; always below saturation.
-int thresholdAbove(const BackgroundLevel& background, const ThresholdConfig& config,
-                   const ImageSensor& sensor);
+/// Levels above which a pixel may belong to a light, in the order in which they are tried: first
+/// the contrast that the configuration asks for; then higher ones, for a light in front of
+/// something bright; last a lower one, for a dim light in front of something uneven. All below
+/// saturation.
+using ThresholdLadder = std::array<int, 5>;
+ThresholdLadder thresholdsAbove(const BackgroundLevel& background, const ThresholdConfig& config,
+                                const ImageSensor& sensor);
 
 }  // namespace bearing_calibration
