@@ -9,6 +9,7 @@ import argparse
 import collections
 import math
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -134,7 +135,8 @@ class Demo:
     def __init__(self, launch_arguments):
         self.estimate = None
         self.truth = None
-        port = freePort()
+        # ROS's own port, so that other terminals see the demo; another when that one is taken.
+        port = freePort([DEFAULT_MASTER_PORT] + masterPorts())
         os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
         log_folder = os.environ.get('ROS_LOG_DIR', os.path.expanduser('~/.ros/log'))
         os.makedirs(log_folder, exist_ok=True)
@@ -185,17 +187,23 @@ class Demo:
                 pass
 
 
-def freePort():
-    """ROS's own port, so that other terminals see the demo, or any other when that one is taken."""
-    for port in (DEFAULT_MASTER_PORT, 0):
+def freePort(candidates):
+    """The first of `candidates` that nobody listens on."""
+    for port in candidates:
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
                 probe.bind(('', port))
-                return probe.getsockname()[1]
+                return port
             except OSError:
                 continue
     raise RuntimeError('there is no free port')
+
+
+def masterPorts():
+    """Ports for a master of one's own, in random order, below those that the kernel hands out: one
+    of these might be taken between this and the master's start."""
+    return random.sample(range(DEFAULT_MASTER_PORT + 1, 32768), 100)
 
 
 def watch(demo, limit_s, period_s):

@@ -3,8 +3,8 @@
 import os
 import re
 import signal
-import socket
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
@@ -18,6 +18,8 @@ import rospy
 from bearing_calibration.msg import WheelTicks
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+sys.path.insert(0, os.path.join(REPOSITORY, 'tools'))
+import demo_monitor  # noqa: E402  (lies in tools)
 
 START_DEADLINE_S = 30
 STAY_S = 2  # a node that refuses its parameters is gone by then
@@ -26,24 +28,19 @@ STOP_DEADLINE_S = 20
 CRASH = re.compile(r'terminate called|Aborted|Segmentation|Traceback|has died|exit code')
 
 
-def freePort():
-    with socket.socket() as probe:
-        probe.bind(('', 0))
-        return probe.getsockname()[1]
-
-
 class RunningLaunch:
     """A launch file of this package with a master of its own."""
 
     def __init__(self, name, arguments, folder):
         self.path = os.path.join(REPOSITORY, 'launch', name)
         self.arguments = arguments
-        self.master_uri = 'http://localhost:%d' % freePort()
+        port = demo_monitor.freePort(demo_monitor.masterPorts())
+        self.master_uri = 'http://localhost:%d' % port
         self.log_path = os.path.join(folder, name + '.log')
         environment = dict(os.environ, ROS_MASTER_URI=self.master_uri, ROS_LOG_DIR=folder)
         with open(self.log_path, 'w') as log:
             self.process = subprocess.Popen(
-                ['roslaunch', '-p', self.master_uri.rsplit(':', 1)[1], self.path] + arguments,
+                ['roslaunch', '-p', str(port), self.path] + arguments,
                 stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=environment,
                 start_new_session=True)
 
