@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
@@ -115,8 +116,12 @@ std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGe
 SightRun simulate(const SimulatedCase& simulated) {
   const RobotConfig& robot = simulated.robot;
   const double separation = robot.encoders.drive.wheel_separation_m * robot.separation_factor;
-  RobotSimulator simulator(robot, simulated.lights,
-                           makeTrajectory(simulated.trajectory, separation));
+  return simulateAlong(simulated, makeTrajectory(simulated.trajectory, separation));
+}
+
+SightRun simulateAlong(const SimulatedCase& simulated, std::unique_ptr<Trajectory> trajectory) {
+  const RobotConfig& robot = simulated.robot;
+  RobotSimulator simulator(robot, simulated.lights, std::move(trajectory));
   SightRun run;
   run.record = record(&simulator, simulated.duration_s);
   run.sights = sightsFromRecord(run.record, robot.encoders.drive, robot.encoders.noise);

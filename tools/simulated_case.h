@@ -2,11 +2,13 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
+#include "bearing_calibration/simulation/trajectory.h"
 #include "bearing_calibration/simulation/trajectory_config.h"
 
 namespace bearing_calibration {
@@ -45,6 +47,8 @@ struct SightRun {
 };
 
 SightRun simulate(const SimulatedCase& simulated);
+/// The same along another trajectory than the case's own.
+SightRun simulateAlong(const SimulatedCase& simulated, std::unique_ptr<Trajectory> trajectory);
 
 /// The sights of a record: each bearing of the first candidate with the motion since the last.
 std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGeometry& drive,

@@ -103,9 +103,10 @@ class Search {
 StartObstacle motionObstacle(std::size_t sights, const MotionSummary& motion,
                              const InitializerConfig& config) {
   if (sights < static_cast<std::size_t>(config.min_sights)) return StartObstacle::kTooFewSights;
-  if (motion.path_m < config.min_path_m) return StartObstacle::kTooShortPath;
+  if (motion.extent_m < config.min_extent_m) return StartObstacle::kTooShortPath;
   if (motion.turn_rad < config.min_turn_rad) return StartObstacle::kNoTurn;
-  if (motion.curvature_spread < config.min_curvature_spread) return StartObstacle::kOneCurvature;
+  if (motion.second_curvature_m < config.min_second_curvature_m)
+    return StartObstacle::kOneCurvature;
   return StartObstacle::kNone;
 }
 
@@ -158,10 +159,10 @@ std::vector<std::string> InitializerConfig::validate() const {
   require.that(min_sights > kUnknowns, "start/min_sights must be greater than " +
                                            std::to_string(kUnknowns) + ", but is " +
                                            std::to_string(min_sights));
-  require.notNegative("start/min_path", min_path_m);
+  require.notNegative("start/min_extent", min_extent_m);
   require.notNegative("start/min_path_per_range", min_path_per_range);
   require.notNegative("start/min_turn", min_turn_rad);
-  require.between("start/min_curvature_spread", min_curvature_spread, 0.0, 1.0);
+  require.notNegative("start/min_second_curvature", min_second_curvature_m);
   require.positive("start/max_position_stddev", max_position_stddev_m);
   require.positive("start/max_yaw_stddev", max_yaw_stddev_rad);
   require.positive("start/max_light_stddev_per_range", max_light_stddev_per_range);

@@ -29,11 +29,8 @@ MotionSummary summariseMotion(const std::vector<Sight>& sights) {
     if (step.norm() > 0.0) directions += step * step.transpose() / step.norm();
   }
   summary.extent_m = (high - low).norm();
-  if (directions.trace() > 0.0) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(directions / directions.trace(),
-                                                                Eigen::EigenvaluesOnly);
-    summary.curvature_spread = 2.0 * std::max(0.0, solver.eigenvalues()(0));
-  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(directions, Eigen::EigenvaluesOnly);
+  summary.second_curvature_m = std::max(0.0, solver.eigenvalues()(0));
   return summary;
 }
 

@@ -1,5 +1,7 @@
 #include "bearing_calibration/calibration/sight_path.h"
 
+#include "bearing_calibration/calibration/sight_record.h"
+
 namespace bearing_calibration {
 
 std::vector<PosedSight> poseSights(const std::vector<Sight>& sights) {
@@ -22,18 +24,11 @@ std::vector<PosedSight> poseSights(const std::vector<Sight>& sights) {
 
 std::vector<Sight> thinned(const std::vector<Sight>& sights, std::size_t max_sights) {
   if (sights.size() <= max_sights) return sights;
-  const std::size_t step = (sights.size() + max_sights - 1) / max_sights;
-  std::vector<Sight> kept;
-  OdometryIncrement motion;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    motion = append(motion, sights[i].motion);
-    // counted from the end, so that the last one is kept
-    if ((sights.size() - 1 - i) % step != 0) continue;
-    kept.push_back(sights[i]);
-    kept.back().motion = motion;
-    motion = {};
-  }
-  return kept;
+  SightRecordConfig config;
+  config.capacity = max_sights;
+  SightRecord record(config);
+  for (const Sight& sight : sights) record.add(sight);
+  return record.sights();
 }
 
 }  // namespace bearing_calibration

@@ -11,9 +11,9 @@ struct MotionSummary {
   double path_m = 0.0;
   double turn_rad = 0.0;  ///< sum of the absolute turns
   double extent_m = 0.0;  ///< diagonal of the box around the path
-  /// Spread of the curvature along the motion, 0 for one circle or one line or one spin, up to 1:
-  /// two different curvatures are needed (doc/model.md, "Observability").
-  double curvature_spread = 0.0;
+  /// How much of the motion is of another curvature than most of it, as a length: 0 for one circle,
+  /// one line or one spin. Two different curvatures are needed (doc/model.md, "Observability").
+  double second_curvature_m = 0.0;
 };
 
 MotionSummary summariseMotion(const std::vector<Sight>& sights);

@@ -1,0 +1,111 @@
+// The bars of doc/accuracy.md on samples that a build can afford; tools/monte_carlo runs them in
+// full.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "tools/monte_carlo_bars.h"
+#include "tools/monte_carlo_table.h"
+
+namespace bearing_calibration {
+namespace {
+
+using Kind = TrajectoryConfig::Kind;
+using CaseFunction = SimulatedCase (*)(std::uint64_t run);
+
+constexpr Kind kGeneralMotions[] = {Kind::kDance, Kind::kTurns, Kind::kSinusoid, Kind::kRandom};
+constexpr Kind kDegenerateMotions[] = {Kind::kStanding, Kind::kLine, Kind::kBackAndForth,
+                                       Kind::kCircle, Kind::kSpin};
+
+SimulatedCase generalCase(std::uint64_t run) {
+  return randomCase(run + 1, kGeneralMotions[run % 4], RandomCaseRange());
+}
+
+SimulatedCase outlierCase(std::uint64_t run) {
+  SimulatedCase simulated = generalCase(run);
+  simulated.robot.sensor.outlier_probability = 0.2;
+  return simulated;
+}
+
+SimulatedCase slippingCase(std::uint64_t run) {
+  SimulatedCase simulated = generalCase(run);
+  addSlips(simulated, 3, run + 1);
+  return simulated;
+}
+
+SimulatedCase correlatedCase(std::uint64_t run) {
+  SimulatedCase simulated = generalCase(run);
+  simulated.robot.sensor.correlation = 0.5;
+  return simulated;
+}
+
+SimulatedCase degenerateCase(std::uint64_t run) {
+  SimulatedCase simulated = randomCase(run + 1, kDegenerateMotions[run % 5], RandomCaseRange());
+  simulated.duration_s = 200.0;
+  return simulated;
+}
+
+SimulatedCase dance(std::uint64_t run) { return paperCase(run + 1); }
+
+std::vector<Trial> runTrials(TrialFunction attempt, CaseFunction makeCase, std::size_t runs,
+                             const std::vector<double>& times_s) {
+  std::vector<Trial> trials(runs);
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < runs; i = next++) trials[i] = attempt(makeCase(i), times_s);
+  };
+  std::thread other(work);
+  work();
+  other.join();
+  return trials;
+}
+
+void expectBars(const std::vector<Trial>& trials, bool degenerate = false) {
+  const std::vector<TableRow> rows = summarise(trials);
+  for (const Bar& bar : judgeBars(trials, rows, degenerate)) {
+    EXPECT_TRUE(bar.reached) << format({bar}) << format(rows);
+  }
+}
+
+TEST(Initializer, IsReadyAndHonestWhereverTheBoundAllowsIt) {
+  expectBars(runTrials(tryInitializer, generalCase, 200, {20.0, 100.0}));
+}
+
+TEST(Initializer, IsReadyAndHonestWithOutliers) {
+  expectBars(runTrials(tryInitializer, outlierCase, 100, {40.0, 100.0}));
+}
+
+TEST(BatchEstimator, ReachesTheBoundAtThePapersSettings) {
+  const std::vector<Trial> trials = runTrials(tryBatch, dance, 200, {20.0, 40.0, 100.0});
+  expectBars(trials);
+  // RMSE over bound of n runs scatters by 1 / sqrt(2 n); four of those, and the bar's 5 %.
+  const double most = 1.05 + 4.0 / std::sqrt(2.0 * 200.0);
+  for (const TableRow& row : summarise(trials)) {
+    EXPECT_LT(row.rmse_per_bound.maxCoeff(), most) << format({row});
+  }
+}
+
+TEST(Calibrator, ConvergesToTheTruthWhereverTheBoundAllowsIt) {
+  expectBars(runTrials(tryCalibrator, generalCase, 48, {100.0}));
+}
+
+TEST(Calibrator, IsNeverWrongWithSlips) {
+  for (const Trial& trial : runTrials(tryCalibrator, slippingCase, 32, {100.0})) {
+    EXPECT_LT(trial.worst_claim, kWrongChiSquare);
+  }
+}
+
+TEST(Calibrator, IsNeverWrongWithCorrelatedBearings) {
+  for (const Trial& trial : runTrials(tryCalibrator, correlatedCase, 24, {100.0})) {
+    EXPECT_LT(trial.worst_claim, kWrongChiSquare);
+  }
+}
+
+TEST(Calibrator, ClaimsNothingFromDegenerateMotion) {
+  expectBars(runTrials(tryCalibrator, degenerateCase, 40, {200.0}), true);
+}
+
+}  // namespace
+}  // namespace bearing_calibration

@@ -1,0 +1,135 @@
+#include "bearing_calibration/calibration/initializer.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/simulation/trajectory.h"
+#include "tools/simulated_case.h"
+
+namespace bearing_calibration {
+namespace {
+
+using Kind = TrajectoryConfig::Kind;
+
+constexpr double kHonest = 25.0;  // chi-square of 3 degrees: beyond it in 1.5 of 100 000
+
+double mountChiSquare(const CartesianEstimate& estimate, const Vector5& truth) {
+  Vector5 error = estimate.mean - truth;
+  error(4) = wrapAngle(error(4));
+  const Eigen::Vector3d mount_error = error.tail<3>();
+  const Eigen::Matrix3d covariance = estimate.covariance.bottomRightCorner<3, 3>();
+  return mount_error.dot(covariance.ldlt().solve(mount_error));
+}
+
+SightRun paperRun(Kind kind, double duration_s, std::uint64_t seed = 1) {
+  SimulatedCase simulated = paperCase(seed);
+  simulated.trajectory.kind = kind;
+  simulated.duration_s = duration_s;
+  return simulate(simulated);
+}
+
+StartObstacle obstacleOf(Kind kind) {
+  return findStart(paperRun(kind, 60.0).sights, InitializerConfig()).obstacle;
+}
+
+TEST(Initializer, SaysWhatTheMotionLacks) {
+  EXPECT_EQ(findStart({}, InitializerConfig()).obstacle, StartObstacle::kTooFewSights);
+  EXPECT_EQ(obstacleOf(Kind::kStanding), StartObstacle::kTooShortPath);
+  EXPECT_EQ(obstacleOf(Kind::kSpin), StartObstacle::kTooShortPath);
+  EXPECT_EQ(obstacleOf(Kind::kCircle), StartObstacle::kOneCurvature);
+  const StartObstacle line = obstacleOf(Kind::kLine);  // its noise turns a little
+  EXPECT_TRUE(line == StartObstacle::kNoTurn || line == StartObstacle::kOneCurvature)
+      << nameOf(line);
+}
+
+TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const SightRun run = paperRun(Kind::kDance, 30.0, seed);
+    const StartAttempt attempt = findStart(run.sights, InitializerConfig());
+    ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
+    EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
+    EXPECT_GT(attempt.runner_up_margin, InitializerConfig().min_runner_up_margin);
+  }
+}
+
+TEST(Initializer, TheSameRecordGivesTheSameAnswer) {
+  const SightRun run = paperRun(Kind::kDance, 30.0);
+  const StartAttempt first = findStart(run.sights, InitializerConfig());
+  const StartAttempt second = findStart(run.sights, InitializerConfig());
+  EXPECT_EQ(first.estimate.mean, second.estimate.mean);
+  EXPECT_EQ(first.estimate.covariance, second.estimate.covariance);
+}
+
+// Turning every bearing turns the sensor's yaw and nothing else.
+TEST(Initializer, TurnedBearingsTurnTheYawAlone) {
+  SightRun run = paperRun(Kind::kDance, 30.0);
+  const StartAttempt straight = findStart(run.sights, InitializerConfig());
+  ASSERT_TRUE(straight.ready());
+  for (int turn_deg = 30; turn_deg < 360; turn_deg += 30) {
+    std::vector<Sight> turned = run.sights;
+    const double turn = radiansFromDegrees(turn_deg);
+    for (Sight& sight : turned) sight.azimuth_rad = wrapAngle(sight.azimuth_rad - turn);
+    const StartAttempt attempt = findStart(turned, InitializerConfig());
+    ASSERT_TRUE(attempt.ready()) << turn_deg;
+    const Vector5 change = attempt.estimate.mean - straight.estimate.mean;
+    EXPECT_LT(change.head<4>().norm(), 1e-4) << turn_deg;
+    EXPECT_NEAR(wrapAngle(change(4) - turn), 0.0, 1e-4) << turn_deg;
+  }
+}
+
+/// A drive of 5 m with an hour of standing or spinning in its middle. Neither half is enough.
+SightRun interruptedRun(const DriveSegment& pause) {
+  constexpr double kSpeed_mps = 0.2;
+  const DriveSegment straight{kSpeed_mps, kSpeed_mps, 5.0};
+  const DriveSegment spin{-kSpeed_mps, kSpeed_mps, 1.0};
+  const DriveSegment end{0.0, 0.0, 1e6};
+  SimulatedCase simulated = paperCase(5);
+  simulated.duration_s = 2.0 * (straight.duration_s + spin.duration_s) + pause.duration_s;
+  return simulateAlong(simulated, std::make_unique<SegmentTrajectory>(std::vector<DriveSegment>{
+                                      straight, spin, pause, straight, spin, end}));
+}
+
+void expectNoMotionForgotten(const DriveSegment& pause) {
+  const SightRun run = interruptedRun(pause);
+  Initializer initializer{InitializerConfig()};
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < run.sights.size(); ++i) {
+    initializer.add(run.sights[i]);
+    most = std::max(most, initializer.record().sights().size());
+    constexpr std::size_t kSightsOfFirstPart = 60;
+    if (i == kSightsOfFirstPart) {
+      EXPECT_FALSE(initializer.attempt().ready());
+    }
+  }
+  EXPECT_LE(most, SightRecordConfig().capacity);
+  const StartAttempt attempt = initializer.attempt();
+  EXPECT_GT(attempt.motion.extent_m, 1.0);  // of two straight pieces of 1 m
+  ASSERT_TRUE(attempt.ready()) << nameOf(attempt.obstacle);
+  EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest);
+}
+
+TEST(Initializer, AnHourOfStandingForgetsNoMotion) { expectNoMotionForgotten({0.0, 0.0, 3600.0}); }
+
+TEST(Initializer, AnHourOfSpinningForgetsNoMotion) { expectNoMotionForgotten({-0.2, 0.2, 3600.0}); }
+
+TEST(Initializer, StartsAnewAfterRestart) {
+  const SightRun run = paperRun(Kind::kDance, 30.0);
+  Initializer initializer{InitializerConfig()};
+  for (const Sight& sight : run.sights) initializer.add(sight);
+  EXPECT_TRUE(initializer.attempt().ready());
+  initializer.restart();
+  EXPECT_EQ(initializer.attempt().obstacle, StartObstacle::kTooFewSights);
+}
+
+TEST(Initializer, RefusesAConfigurationThatCannotBe) {
+  InitializerConfig config;
+  config.min_inlier_fraction = 1.5;
+  config.batch.max_iterations = 0;
+  EXPECT_EQ(config.validate().size(), 2U);
+  EXPECT_THROW(Initializer{config}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace bearing_calibration
