@@ -88,17 +88,17 @@ TEST(BatchEstimator, ReachesTheBoundAtThePapersSettings) {
 }
 
 TEST(Calibrator, ConvergesToTheTruthWhereverTheBoundAllowsIt) {
-  expectBars(runTrials(tryCalibrator, generalCase, 48, {100.0}));
+  expectBars(runTrials(tryCalibrator, generalCase, 32, {100.0}));
 }
 
 TEST(Calibrator, IsNeverWrongWithSlips) {
-  for (const Trial& trial : runTrials(tryCalibrator, slippingCase, 32, {100.0})) {
+  for (const Trial& trial : runTrials(tryCalibrator, slippingCase, 24, {100.0})) {
     EXPECT_LT(trial.worst_claim, kWrongChiSquare);
   }
 }
 
 TEST(Calibrator, IsNeverWrongWithCorrelatedBearings) {
-  for (const Trial& trial : runTrials(tryCalibrator, correlatedCase, 24, {100.0})) {
+  for (const Trial& trial : runTrials(tryCalibrator, correlatedCase, 16, {100.0})) {
     EXPECT_LT(trial.worst_claim, kWrongChiSquare);
   }
 }
