@@ -58,6 +58,7 @@ core::LightModel readLight(ParamReader& params) {
   light.min_distance_m = params.number("light/min_distance");
   light.max_distance_m = params.number("light/max_distance");
   light.radius_m = params.number("light/radius");
+  light.half_height_m = params.number("light/half_height");
   light.brightness_spread = params.number("light/brightness_spread");
   light.below_apex = params.boolean("light/below_apex");
   return light;

@@ -48,6 +48,7 @@ void checkLight(const LightModel& light, const ConicMirror& mirror, Requirements
                 "light/max_distance must be greater than light/min_distance, but is " +
                     std::to_string(light.max_distance_m));
   require->notNegative("light/radius", light.radius_m);
+  require->notNegative("light/half_height", light.half_height_m);
   require->between("light/brightness_spread", light.brightness_spread, 0.0, 1.0);
 }
 

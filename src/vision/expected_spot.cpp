@@ -9,8 +9,9 @@
 namespace bearing_calibration {
 namespace {
 
-constexpr double kPixelVariance = 1.0 / 12.0;  // of a square of side 1
-constexpr int kDistances = 8;                  // the blur changes slowly with the distance
+constexpr double kPixelVariance = 1.0 / 12.0;        // of a square of side 1
+constexpr double kRingStddev = 0.70710678118654752;  // of cos over a circle
+constexpr int kDistances = 8;                        // the blur changes slowly with the distance
 
 struct Stddevs {
   double tangential_px;
@@ -20,12 +21,14 @@ struct Stddevs {
 /// Standard deviations of the image of a light at one distance.
 Stddevs stddevsAt(const DetectorConfig& config, double image_radius_px, double distance_m) {
   const SpotBlur blur = expectedBlur(config.mirror, image_radius_px, distance_m);
-  // A disc's standard deviation along a diameter is half its radius. Seen from the mirror, the
-  // light's radius covers the angle a / D.
-  const double half_angle_rad = config.light.radius_m / distance_m;
-  const double tangential_extent = 0.5 * half_angle_rad * image_radius_px;
-  const double radial_extent =
-      0.5 * half_angle_rad / elevationSlope(config.mirror, image_radius_px);
+  // Light on a ring's outline has a deviation of radius / sqrt(2), anything filled less.
+  const double extent_rad = config.light.radius_m / distance_m * kRingStddev;
+  const double tangential_extent = extent_rad * image_radius_px;
+  // The ring's near and far side stand at different elevations unless the mirror looks level.
+  const double height_rad =
+      std::hypot(config.light.half_height_m / distance_m * kRingStddev,
+                 std::tan(elevationFromRadius(config.mirror, image_radius_px)) * extent_rad);
+  const double radial_extent = height_rad / elevationSlope(config.mirror, image_radius_px);
   const double common = kPixelVariance + std::pow(config.defocus_sigma_px, 2);
   const double blur_to_stddev = 0.25;  // of an evenly filled ellipse
   return {std::sqrt(std::pow(blur_to_stddev * blur.tangential_diameter_px, 2) +

@@ -49,6 +49,11 @@ void takeOver(const SpotMeasurement& spot, LightEllipse* ellipse) {
       std::min(1.0, static_cast<double>(spot.full_pixels) / ellipse->pixels);
 }
 
+/// The variance of the expected deviation that is nearest to a measured variance.
+double varianceWithin(const Range& stddev_px, double variance_px2) {
+  return std::clamp(variance_px2, std::pow(stddev_px.low, 2), std::pow(stddev_px.high, 2));
+}
+
 }  // namespace
 
 LightDetector::LightDetector(const DetectorConfig& config)
@@ -175,28 +180,30 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
                                           qualityOf(detection->ellipse, expected, config_));
 }
 
-/// With the mirror's gates, the window has the expected size and lies along the mirror's radius:
-/// clutter beside the light stays outside. Without them it follows the thresholded pixels.
+/// With the mirror's gates, the window lies along the mirror's radius and has a size that the
+/// optics can make: clutter beside the light stays outside. Without them it follows the thresholded
+/// pixels.
 SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
   SpotWindow window;
   window.centre_px = {shape.centre_u_px, shape.centre_v_px};
+  window.covariance_px2 << shape.variance_uu_px2, shape.variance_uv_px2, shape.variance_uv_px2,
+      shape.variance_vv_px2;
   // What the lens defocuses is an evenly filled ellipse; all else is taken for a Gaussian.
   const bool disc = config_.gates.mirror && config_.defocus_sigma_px == 0.0;
   window.size = disc ? kDiscWindow : kGaussianWindow;
   window.weight = disc ? CentreWeight::kOutline : CentreWeight::kEven;
-  if (!config_.gates.mirror) {
-    window.covariance_px2 << shape.variance_uu_px2, shape.variance_uv_px2, shape.variance_uv_px2,
-        shape.variance_vv_px2;
-    return window;
-  }
+  if (!config_.gates.mirror) return window;
   const Eigen::Vector2d from_centre =
       window.centre_px - Eigen::Vector2d(config_.view.centre_u_px, config_.view.centre_v_px);
   const SpotSize& expected = expected_.at(from_centre.norm());
-  const double radial = std::pow(expected.radial_stddev_px.high, 2);
-  const double tangential = std::pow(expected.tangential_stddev_px.high, 2);
-  const Eigen::Vector2d direction = from_centre.normalized();
-  window.covariance_px2 = tangential * Eigen::Matrix2d::Identity() +
-                          (radial - tangential) * direction * direction.transpose();
+  const Eigen::Vector2d outward = from_centre.normalized();
+  const Eigen::Vector2d across(-outward.y(), outward.x());
+  const double radial =
+      varianceWithin(expected.radial_stddev_px, outward.dot(window.covariance_px2 * outward));
+  const double tangential =
+      varianceWithin(expected.tangential_stddev_px, across.dot(window.covariance_px2 * across));
+  window.covariance_px2 =
+      radial * outward * outward.transpose() + tangential * across * across.transpose();
   return window;
 }
 

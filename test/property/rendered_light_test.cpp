@@ -85,17 +85,24 @@ class RenderedLight : public testing::Test {
       const DetectionResult& result =
           detector_.detect(cv::Mat(image.height_px, image.width_px, CV_8UC1, image.values.data()));
       if (result.lights.size() != 1) continue;
-      ++errors.found;
-      const Bearing& bearing = result.lights.front().bearing;
-      const double error = wrapAngle(bearing.azimuth_rad - sights[i].azimuth_rad);
-      errors.sum += error;
-      errors.sum_square += error * error;
-      errors.sum_nees += error * error / bearing.azimuth_variance_rad2;
+      add(sights[i], result.lights.front().bearing, &errors);
     }
+    report(errors);
+    return errors;
+  }
+
+  static void add(const Sight& sight, const Bearing& bearing, Errors* errors) {
+    const double error = wrapAngle(bearing.azimuth_rad - sight.azimuth_rad);
+    ++errors->found;
+    errors->sum += error;
+    errors->sum_square += error * error;
+    errors->sum_nees += error * error / bearing.azimuth_variance_rad2;
+  }
+
+  static void report(const Errors& errors) {
     RecordProperty("rmse_deg", std::to_string(errors.rmse_deg()));
     RecordProperty("bias_deg", std::to_string(errors.bias_deg()));
     RecordProperty("nees", std::to_string(errors.nees()));
-    return errors;
   }
 
   std::vector<double> levels(const Sight& sight) {
@@ -165,6 +172,52 @@ TEST_F(RenderedLight, ASaturatedPointIsReadToTwoHundredthsOfADegree) {
   EXPECT_LT(errors.rmse_deg(), 0.02);
   EXPECT_LT(errors.nees(), 1.3);
 }
+
+/// LEDs around a holder of 20 mm radius, unequally bright: the centroid is not the holder's centre.
+class LedRing : public RenderedLight, public testing::WithParamInterface<double> {
+ protected:
+  static constexpr double kRadius_m = 0.02;
+  static constexpr int kLeds = 8;
+
+  static std::vector<Light> ring(const Sight& sight, double spread, std::mt19937* random) {
+    std::normal_distribution<double> normal;
+    std::vector<Light> leds;
+    for (int i = 0; i < kLeds; ++i) {
+      const double angle = 2.0 * kPi * i / kLeds;
+      Light led = sight.light();
+      led.position_m = kRadius_m * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      led.brightness *= std::max(0.0, 1.0 + spread * normal(*random)) / kLeds;
+      leds.push_back(led);
+    }
+    return leds;
+  }
+};
+
+TEST_P(LedRing, TheVarianceKnowsOfUnequalLeds) {
+  RendererConfig rendered = renderedRig();
+  rendered.rays_per_light = 1 << 13;  // for each LED
+  ImageRenderer renderer(rendered, [](double, double) { return kBackground_fullWells; });
+  DetectorConfig config = detectorOf(rendered);
+  config.light.radius_m = kRadius_m;  // each LED is a point: the ring is flat
+  config.light.brightness_spread = GetParam();
+  LightDetector detector(config);
+  std::mt19937 random(33);
+  Errors errors;
+  const std::vector<Sight> sights = randomSights(150, 1.0, 34);
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    MonoImage image =
+        renderer.render(ring(sights[i], GetParam(), &random), sights[i].worldFromSensor(), i);
+    const DetectionResult& result =
+        detector.detect(cv::Mat(image.height_px, image.width_px, CV_8UC1, image.values.data()));
+    if (result.lights.size() == 1) add(sights[i], result.lights.front().bearing, &errors);
+  }
+  report(errors);
+  EXPECT_GE(errors.found, 147);  // the nearest may be wider than it should
+  EXPECT_LT(errors.nees(), 1.3);
+  EXPECT_GT(errors.nees(), 0.4);
+}
+
+INSTANTIATE_TEST_SUITE_P(BrightnessSpreads, LedRing, testing::Values(0.1, 0.3));
 
 }  // namespace
 }  // namespace bearing_calibration

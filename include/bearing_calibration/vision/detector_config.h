@@ -44,7 +44,8 @@ struct ThresholdConfig {
 struct LightModel {
   double min_distance_m = 0.0;  ///< horizontal, from the mirror's axis
   double max_distance_m = 0.0;
-  double radius_m = 0.0;           ///< of the glowing surface, 0 for a point
+  double radius_m = 0.0;           ///< of the glowing surface around its middle, 0 for a point
+  double half_height_m = 0.0;      ///< of that surface above and below its middle
   double brightness_spread = 0.0;  ///< relative, over that surface
   bool below_apex = false;         ///< so that it lies inside the horizon's circle
 };
