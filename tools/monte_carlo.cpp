@@ -66,13 +66,13 @@ options::options_description describeOptions(Arguments* arguments) {
 
 using Kind = TrajectoryConfig::Kind;
 
-Kind kindOfRun(const std::string& trajectory, std::uint64_t run) {
+Kind kindOfSeed(const std::string& trajectory, std::uint64_t seed) {
   static const std::vector<Kind> kMixed = {Kind::kDance, Kind::kTurns, Kind::kSinusoid,
                                            Kind::kRandom};
   static const std::vector<Kind> kDegenerate = {Kind::kStanding, Kind::kLine, Kind::kBackAndForth,
                                                 Kind::kCircle, Kind::kSpin};
-  if (trajectory == "mixed") return kMixed[run % kMixed.size()];
-  if (trajectory == "degenerate") return kDegenerate[run % kDegenerate.size()];
+  if (trajectory == "mixed") return kMixed[(seed - 1) % kMixed.size()];
+  if (trajectory == "degenerate") return kDegenerate[(seed - 1) % kDegenerate.size()];
   const std::vector<std::string>& names = trajectoryNames();
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == trajectory) return static_cast<Kind>(i);
@@ -82,7 +82,8 @@ Kind kindOfRun(const std::string& trajectory, std::uint64_t run) {
 
 SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   const std::uint64_t seed = arguments.seed + run;
-  const Kind kind = kindOfRun(arguments.trajectory, run);
+  const Kind kind =
+      kindOfSeed(arguments.trajectory, seed);  // by the seed alone: runs are repeatable
   SimulatedCase simulated =
       arguments.world == "paper" ? paperCase(seed) : randomCase(seed, kind, RandomCaseRange());
   if (arguments.world == "paper" && arguments.trajectory != "mixed") {
@@ -105,7 +106,7 @@ TrialFunction trialOf(const std::string& what) {
 /// All trials, in the order of their seeds whatever the number of threads.
 std::vector<Trial> runAll(const Arguments& arguments) {
   const TrialFunction attempt = trialOf(arguments.what);
-  kindOfRun(arguments.trajectory, 0);
+  kindOfSeed(arguments.trajectory, arguments.seed);
   std::vector<Trial> trials(static_cast<std::size_t>(arguments.runs));
   std::atomic<std::size_t> next{0};
   const auto work = [&] {

@@ -1,14 +1,13 @@
 #include "bearing_calibration/calibration/initializer.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "bearing_calibration/calibration/closed_form.h"
+#include "bearing_calibration/calibration/slip_suspicion.h"
 #include "bearing_calibration/calibration/start_candidates.h"
-#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -117,23 +116,12 @@ bool isWellKnown(const CartesianEstimate& estimate, double range, const Initiali
          stddev.head<2>().maxCoeff() < config.max_light_stddev_per_range * range;
 }
 
-/// Whether the mount would be another one if smaller suspicions of a slip were followed: on a short
-/// record a slip can hide in a wrong mount.
+/// Whether the mount would be another one if smaller suspicions of a slip were followed.
 bool hidesSlip(const std::vector<Sight>& sights, const BatchEstimate& batch,
                const InitializerConfig& config) {
-  if (config.batch.slip_gain <= 0.0) return false;
-  constexpr double kSuspicion = 13.0;     // a gain that comes about by chance in one record of ten
-  constexpr double kDisagreement = 16.3;  // chi-square(3) of 0.1 %
-  BatchConfig suspicious = config.batch;
-  suspicious.slip_gain = std::min(kSuspicion, config.batch.slip_gain);
-  const BatchEstimate other =
-      BatchEstimator(suspicious).estimate(sights, {batch.at_last_sight.mean, sights.size() - 1});
-  if (!other.converged) return true;
-  if (other.slips == batch.slips) return false;
-  Eigen::Vector3d change = (other.at_last_sight.mean - batch.at_last_sight.mean).tail<3>();
-  change(2) = wrapAngle(change(2));
-  const Eigen::Matrix3d covariance = batch.at_last_sight.covariance.bottomRightCorner<3, 3>();
-  return change.dot(covariance.ldlt().solve(change)) > kDisagreement;
+  constexpr double kSuspicion = 13.0;  // a gain that comes about by chance in one record of ten
+  constexpr double kSameMount = 16.3;  // chi-square(3) of 0.1 %
+  return changeByHiddenSlip(sights, batch, config.batch, kSuspicion) > kSameMount;
 }
 
 /// What the answer itself lacks.
