@@ -10,8 +10,7 @@
 namespace bearing_calibration {
 namespace {
 
-constexpr Duration kCheckInterval = std::chrono::seconds(2);  // a check takes tens of milliseconds
-constexpr int kFewestImages = 30;                             // below it, innovations say little
+constexpr int kFewestImages = 30;  // below it, innovations say little
 /// Mean of up to 100 NIS, each chi-square of one degree: 1 with a deviation of 0.14 when all is
 /// well; 2 leaves room for bearing noise that is correlated from image to image.
 constexpr double kLargestNisMean = 2.0;
@@ -46,19 +45,19 @@ std::size_t beginOfLast(double path_m, const std::vector<Sight>& record) {
 ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config, const BatchConfig& batch)
     : config_(config), batch_(batch) {}
 
-void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Sight>& record) {
-  if (record.empty() || record.back().stamp < next_check_) return;
-  next_check_ = record.back().stamp + kCheckInterval;
-  last_ = decide(tracker, record);
+void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Sight>& record,
+                             bool settled) {
+  last_ = decide(tracker, record, settled);
 }
 
-Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vector<Sight>& record) {
+Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vector<Sight>& record,
+                                   bool settled) {
   if (const auto why = inconsistency(tracker.consistency())) {
     return {CalibrationState::kInconsistent, *why};
   }
   const CartesianEstimate estimate = tracker.filter().cartesian();
   if (confirmed_) return watch(estimate, record);
-  if (!meetsTargets(mountFromCartesian(estimate))) return stillConverging(estimate);
+  if (!settled || !meetsTargets(mountFromCartesian(estimate))) return stillConverging(estimate);
   return confirm(estimate, record);
 }
 

@@ -1,5 +1,7 @@
 #include "bearing_calibration/calibration/mount_calibration.h"
 
+#include <algorithm>
+
 #include "bearing_calibration/calibration/driver_advice.h"
 #include "bearing_calibration/calibration/fault_finder.h"
 #include "bearing_calibration/calibration/light_start.h"
@@ -7,9 +9,21 @@
 namespace bearing_calibration {
 namespace {
 
-constexpr Duration kAttemptInterval = std::chrono::seconds(1);     // takes milliseconds
-constexpr Duration kRefinementInterval = std::chrono::seconds(1);  // takes milliseconds
-constexpr Duration kDiagnosisInterval = std::chrono::seconds(20);  // takes up to a second
+/// When a piece of work on the record is worth doing again: after a time, and once the record has
+/// grown by a share of itself. So an endless record costs ever less.
+struct Schedule {
+  Duration interval;
+  double growth;
+};
+constexpr Schedule kAttempts{std::chrono::seconds(1), 0.05};      // tens of milliseconds
+constexpr Schedule kRefinements{std::chrono::seconds(1), 0.005};  // tens of milliseconds
+constexpr Schedule kDiagnoses{std::chrono::seconds(20), 1.0};     // up to a second
+
+Stamp nextTime(const Schedule& schedule, const std::vector<Sight>& record) {
+  const Duration length = record.back().stamp - record.front().stamp;
+  const Duration grown = durationFromSeconds(schedule.growth * secondsFromDuration(length));
+  return record.back().stamp + std::max(schedule.interval, grown);
+}
 
 MountEstimate mountFromGuess(const StartConfig& guess) {
   const double position_variance = guess.position_stddev_m * guess.position_stddev_m;
@@ -57,7 +71,7 @@ void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates
   if (!tracker_) ++bearings_used_;
   if (!attempt_) startFromGuess(*light);
   if (attempt_ && stamp < next_attempt_) return;
-  next_attempt_ = stamp + kAttemptInterval;
+  next_attempt_ = nextTime(kAttempts, initializer_.record().sights());
   attempt_ = initializer_.attempt();
   if (doesNotFit(*attempt_)) diagnose(stamp);
   if (!attempt_->ready()) return;
@@ -86,8 +100,7 @@ void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidate
   if (found) noteLight(candidates[association.candidate]);
   if (started_) {
     remember(stamp, candidates[association.candidate]);
-    refine(stamp);
-    judge_->judge(*tracker_, initializer_.record().sights());
+    refineAndJudge(stamp);
     if (judge_->last().state == CalibrationState::kInconsistent) diagnose(stamp);
   }
   if (!tracker_->isLost()) return;
@@ -97,20 +110,22 @@ void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidate
 
 /// The filter cannot take back what it has once believed: a slip that passed the gate, a bearing
 /// that was none. The batch over the record can, and knows about them by what came after.
-void MountCalibration::refine(Stamp stamp) {
+void MountCalibration::refineAndJudge(Stamp stamp) {
   if (stamp < next_refinement_) return;
-  next_refinement_ = stamp + kRefinementInterval;
   const std::vector<Sight>& sights = initializer_.record().sights();
+  next_refinement_ = nextTime(kRefinements, sights);
   const BatchEstimate batch =
       batch_.estimate(sights, {tracker_->filter().cartesian().mean, sights.size() - 1});
-  if (!batch.converged || batch.inlierFraction() < config_.initializer.min_inlier_fraction) return;
-  tracker_->rebase(batch.at_last_sight, batch.correlation);
+  const bool settled =
+      batch.converged && batch.inlierFraction() >= config_.initializer.min_inlier_fraction;
+  if (settled) tracker_->rebase(batch.at_last_sight, batch.correlation);
+  judge_->judge(*tracker_, sights, settled);
 }
 
 /// Which single fault of the robot would explain the record.
 void MountCalibration::diagnose(Stamp stamp) {
   if (stamp < next_diagnosis_) return;
-  next_diagnosis_ = stamp + kDiagnosisInterval;
+  next_diagnosis_ = nextTime(kDiagnoses, initializer_.record().sights());
   diagnosis_ = ::bearing_calibration::describe(findFault(
       initializer_.record().sights(), config_.drive.wheel_separation_m, config_.initializer));
 }
@@ -142,6 +157,12 @@ std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
 void MountCalibration::describe(CalibrationResult* result) const {
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
+  if (!tracker_ && attempt_ && attempt_->obstacle == StartObstacle::kWeakDirection) {
+    // right, but not yet narrow enough for a linearised filter to carry on from
+    result->cartesian_state = attempt_->estimate;
+    result->paper_state = paperFromCartesian(attempt_->estimate);
+    result->base_from_sensor = mountFromCartesian(attempt_->estimate);
+  }
   if (tracker_) {
     result->cartesian_state = tracker_->filter().cartesian();
     result->paper_state = tracker_->filter().paper();

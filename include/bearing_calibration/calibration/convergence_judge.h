@@ -25,13 +25,15 @@ class ConvergenceJudge {
  public:
   ConvergenceJudge(const ConvergenceConfig& config, const BatchConfig& batch);
 
-  /// @param record  the sights that were fused so far, thinned or not
-  void judge(const MountTracker& tracker, const std::vector<Sight>& record);
+  /// @param record  the sights so far, thinned or not
+  /// @param settled  whether the tracker's estimate has just been confirmed by the batch over them;
+  ///   nothing is called converged without it
+  void judge(const MountTracker& tracker, const std::vector<Sight>& record, bool settled);
   const Judgement& last() const { return last_; }
 
  private:
   std::optional<std::string> inconsistency(const Consistency& recent) const;
-  Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record);
+  Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record, bool settled);
   Judgement confirm(const CartesianEstimate& estimate, const std::vector<Sight>& record);
   Judgement watch(const CartesianEstimate& estimate, const std::vector<Sight>& record);
   /// By what the last stretch of way contradicts all before it; none when it does not.
@@ -43,7 +45,6 @@ class ConvergenceJudge {
   ConvergenceConfig config_;
   BatchConfig batch_;
   Judgement last_;
-  Stamp next_check_;
   bool confirmed_ = false;  ///< it was called converged
   int disagreements_in_a_row_ = 0;
 };

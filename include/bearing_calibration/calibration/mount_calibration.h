@@ -37,7 +37,7 @@ class MountCalibration {
   void start(Stamp stamp, const std::vector<Bearing>& candidates);
   void startFromGuess(const Bearing& light);
   void follow(Stamp stamp, const std::vector<Bearing>& candidates);
-  void refine(Stamp stamp);
+  void refineAndJudge(Stamp stamp);
   void diagnose(Stamp stamp);
   void remember(Stamp stamp, const Bearing& light);
   void noteLight(const Bearing& light);

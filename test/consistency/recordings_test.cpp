@@ -1,0 +1,242 @@
+// The calibrator on real recordings, from nothing: each landmark alone is one calibration. Found
+// through BEARING_CALIBRATION_DATA, skipped by name without it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "support/recording_calibration.h"
+
+namespace bearing_calibration {
+namespace {
+
+using namespace testing;  // NOLINT: this package's own test support
+
+constexpr double kDegree = kPi / 180.0;
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+/// A run of one landmark, looked at every metre from the first sight on.
+struct Drive {
+  struct Moment {
+    double path_m;  ///< since the first sight
+    CalibrationResult result;
+  };
+  std::vector<Moment> moments;
+  CalibrationResult last;
+
+  const CalibrationResult& after(double path_m) const {
+    for (const Moment& moment : moments) {
+      if (moment.path_m >= path_m) return moment.result;
+    }
+    return last;
+  }
+};
+
+Drive drive(const LandmarkRecording& recording, const CalibratorConfig& config) {
+  Calibrator calibrator(config);
+  Drive story;
+  auto next = recording.bearings.begin();
+  double first_sight_m = -1.0;
+  double next_look_m = 0.0;
+  for (const WheelCounts& ticks : recording.ticks) {
+    const bool seen = next != recording.bearings.begin();
+    for (; next != recording.bearings.end() && next->stamp <= ticks.stamp; ++next) {
+      calibrator.addBearings(*next, next->stamp);
+    }
+    calibrator.addTicks(ticks, ticks.stamp);
+    if (!seen) continue;
+    const CalibrationResult now = calibrator.result();
+    if (first_sight_m < 0.0) first_sight_m = now.distance_travelled_m;
+    const double path_m = now.distance_travelled_m - first_sight_m;
+    if (path_m < next_look_m) continue;
+    story.moments.push_back({path_m, now});
+    next_look_m += 1.0;
+  }
+  story.last = calibrator.result();
+  return story;
+}
+
+class Recordings : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!recordingsFolder()) {
+      GTEST_SKIP() << "BEARING_CALIBRATION_DATA is not set: it names the folder of recordings";
+    }
+  }
+};
+
+// The README of the recording: per second about 7 mm along the way and 0.013 rad of heading. By
+// doc/model.md, eq. 3, at a mean speed v: heading 2 K v / b^2, along the way (K / 2 + K_c) v.
+RecordingSetup litwSetup() {
+  constexpr double kMeanSpeed_mps = 341.0 / 1261.0;
+  constexpr double kHeading_rad = 0.013;
+  constexpr double kAlong_m = 0.007;
+  RecordingSetup setup;
+  setup.set = "litw";
+  setup.odometry = "odometry_calibrated.csv";
+  setup.wheel_separation_m = 0.40;
+  setup.wheel_noise.independent_k_m = kHeading_rad * kHeading_rad * setup.wheel_separation_m *
+                                      setup.wheel_separation_m / (2.0 * kMeanSpeed_mps);
+  setup.wheel_noise.common_k_m =
+      kAlong_m * kAlong_m / kMeanSpeed_mps - 0.5 * setup.wheel_noise.independent_k_m;
+  setup.latency_s = 0.11;
+  setup.bearing_stddev_rad = 0.019;
+  return setup;
+}
+
+constexpr std::size_t kAnySights = 1;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+const MountError kNoEstimate{kInfinity, kInfinity, kInfinity};
+
+class Litw : public Recordings {};
+
+TEST_F(Litw, EachLandmarkAloneFindsTheMountFromNothing) {
+  const RecordingSetup setup = litwSetup();
+  const RecordedTruth truth = readTruth(setup.set);
+  std::vector<double> position_m, yaw_rad, position_40_m, yaw_40_rad;
+  double chi_square_sum = 0.0;
+  int chi_squares = 0;
+  double worst_converged = 0.0;
+  std::printf("landmark  at 40 m: cm deg chi2   end: cm deg chi2  sigma cm deg  state\n");
+  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+    const Drive landmark_run = drive(readLandmark(setup, landmark), configFor(setup));
+    ASSERT_TRUE(landmark_run.last.base_from_sensor.has_value()) << landmark_run.last.advice;
+    const std::optional<MountEstimate>& at_40_m = landmark_run.after(40.0).base_from_sensor;
+    const MountError at_40 = at_40_m ? errorOf(*at_40_m, truth) : kNoEstimate;
+    const MountError end = errorOf(*landmark_run.last.base_from_sensor, truth);
+    const Eigen::Vector3d sigma =
+        landmark_run.last.base_from_sensor->covariance.diagonal().cwiseSqrt();
+    std::printf("%8d  %8.2f %5.2f %5.1f  %8.2f %5.2f %5.1f  %5.2f %5.2f  %s\n", landmark,
+                100.0 * at_40.position_m, at_40.yaw_rad / kDegree, at_40.chi_square,
+                100.0 * end.position_m, end.yaw_rad / kDegree, end.chi_square,
+                100.0 * sigma.head<2>().maxCoeff(), sigma.z() / kDegree,
+                nameOf(landmark_run.last.state));
+    EXPECT_LE(end.position_m, 0.05) << "landmark " << landmark;
+    EXPECT_LE(end.yaw_rad, 2.0 * kDegree) << "landmark " << landmark;
+    position_m.push_back(end.position_m);
+    yaw_rad.push_back(end.yaw_rad);
+    position_40_m.push_back(at_40.position_m);
+    yaw_40_rad.push_back(at_40.yaw_rad);
+    for (const Drive::Moment& moment : landmark_run.moments) {
+      if (!moment.result.base_from_sensor || moment.path_m < 40.0) continue;
+      const double chi_square = errorOf(*moment.result.base_from_sensor, truth).chi_square;
+      chi_square_sum += chi_square;
+      ++chi_squares;
+      if (moment.result.state == CalibrationState::kConverged) {
+        worst_converged = std::max(worst_converged, chi_square);
+      }
+    }
+  }
+  ASSERT_EQ(position_m.size(), 9U);
+  std::printf(
+      "median: %.2f cm %.2f deg at 40 m, %.2f cm %.2f deg at the end; mean chi-square from "
+      "40 m on %.2f; worst of a CONVERGED %.2f\n",
+      100.0 * median(position_40_m), median(yaw_40_rad) / kDegree, 100.0 * median(position_m),
+      median(yaw_rad) / kDegree, chi_square_sum / chi_squares, worst_converged);
+  EXPECT_LE(median(position_m), 0.02);
+  EXPECT_LE(median(yaw_rad), 0.6 * kDegree);
+  EXPECT_LE(median(position_40_m), 0.05);
+  EXPECT_LE(median(yaw_40_rad), 1.5 * kDegree);
+  EXPECT_LE(chi_square_sum / chi_squares, 6.0);
+  EXPECT_LE(worst_converged, 16.3);
+}
+
+// Turning the sensor about its own axis turns the answer's yaw and nothing else.
+TEST_F(Litw, TurningTheSensorTurnsTheYawAlone) {
+  const RecordingSetup setup = litwSetup();
+  const std::int32_t landmark = landmarksOf(setup, kAnySights).front();
+  const LandmarkRecording recording = readLandmark(setup, landmark);
+  const MountEstimate reference = *drive(recording, configFor(setup)).last.base_from_sensor;
+  for (int turn_deg = 30; turn_deg < 360; turn_deg += 30) {
+    LandmarkRecording turned = recording;
+    for (BearingSet& bearings : turned.bearings) {
+      double& azimuth_rad = bearings.candidates[0].azimuth_rad;
+      azimuth_rad = wrapAngle(azimuth_rad + turn_deg * kDegree);
+    }
+    const MountEstimate estimate = *drive(turned, configFor(setup)).last.base_from_sensor;
+    EXPECT_LT((estimate.mean - reference.mean).head<2>().norm(), 0.001) << turn_deg << " deg";
+    EXPECT_NEAR(wrapAngle(estimate.mean.z() + turn_deg * kDegree - reference.mean.z()), 0.0,
+                0.05 * kDegree)
+        << turn_deg << " deg";
+  }
+}
+
+// ---- commanded velocities are no encoders, and a mount near the centre has no phi ----
+
+RecordingSetup mrclamSetup(const std::string& set, const std::string& odometry) {
+  RecordingSetup setup;
+  setup.set = set;
+  setup.odometry = odometry;
+  setup.wheel_separation_m = 0.258;
+  setup.wheel_noise = {1e-5, 1e-4};
+  setup.latency_s = 0.038;
+  setup.bearing_stddev_rad = 0.02;
+  return setup;
+}
+
+class Mrclam : public Recordings, public ::testing::WithParamInterface<const char*> {};
+
+TEST_P(Mrclam, IsNeverConvergedFromCommandedVelocities) {
+  const RecordingSetup setup = mrclamSetup(GetParam(), "odometry_commands.csv");
+  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+    const Drive landmark_run = drive(readLandmark(setup, landmark), configFor(setup));
+    for (const Drive::Moment& moment : landmark_run.moments) {
+      EXPECT_NE(moment.result.state, CalibrationState::kConverged) << "landmark " << landmark;
+    }
+  }
+}
+
+TEST_P(Mrclam, IsRightInXWithTheMotionOfVicon) {
+  constexpr std::size_t kEnoughSights = 250;
+  const RecordingSetup setup = mrclamSetup(GetParam(), "odometry_vicon.csv");
+  const RecordedTruth truth = readTruth(setup.set);
+  const bool near_zero_rho = truth.base_from_sensor.position_m.norm() < 0.05;
+  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+    const LandmarkRecording recording = readLandmark(setup, landmark);
+    const Drive landmark_run = drive(recording, configFor(setup));
+    const CalibrationResult& last = landmark_run.last;
+    if (!last.base_from_sensor) {
+      EXPECT_LT(recording.bearings.size(), kEnoughSights)
+          << "landmark " << landmark << ": " << last.advice;
+      continue;
+    }
+    const MountError error = errorOf(*last.base_from_sensor, truth);
+    std::printf("%s landmark %2d: %4zu sights, x off by %5.1f cm, %5.2f cm, chi2 %.1f, %s, %s\n",
+                GetParam(), landmark, recording.bearings.size(),
+                100.0 * (last.base_from_sensor->mean.x() - truth.base_from_sensor.position_m.x()),
+                100.0 * error.position_m, error.chi_square, nameOf(last.state),
+                last.paper_state->phi_psi_determined ? "phi determined" : "phi undetermined");
+    if (recording.bearings.size() >= kEnoughSights) {
+      EXPECT_NEAR(last.base_from_sensor->mean.x(), truth.base_from_sensor.position_m.x(), 0.05)
+          << "landmark " << landmark;
+    }
+    for (const Drive::Moment& moment : landmark_run.moments) {
+      if (!moment.result.paper_state) continue;
+      const PaperEstimate& paper = *moment.result.paper_state;
+      EXPECT_TRUE(paper.mean.allFinite() && paper.covariance.allFinite());
+      const double rho = paper.mean(PaperIndex::kRho);
+      const double sigma_rho = std::sqrt(paper.covariance(PaperIndex::kRho, PaperIndex::kRho));
+      if (near_zero_rho) {
+        EXPECT_FALSE(paper.phi_psi_determined) << "landmark " << landmark << ", rho " << rho;
+      } else if (sigma_rho < rho / 3.0) {
+        EXPECT_TRUE(paper.phi_psi_determined) << "landmark " << landmark;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, Mrclam, ::testing::Values("mrclam_D6R3", "mrclam_D6R4"),
+                         [](const auto& set) { return std::string(set.param); });
+
+}  // namespace
+}  // namespace bearing_calibration
