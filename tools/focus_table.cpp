@@ -1,0 +1,88 @@
+// Accuracy of a bearing against the focus distance of the lens and the software's defocus, on
+// ray-traced images of a point light at 0.5 to 5 m:
+//
+//     focus_table [IMAGES PER ROW]
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "bearing_calibration/vision/light_detector.h"
+#include "support/rendered_sights.h"
+
+namespace bearing_calibration {
+namespace {
+
+struct Row {
+  double focus_m;
+  double defocus_px;  ///< sigma of the software's blur
+  double brightness;  ///< 1: a peak of 180 of 255 when focused at 0.06 m
+};
+
+void printRow(const Row& row, int images) {
+  RendererConfig rendered = test::renderedRig();
+  ImageRenderer reference(rendered, test::plainWall);
+  rendered.rig.focus_distance_m = row.focus_m;
+  // The exposure stays as it is for the defocused lens: a focused one gathers the same light on
+  // fewer pixels.
+  const test::Sight near{1.0, 0.0, 1.0};
+  const auto lightIn = [&](ImageRenderer* renderer) {
+    double sum = 0.0;
+    for (float electrons : renderer->expose({near.light()}, near.worldFromSensor())) {
+      sum += static_cast<double>(electrons);
+    }
+    for (float electrons : renderer->expose({}, near.worldFromSensor())) {
+      sum -= static_cast<double>(electrons);
+    }
+    return sum;
+  };
+  ImageRenderer renderer(rendered, test::plainWall);
+  const double brightness = row.brightness * lightIn(&reference) / lightIn(&renderer);
+
+  DetectorConfig config = test::detectorOf(rendered);
+  config.defocus_sigma_px = row.defocus_px;
+  LightDetector detector(config);
+  test::BearingErrors errors;
+  double bound = 0.0;
+  constexpr int kBounds = 5;  // they are slow, and vary little
+  constexpr unsigned kSeed = 41;
+  const std::vector<test::Sight> sights = test::randomSights(images, brightness, kSeed);
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    const cv::Mat image =
+        imageOf(renderer.render({sights[i].light()}, sights[i].worldFromSensor(), i));
+    const DetectionResult& result = detector.detect(image);
+    if (result.lights.size() == 1) {
+      errors.add(result.lights.front().bearing, sights[i].azimuth_rad);
+    }
+    if (i < kBounds) bound += azimuthBound(&renderer, config.sensor, sights[i]) / kBounds;
+  }
+  std::printf("| %.3g | %.0f | %.2g | %.1f | %.4f | %.4f | %.2f | %.2f |\n", row.focus_m,
+              row.defocus_px, row.brightness, 100.0 * errors.found / images, errors.rmse_deg(),
+              errors.bias_deg(), errors.nees(),
+              std::sqrt(errors.sum_square_rad2 / errors.found / bound));
+  std::fflush(stdout);
+}
+
+}  // namespace
+}  // namespace bearing_calibration
+
+int main(int argc, char** argv) {
+  using bearing_calibration::Row;
+  const int images = argc > 1 ? std::atoi(argv[1]) : 300;
+  if (images < 1) {
+    std::fprintf(stderr, "usage: focus_table [IMAGES PER ROW > 0]\n");
+    return EXIT_FAILURE;
+  }
+  std::printf(
+      "| focus [m] | defocus [px] | brightness | found %% | RMSE [deg] | bias [deg] | NEES "
+      "| RMSE / bound |\n|---|---|---|---|---|---|---|---|\n");
+  constexpr double kFar_m = 1e6;
+  constexpr double kFullBeforeFocus = 0.2;  // below saturation in a focused lens, too
+  for (const Row& row : {Row{0.06, 0.0, 1.0}, Row{0.12, 0.0, 1.0}, Row{kFar_m, 0.0, 1.0},
+                         Row{kFar_m, 3.0, 1.0}, Row{0.06, 0.0, kFullBeforeFocus},
+                         Row{kFar_m, 0.0, kFullBeforeFocus}, Row{kFar_m, 3.0, kFullBeforeFocus},
+                         Row{0.06, 0.0, 5.0}, Row{kFar_m, 0.0, 5.0}, Row{kFar_m, 3.0, 5.0}}) {
+    bearing_calibration::printRow(row, images);
+  }
+  return EXIT_SUCCESS;
+}
