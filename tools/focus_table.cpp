@@ -49,7 +49,7 @@ void printRow(const Row& row, int images) {
   const std::vector<test::Sight> sights = test::randomSights(images, brightness, kSeed);
   for (std::size_t i = 0; i < sights.size(); ++i) {
     const cv::Mat image =
-        imageOf(renderer.render({sights[i].light()}, sights[i].worldFromSensor(), i));
+        test::imageOf(renderer.render({sights[i].light()}, sights[i].worldFromSensor(), i));
     const DetectionResult& result = detector.detect(image);
     if (result.lights.size() == 1) {
       errors.add(result.lights.front().bearing, sights[i].azimuth_rad);
