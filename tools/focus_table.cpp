@@ -13,31 +13,39 @@
 namespace bearing_calibration {
 namespace {
 
+/// The light of a point 1 m away that reaches the image [electrons].
+double lightIn(ImageRenderer* renderer) {
+  const test::Sight sight{1.0, 0.0, 1.0};
+  double sum = 0.0;
+  for (float electrons : renderer->expose({sight.light()}, sight.worldFromSensor())) {
+    sum += static_cast<double>(electrons);
+  }
+  for (float electrons : renderer->expose({}, sight.worldFromSensor())) {
+    sum -= static_cast<double>(electrons);
+  }
+  return sum;
+}
+
+enum class Exposure {
+  kOwn,   ///< so that this lens' spot peaks at 180 of 255
+  kSame,  ///< so that the spot of the lens focused at 0.06 m does: the same light for all
+};
+
 struct Row {
   double focus_m;
   double defocus_px;  ///< sigma of the software's blur
-  double brightness;  ///< 1: a peak of 180 of 255 when focused at 0.06 m
+  Exposure exposure;
+  double brightness;  ///< of the light, against that exposure
 };
 
 void printRow(const Row& row, int images) {
   RendererConfig rendered = test::renderedRig();
   ImageRenderer reference(rendered, test::plainWall);
   rendered.rig.focus_distance_m = row.focus_m;
-  // The exposure stays as it is for the defocused lens: a focused one gathers the same light on
-  // fewer pixels.
-  const test::Sight near{1.0, 0.0, 1.0};
-  const auto lightIn = [&](ImageRenderer* renderer) {
-    double sum = 0.0;
-    for (float electrons : renderer->expose({near.light()}, near.worldFromSensor())) {
-      sum += static_cast<double>(electrons);
-    }
-    for (float electrons : renderer->expose({}, near.worldFromSensor())) {
-      sum -= static_cast<double>(electrons);
-    }
-    return sum;
-  };
   ImageRenderer renderer(rendered, test::plainWall);
-  const double brightness = row.brightness * lightIn(&reference) / lightIn(&renderer);
+  const double brightness =
+      row.brightness *
+      (row.exposure == Exposure::kOwn ? 1.0 : lightIn(&reference) / lightIn(&renderer));
 
   DetectorConfig config = test::detectorOf(rendered);
   config.defocus_sigma_px = row.defocus_px;
@@ -56,9 +64,9 @@ void printRow(const Row& row, int images) {
     }
     if (i < kBounds) bound += azimuthBound(&renderer, config.sensor, sights[i]) / kBounds;
   }
-  std::printf("| %.3g | %.0f | %.2g | %.1f | %.4f | %.4f | %.2f | %.2f |\n", row.focus_m,
-              row.defocus_px, row.brightness, 100.0 * errors.found / images, errors.rmse_deg(),
-              errors.bias_deg(), errors.nees(),
+  std::printf("| %.3g | %.0f | %s | %.2g | %.1f | %.4f | %.4f | %.2f | %.2f |\n", row.focus_m,
+              row.defocus_px, row.exposure == Exposure::kOwn ? "own" : "same", row.brightness,
+              100.0 * errors.found / images, errors.rmse_deg(), errors.bias_deg(), errors.nees(),
               std::sqrt(errors.sum_square_rad2 / errors.found / bound));
   std::fflush(stdout);
 }
@@ -67,6 +75,7 @@ void printRow(const Row& row, int images) {
 }  // namespace bearing_calibration
 
 int main(int argc, char** argv) {
+  using bearing_calibration::Exposure;
   using bearing_calibration::Row;
   const int images = argc > 1 ? std::atoi(argv[1]) : 300;
   if (images < 1) {
@@ -74,14 +83,16 @@ int main(int argc, char** argv) {
     return EXIT_FAILURE;
   }
   std::printf(
-      "| focus [m] | defocus [px] | brightness | found %% | RMSE [deg] | bias [deg] | NEES "
-      "| RMSE / bound |\n|---|---|---|---|---|---|---|---|\n");
+      "| focus [m] | defocus [px] | exposure | brightness | found %% | RMSE [deg] "
+      "| bias [deg] | NEES | RMSE / bound |\n|---|---|---|---|---|---|---|---|---|\n");
   constexpr double kFar_m = 1e6;
-  constexpr double kFullBeforeFocus = 0.2;  // below saturation in a focused lens, too
-  for (const Row& row : {Row{0.06, 0.0, 1.0}, Row{0.12, 0.0, 1.0}, Row{kFar_m, 0.0, 1.0},
-                         Row{kFar_m, 3.0, 1.0}, Row{0.06, 0.0, kFullBeforeFocus},
-                         Row{kFar_m, 0.0, kFullBeforeFocus}, Row{kFar_m, 3.0, kFullBeforeFocus},
-                         Row{0.06, 0.0, 5.0}, Row{kFar_m, 0.0, 5.0}, Row{kFar_m, 3.0, 5.0}}) {
+  constexpr double kBright = 5.0;
+  for (const Row& row :
+       {Row{0.06, 0.0, Exposure::kOwn, 1.0}, Row{0.12, 0.0, Exposure::kOwn, 1.0},
+        Row{kFar_m, 0.0, Exposure::kOwn, 1.0}, Row{kFar_m, 2.0, Exposure::kOwn, 1.0},
+        Row{kFar_m, 0.0, Exposure::kSame, 1.0}, Row{kFar_m, 2.0, Exposure::kSame, 1.0},
+        Row{0.06, 0.0, Exposure::kSame, kBright}, Row{kFar_m, 0.0, Exposure::kSame, kBright},
+        Row{kFar_m, 2.0, Exposure::kSame, kBright}}) {
     bearing_calibration::printRow(row, images);
   }
   return EXIT_SUCCESS;

@@ -22,8 +22,10 @@ constexpr double kTexturePatch_px = 9.0;
 // The sharp outline of a disc falls between pixels: in random places this moves its centre so much
 // (noise-free discs of 11 x 20 px, either weight).
 constexpr double kSamplingStddev_px = 0.001;
-// A clipped spot's outline is known to this part of a pixel's own deviation, all errors together.
-constexpr double kClippingStddev_px = 0.05;
+// A full pixel on a spot's outline says whether light was there, not how much: what it may be wrong
+// by, as a part of a full pixel (a coin's toss would be 0.5; measured on clipped discs and lines).
+constexpr double kClippedOutline = 0.26;
+constexpr double kPixelVariance = 1.0 / 12.0;  // of a square of side 1
 
 /// Read noise and rounding of one pixel [levels^2].
 double readVariance(const ImageSensor& sensor) {
@@ -42,7 +44,26 @@ double textureVariance(const DetectorConfig& config, const SpotMeasurement& spot
       0.0, spot.background.residual_variance - noise * noiseAfterDefocus(config.defocus_sigma_px));
 }
 
-/// Of the centroid, for a source whose surface is not evenly bright [px^2].
+/// The spot as the sensor took it, before any software defocus, as an ellipse of even light.
+struct SensedSpot {
+  double tangential_variance_px2;
+  double radial_variance_px2;
+
+  double area_px() const {
+    return 4.0 * kPi * std::sqrt(tangential_variance_px2 * radial_variance_px2);
+  }
+  double outline_px() const {
+    return 4.0 * kPi * std::sqrt(0.5 * (tangential_variance_px2 + radial_variance_px2));
+  }
+};
+
+SensedSpot sensedSpot(const DetectorConfig& config, const SpotMeasurement& spot) {
+  const double defocus = std::pow(config.defocus_sigma_px, 2);
+  return {std::max(kPixelVariance, spot.tangential.variance_px2 - defocus),
+          std::max(kPixelVariance, spot.radial.variance_px2 - defocus)};
+}
+
+/// Of the centre, for a source whose surface is not evenly bright [px^2].
 double sourceVariance(const DetectorConfig& config, const AxisSums& sums, double expected_stddev_px,
                       double saturated_fraction) {
   const double expected_variance = expected_stddev_px * expected_stddev_px;
@@ -53,8 +74,16 @@ double sourceVariance(const DetectorConfig& config, const AxisSums& sums, double
   return unevenness * unevenness * extent;
 }
 
-double axisVariance(const DetectorConfig& config, const SpotMeasurement& spot, const AxisSums& sums,
-                    double expected_stddev_px, double saturated_fraction) {
+/// Of the centre along an axis with this second moment: the outline's pixels are wrong
+/// independently of each other [px^2].
+double clippingVariance(const SensedSpot& sensed, double variance_px2, double saturated_fraction) {
+  return saturated_fraction * std::pow(kClippedOutline / sensed.area_px(), 2) *
+         sensed.outline_px() * variance_px2;
+}
+
+/// Of the centre, for the noise of the pixels and what lies behind the light [px^2].
+double pixelVariance(const DetectorConfig& config, const SpotMeasurement& spot,
+                     const AxisSums& sums) {
   const ImageSensor& sensor = config.sensor;
   const BackgroundPlane& plane = spot.background;
   const double texture = textureVariance(config, spot) * kTexturePatch_px;
@@ -65,19 +94,30 @@ double axisVariance(const DetectorConfig& config, const SpotMeasurement& spot, c
       plane.sum_of_squares > 0.0 ? (plane.residual_variance + texture) / plane.sum_of_squares : 0.0;
   const double background =
       slope_variance * sums.slope_lever * sums.slope_lever + texture * sums.pixel_squares;
-  return (photons + reading + response + background) / (sums.gain * sums.gain) +
-         sourceVariance(config, sums, expected_stddev_px, saturated_fraction) +
-         std::pow(kSamplingStddev_px, 2) + std::pow(kClippingStddev_px * saturated_fraction, 2);
+  return (photons + reading + response + background) / (sums.gain * sums.gain);
 }
 
 }  // namespace
 
+double saturatedFraction(const DetectorConfig& config, const SpotMeasurement& spot) {
+  return std::min(1.0, spot.full_pixels / sensedSpot(config, spot).area_px());
+}
+
 CentreVariance centreVariance(const DetectorConfig& config, const SpotMeasurement& spot,
-                              const SpotSize& expected, double saturated_fraction) {
-  return {
-      axisVariance(config, spot, spot.tangential, expected.tangential_stddev_px.low,
-                   saturated_fraction),
-      axisVariance(config, spot, spot.radial, expected.radial_stddev_px.low, saturated_fraction)};
+                              const SpotSize& expected) {
+  const SensedSpot sensed = sensedSpot(config, spot);
+  const double saturated = saturatedFraction(config, spot);
+  const double sampling = std::pow(kSamplingStddev_px, 2);
+  CentreVariance variance;
+  variance.tangential_px2 =
+      pixelVariance(config, spot, spot.tangential) + sampling +
+      sourceVariance(config, spot.tangential, expected.tangential_stddev_px.low, saturated) +
+      clippingVariance(sensed, sensed.tangential_variance_px2, saturated);
+  variance.radial_px2 =
+      pixelVariance(config, spot, spot.radial) + sampling +
+      sourceVariance(config, spot.radial, expected.radial_stddev_px.low, saturated) +
+      clippingVariance(sensed, sensed.radial_variance_px2, saturated);
+  return variance;
 }
 
 Bearing bearingFromEllipse(const DetectorConfig& config, const LightEllipse& ellipse,

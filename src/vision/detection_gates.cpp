@@ -11,7 +11,8 @@ namespace {
 // Thresholding a dim light leaves the core of its spot, a bright one gains a pixel all round.
 constexpr double kLeastPartOfArea = 0.4;
 constexpr double kLargestPartOfArea = 2.5;
-// A few pixels cannot look round: the fill's tolerance grows by this over their number.
+// A few pixels cannot look round: the fill's tolerance grows by this over the number of pixels in a
+// disc as wide as the spot is narrow.
 constexpr double kSmallSpotFill = 0.5;
 // An ellipse has an axis to compare when one deviation exceeds the other by so much.
 constexpr double kElongated = 1.25;
@@ -38,13 +39,20 @@ double likelihoodRatio(double part_of_gate) {
 }
 
 double fillPartOfGate(const LightEllipse& ellipse, const GateConfig& gates) {
-  const double small = kSmallSpotFill / std::max(1, ellipse.pixels);
+  const double small = ellipse.fill_tolerance;
   const double departure = ellipse.fill - 1.0;
   return departure < 0.0 ? -departure / (1.0 - gates.min_fill + small)
                          : departure / (gates.max_fill - 1.0 + small);
 }
 
 }  // namespace
+
+double fillTolerance(const BlobShape& shape) {
+  const double mean = 0.5 * (shape.variance_uu_px2 + shape.variance_vv_px2);
+  const double difference = 0.5 * (shape.variance_uu_px2 - shape.variance_vv_px2);
+  const double smallest = mean - std::hypot(difference, shape.variance_uv_px2);
+  return kSmallSpotFill / (4.0 * kPi * smallest);
+}
 
 const char* describe(Rejection rejection) {
   switch (rejection) {
@@ -86,7 +94,7 @@ Rejection rejectionOf(const Blob& blob, const BlobShape& shape, const GateConfig
   if (pixels < least) return Rejection::kTooFewPixels;
   if (pixels > most) return Rejection::kTooManyPixels;
   if (blob.cut) return Rejection::kMaskEdge;
-  const double small = kSmallSpotFill / pixels;
+  const double small = fillTolerance(shape);
   const bool elliptical =
       shape.fill >= gates.min_fill - small && shape.fill <= gates.max_fill + small;
   return elliptical ? Rejection::kNone : Rejection::kFill;

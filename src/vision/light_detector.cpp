@@ -14,9 +14,12 @@ namespace bearing_calibration {
 namespace {
 
 // An evenly filled ellipse ends at two standard deviations; the window leaves room for the pixels'
-// size. A Gaussian goes on further.
+// size. A Gaussian goes on further, and a spot of a pixel's width needs room for its pixels.
 constexpr double kDiscWindow = 2.5;
 constexpr double kGaussianWindow = 3.2;
+constexpr double kMargin_px = 1.0;
+// A disc has an inside when it is some pixels wide.
+constexpr double kLeastDiscStddev_px = 1.5;
 // Just outside the disc: if the mask cuts there, it cuts the light.
 constexpr double kOutline = 2.1;
 
@@ -32,6 +35,7 @@ LightEllipse ellipseFrom(const Blob& blob, const BlobShape& shape) {
   LightEllipse ellipse;
   ellipse.centre_px = {shape.centre_u_px, shape.centre_v_px};
   ellipse.fill = shape.fill;
+  ellipse.fill_tolerance = fillTolerance(shape);
   ellipse.pixels =
       static_cast<int>(std::min<std::int64_t>(blob.pixels, std::numeric_limits<int>::max()));
   return ellipse;
@@ -45,13 +49,11 @@ void takeOver(const SpotMeasurement& spot, LightEllipse* ellipse) {
   ellipse->mass_levels = spot.mass_levels;
   ellipse->peak_levels = spot.peak_levels;
   ellipse->background_levels = spot.background.at_centre;
-  ellipse->saturated_fraction =
-      std::min(1.0, static_cast<double>(spot.full_pixels) / ellipse->pixels);
 }
 
-/// The variance of the expected deviation that is nearest to a measured variance.
-double varianceWithin(const Range& stddev_px, double variance_px2) {
-  return std::clamp(variance_px2, std::pow(stddev_px.low, 2), std::pow(stddev_px.high, 2));
+/// The expected deviation that is nearest to a measured variance.
+double stddevWithin(const Range& stddev_px, double variance_px2) {
+  return std::clamp(std::sqrt(variance_px2), stddev_px.low, stddev_px.high);
 }
 
 }  // namespace
@@ -164,6 +166,7 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
     return;
   }
   takeOver(*spot, &detection->ellipse);
+  detection->ellipse.saturated_fraction = saturatedFraction(config_, *spot);
   if (cutByMask({spot->centre_px, window.covariance_px2, kOutline})) {
     detection->rejection = Rejection::kMaskEdge;
     return;
@@ -174,8 +177,7 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
   detection->rejection =
       rejectionOf(detection->ellipse, radius_px, expected, horizon_radius_px_, config_);
   if (!detection->accepted()) return;
-  const CentreVariance variance =
-      centreVariance(config_, *spot, expected, detection->ellipse.saturated_fraction);
+  const CentreVariance variance = centreVariance(config_, *spot, expected);
   detection->bearing = bearingFromEllipse(config_, detection->ellipse, variance,
                                           qualityOf(detection->ellipse, expected, config_));
 }
@@ -188,22 +190,28 @@ SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
   window.centre_px = {shape.centre_u_px, shape.centre_v_px};
   window.covariance_px2 << shape.variance_uu_px2, shape.variance_uv_px2, shape.variance_uv_px2,
       shape.variance_vv_px2;
-  // What the lens defocuses is an evenly filled ellipse; all else is taken for a Gaussian.
-  const bool disc = config_.gates.mirror && config_.defocus_sigma_px == 0.0;
-  window.size = disc ? kDiscWindow : kGaussianWindow;
-  window.weight = disc ? CentreWeight::kOutline : CentreWeight::kEven;
+  window.size = kGaussianWindow;
+  window.weight = CentreWeight::kEven;
   if (!config_.gates.mirror) return window;
   const Eigen::Vector2d from_centre =
       window.centre_px - Eigen::Vector2d(config_.view.centre_u_px, config_.view.centre_v_px);
   const SpotSize& expected = expected_.at(from_centre.norm());
   const Eigen::Vector2d outward = from_centre.normalized();
   const Eigen::Vector2d across(-outward.y(), outward.x());
-  const double radial =
-      varianceWithin(expected.radial_stddev_px, outward.dot(window.covariance_px2 * outward));
-  const double tangential =
-      varianceWithin(expected.tangential_stddev_px, across.dot(window.covariance_px2 * across));
-  window.covariance_px2 =
-      radial * outward * outward.transpose() + tangential * across * across.transpose();
+  double radial =
+      stddevWithin(expected.radial_stddev_px, outward.dot(window.covariance_px2 * outward));
+  double tangential =
+      stddevWithin(expected.tangential_stddev_px, across.dot(window.covariance_px2 * across));
+  // What the lens defocuses is an evenly filled ellipse; all else is taken for a Gaussian.
+  if (config_.defocus_sigma_px == 0.0 && std::min(radial, tangential) >= kLeastDiscStddev_px) {
+    window.size = kDiscWindow;
+    window.weight = CentreWeight::kOutline;
+  } else {
+    radial += kMargin_px / window.size;
+    tangential += kMargin_px / window.size;
+  }
+  window.covariance_px2 = radial * radial * outward * outward.transpose() +
+                          tangential * tangential * across * across.transpose();
   return window;
 }
 

@@ -8,11 +8,14 @@
 
 namespace bearing_calibration {
 
-/// Variance of the intensity centroid (doc/detection.md, eq. V1): photon noise, read
-/// noise and rounding, the pixels' unequal sensitivities, the background plane, an unevenly bright
-/// light, and the texture behind it.
+/// The part of the spot's pixels that are full, by its size on the sensor.
+double saturatedFraction(const DetectorConfig& config, const SpotMeasurement& spot);
+
+/// Variance of the spot's centre (doc/detection.md, V1): photon noise, read noise and rounding, the
+/// pixels' unequal sensitivities, the background plane and its texture, an unevenly bright light,
+/// sampling and clipping of the outline.
 CentreVariance centreVariance(const DetectorConfig& config, const SpotMeasurement& spot,
-                              const SpotSize& expected, double saturated_fraction);
+                              const SpotSize& expected);
 
 /// The ellipse as a bearing: azimuth about the mirror's centre, image radius, and elevation of the
 /// ray (NaN when the mirror's gates are off).

@@ -29,6 +29,9 @@ inline constexpr int kRejections = 11;
 /// A few words for people.
 const char* describe(Rejection rejection);
 
+/// How far the fill of a spot of few pixels may be from an ellipse's beyond the gate.
+double fillTolerance(const BlobShape& shape);
+
 /// The gates that need only the thresholded pixels.
 Rejection rejectionOf(const Blob& blob, const BlobShape& shape, const GateConfig& gates,
                       const Range& area_px);

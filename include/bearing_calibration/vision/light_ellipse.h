@@ -15,7 +15,8 @@ struct LightEllipse {
   double peak_levels = 0.0;         ///< largest level, background included
   double background_levels = 0.0;   ///< under the centre
   double fill = 0.0;                ///< of the thresholded spot, 1 for an ellipse
-  double saturated_fraction = 0.0;  ///< of the thresholded spot's pixels
+  double fill_tolerance = 0.0;      ///< of the fill, for the few pixels that the spot has
+  double saturated_fraction = 0.0;  ///< of the spot's pixels as sensed
   int pixels = 0;                   ///< of the thresholded spot
 };
 
