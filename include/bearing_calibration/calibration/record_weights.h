@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "bearing_calibration/calibration/batch_estimator.h"
+#include "bearing_calibration/calibration/cartesian_smoother.h"
+
+namespace bearing_calibration {
+
+/// How much each bearing and each motion of a record is believed, while a batch fit goes on:
+/// Huber's weights first, plain ones without the outliers at the end; motions that slipped;
+/// variances widened for correlated noise. `sights` and `config` must outlive it.
+class RecordWeights {
+ public:
+  /// @param is_plausible  of each sight: false for one that is set aside from the outset
+  RecordWeights(const std::vector<Sight>& sights, const std::vector<bool>& is_plausible,
+                const BatchConfig& config);
+
+  const std::vector<SightWeight>& sights() const { return weights_; }
+  const std::vector<std::size_t>& slips() const { return slips_; }
+  double correlation() const { return correlation_; }
+
+  /// Huber's weights by the residuals along `path`, or plain ones where Huber is off or over.
+  void weighBearings(const std::vector<PathPoint>& path);
+  /// From now on all bearings in use count in full.
+  void endHuber(const std::vector<PathPoint>& path);
+  /// Decides anew which sights are left out; true when that changed.
+  bool rejectOutliers(const SmootherPass& pass);
+  /// Gives up the motion that the bearings contradict most; true when they do so clearly.
+  bool giveUpSlip(const SmootherPass& pass);
+  /// Widens the bearings' variances when neighbouring innovations are correlated: then true.
+  bool widenForCorrelation(const SmootherPass& pass, const std::vector<PathPoint>& path);
+
+  /// Cost of the bearings in use along `path`, Huber's or the plain one.
+  double bearingCost(const std::vector<PathPoint>& path) const;
+  /// What the sights left out and the motions given up cost: what they would cost at their limits.
+  double costOfDisbelief() const;
+
+ private:
+  double sigmas(std::size_t i, const std::vector<PathPoint>& path) const;
+  bool isInsideSlip(std::size_t i) const;
+
+  const std::vector<Sight>& records_;
+  const BatchConfig& config_;
+  std::vector<SightWeight> weights_;
+  std::vector<std::size_t> slips_;
+  bool huber_;
+  double widening_ = 1.0;  ///< of all bearing variances
+  double correlation_ = 0.0;
+  int rejection_rounds_ = 0;
+};
+
+/// Lag-1 correlation of the standardised innovations of the sights in use; 0 where insignificant.
+double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWeight>& weights);
+
+}  // namespace bearing_calibration

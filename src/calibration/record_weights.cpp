@@ -1,0 +1,151 @@
+#include "bearing_calibration/calibration/record_weights.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/filter/bearing_model.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// Rejections may change so often before they are frozen: sights at the very limit could go in and
+/// out for ever.
+constexpr int kMaxRejectionRounds = 6;
+/// A slip lasts: what is found is its most telling moment, and motions this near are not believed
+/// either.
+constexpr Duration kSlipReach = std::chrono::milliseconds(250);
+
+}  // namespace
+
+RecordWeights::RecordWeights(const std::vector<Sight>& sights,
+                             const std::vector<bool>& is_plausible, const BatchConfig& config)
+    : records_(sights), config_(config), huber_(config.huber_sigmas > 0.0) {
+  const bool may_reject = config.reject_sigmas > 0.0;
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    const double variance = sights[i].azimuth_variance_rad2;
+    weights_.push_back({variance, variance, is_plausible[i] || !may_reject});
+  }
+}
+
+double RecordWeights::sigmas(std::size_t i, const std::vector<PathPoint>& path) const {
+  const double residual =
+      wrapAngle(records_[i].azimuth_rad - azimuthFromCartesian(path[i].state).azimuth_rad);
+  return std::abs(residual) / std::sqrt(widening_ * records_[i].azimuth_variance_rad2);
+}
+
+void RecordWeights::weighBearings(const std::vector<PathPoint>& path) {
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    const double variance = widening_ * records_[i].azimuth_variance_rad2;
+    const double doubt = huber_ ? std::max(1.0, sigmas(i, path) / config_.huber_sigmas) : 1.0;
+    weights_[i].sensor_variance_rad2 = variance;
+    weights_[i].bearing_variance_rad2 = variance * doubt;
+  }
+}
+
+void RecordWeights::endHuber(const std::vector<PathPoint>& path) {
+  huber_ = false;
+  weighBearings(path);
+}
+
+bool RecordWeights::rejectOutliers(const SmootherPass& pass) {
+  if (++rejection_rounds_ > kMaxRejectionRounds) return false;
+  bool changed = false;
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    const SmoothedSight& sight = pass.sights[i];
+    const double variance = sight.left_out_variance_rad2 + records_[i].azimuth_variance_rad2;
+    const double limit = config_.reject_sigmas * config_.reject_sigmas * variance;
+    const bool use =
+        !isInsideSlip(i) && sight.left_out_residual_rad * sight.left_out_residual_rad <= limit;
+    changed = changed || use != weights_[i].use_bearing;
+    weights_[i].use_bearing = use;
+  }
+  return changed;
+}
+
+bool RecordWeights::giveUpSlip(const SmootherPass& pass) {
+  const bool may_slip =
+      config_.slip_gain > 0.0 && static_cast<int>(slips_.size()) < config_.max_slips;
+  if (!may_slip) return false;
+  const auto worst = std::max_element(
+      pass.sights.begin(), pass.sights.end(),
+      [](const SmoothedSight& a, const SmoothedSight& b) { return a.slip_gain < b.slip_gain; });
+  if (worst->slip_gain < config_.slip_gain) return false;
+  const auto at = static_cast<std::size_t>(worst - pass.sights.begin());
+  slips_.push_back(at);
+  for (std::size_t i = 1; i < weights_.size(); ++i) {
+    const Duration apart =
+        i < at ? records_[at].stamp - records_[i].stamp : records_[i].stamp - records_[at].stamp;
+    if (apart <= kSlipReach) weights_[i].slipped = true;
+  }
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    if (isInsideSlip(i)) weights_[i].use_bearing = false;
+  }
+  return true;
+}
+
+/// A sight between two motions that are not believed only says where the light was at that moment.
+bool RecordWeights::isInsideSlip(std::size_t i) const {
+  return weights_[i].slipped && i + 1 < weights_.size() && weights_[i + 1].slipped;
+}
+
+bool RecordWeights::widenForCorrelation(const SmootherPass& pass,
+                                        const std::vector<PathPoint>& path) {
+  correlation_ = innovationCorrelation(pass, weights_);
+  // n bearings whose noise is a first-order autoregression are worth this times fewer white ones.
+  widening_ = (1.0 + correlation_) / (1.0 - correlation_);
+  weighBearings(path);
+  return correlation_ > 0.0;
+}
+
+double RecordWeights::bearingCost(const std::vector<PathPoint>& path) const {
+  double cost = 0.0;
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    if (!weights_[i].use_bearing) continue;
+    const double size = sigmas(i, path);
+    cost += huber_ && size > config_.huber_sigmas
+                ? config_.huber_sigmas * (2.0 * size - config_.huber_sigmas)
+                : size * size;
+  }
+  return cost;
+}
+
+double RecordWeights::costOfDisbelief() const {
+  const auto left_out = std::count_if(weights_.begin(), weights_.end(),
+                                      [](const SightWeight& w) { return !w.use_bearing; });
+  return config_.reject_sigmas * config_.reject_sigmas * static_cast<double>(left_out) +
+         config_.slip_gain * static_cast<double>(slips_.size());
+}
+
+double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWeight>& weights) {
+  // Clipped, so that neither a slip's after-effects nor an outlier decide.
+  constexpr double kClip = 2.5;
+  constexpr double kSignificant = 2.0;  // standard deviations, 1/sqrt(n) each, of white innovations
+  constexpr double kLargest = 0.9;      // beyond it the sights say nothing about their number
+  double products = 0.0;
+  double squares = 0.0;
+  int pairs = 0;
+  double last = 0.0;
+  bool has_last = false;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (!weights[i].use_bearing) {
+      has_last = false;
+      continue;
+    }
+    const SmoothedSight& sight = pass.sights[i];
+    const double standardised =
+        std::clamp(sight.innovation_rad / std::sqrt(sight.innovation_variance_rad2), -kClip, kClip);
+    if (has_last) {
+      products += last * standardised;
+      squares += standardised * standardised;
+      ++pairs;
+    }
+    last = standardised;
+    has_last = true;
+  }
+  if (pairs == 0 || squares <= 0.0) return 0.0;
+  const double correlation = products / squares;
+  return correlation > kSignificant / std::sqrt(pairs) ? std::min(correlation, kLargest) : 0.0;
+}
+
+}  // namespace bearing_calibration
