@@ -49,6 +49,7 @@ void printRow(const Row& row, int images) {
 
   DetectorConfig config = test::detectorOf(rendered);
   config.defocus_sigma_px = row.defocus_px;
+  config.threshold.min_contrast_levels = 12.0;  // as in config/detection.yaml
   LightDetector detector(config);
   test::BearingErrors errors;
   double bound = 0.0;

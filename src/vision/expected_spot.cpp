@@ -11,7 +11,9 @@ namespace {
 
 constexpr double kPixelVariance = 1.0 / 12.0;        // of a square of side 1
 constexpr double kRingStddev = 0.70710678118654752;  // of cos over a circle
-constexpr int kDistances = 8;                        // the blur changes slowly with the distance
+// Diffraction, aberrations and the filter in front of the pixels: a standard deviation up to this.
+constexpr double kLensBlur_px = 0.5;
+constexpr int kDistances = 8;  // the blur changes slowly with the distance
 
 struct Stddevs {
   double tangential_px;
@@ -51,8 +53,10 @@ SpotSize sizeAt(const DetectorConfig& config, double image_radius_px) {
   for (int i = 0; i < kDistances; ++i) {
     const double distance_m = 1.0 / (nearest + (farthest - nearest) * i * step);
     const Stddevs stddevs = stddevsAt(config, image_radius_px, distance_m);
-    include(&size.tangential_stddev_px, stddevs.tangential_px);
-    include(&size.radial_stddev_px, stddevs.radial_px);
+    for (double lens_px : {0.0, kLensBlur_px}) {
+      include(&size.tangential_stddev_px, std::hypot(stddevs.tangential_px, lens_px));
+      include(&size.radial_stddev_px, std::hypot(stddevs.radial_px, lens_px));
+    }
   }
   return size;
 }
