@@ -158,9 +158,8 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
   const SpotLevels levels{static_cast<double>(result_.threshold_levels),
                           config_.sensor.saturation_level, config_.sensor.black_level,
                           result_.background.median};
-  const std::optional<SpotMeasurement> spot =
-      measureSpot(image, sharp, window, levels,
-                  {config_.view.centre_u_px, config_.view.centre_v_px}, config_.view.handedness);
+  const std::optional<SpotMeasurement> spot = measureSpot(
+      image, sharp, window, levels, {config_.view.centre_u_px, config_.view.centre_v_px});
   if (!spot) {
     detection->rejection = Rejection::kNoLight;
     return;

@@ -155,7 +155,7 @@ SpotMeasurement sumUp(const cv::Mat& image, const cv::Mat& sharp, const SpotWind
 template <typename Level>
 std::optional<SpotMeasurement> measure(const cv::Mat& image, const cv::Mat& sharp,
                                        const SpotWindow& first_window, const SpotLevels& levels,
-                                       const Vector2d& mirror_centre_px, int handedness) {
+                                       const Vector2d& mirror_centre_px) {
   constexpr int kSteps = 2;  // from the thresholded pixels' centre, some tenths of a pixel away
   const double reach_px = first_window.size * std::sqrt(first_window.covariance_px2.trace());
   SpotWindow window = first_window;
@@ -163,8 +163,7 @@ std::optional<SpotMeasurement> measure(const cv::Mat& image, const cv::Mat& shar
   SpotMeasurement spot;
   for (int step = 0; step < kSteps; ++step) {
     const Vector2d radial = (window.centre_px - mirror_centre_px).normalized();
-    // On the screen v grows downwards: counter-clockwise is (v, -u).
-    const Vector2d tangential = handedness * Vector2d(radial.y(), -radial.x());
+    const Vector2d tangential(-radial.y(), radial.x());
     spot = sumUp<Level>(image, sharp, window, levels, plane, radial, tangential);
     const Vector2d shift = spot.radial.light_moment / spot.radial.gain * radial +
                            spot.tangential.light_moment / spot.tangential.gain * tangential;
@@ -180,11 +179,11 @@ std::optional<SpotMeasurement> measure(const cv::Mat& image, const cv::Mat& shar
 
 std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& sharp,
                                            const SpotWindow& window, const SpotLevels& levels,
-                                           const Vector2d& mirror_centre_px, int handedness) {
+                                           const Vector2d& mirror_centre_px) {
   if (image.depth() == CV_8U) {
-    return measure<std::uint8_t>(image, sharp, window, levels, mirror_centre_px, handedness);
+    return measure<std::uint8_t>(image, sharp, window, levels, mirror_centre_px);
   }
-  return measure<std::uint16_t>(image, sharp, window, levels, mirror_centre_px, handedness);
+  return measure<std::uint16_t>(image, sharp, window, levels, mirror_centre_px);
 }
 
 }  // namespace bearing_calibration

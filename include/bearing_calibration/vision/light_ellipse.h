@@ -5,7 +5,7 @@
 namespace bearing_calibration {
 
 /// The image of a light: an ellipse of light over its background, by intensity. "Along" and
-/// "across" are the mirror's radius and its tangent (towards growing azimuth) at the centre.
+/// "across" are the mirror's radius and its tangent at the centre.
 struct LightEllipse {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< (u, v)
   double tangential_variance_px2 = 0.0;                 ///< second central moments

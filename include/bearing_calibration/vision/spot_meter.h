@@ -73,6 +73,6 @@ struct SpotLevels {
 /// @return nothing when the window holds no light over its background.
 std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& sharp,
                                            const SpotWindow& window, const SpotLevels& levels,
-                                           const Eigen::Vector2d& mirror_centre_px, int handedness);
+                                           const Eigen::Vector2d& mirror_centre_px);
 
 }  // namespace bearing_calibration
