@@ -31,12 +31,15 @@ namespace core = bearing_calibration;
 ///
 /// Threading: every subscriber, timer and service hangs on getNodeHandle()'s queue, which a nodelet
 /// manager serves with one thread at a time. So no callback runs beside another, and nothing here
-/// is locked. An exception ends at its callback (see guarded()): the manager and its other nodelets
-/// live on.
+/// is locked. That queue may be served while onInit() is still under way: everything that a
+/// callback uses exists before the first of them can come, and is not touched by onInit()
+/// afterwards. An exception ends at its callback (see guarded()): the manager and its other
+/// nodelets live on.
 class CalibrationNodelet : public nodelet::Nodelet {
  private:
   void onInit() override;
   void advertise();
+  void watchInputs();
   void subscribe();
 
   void onTicks(const core::WheelTicksConstPtr& message);
@@ -86,6 +89,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
   std::uint32_t refused_before_ = 0;  ///< inputs, at the last diagnostics
 
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+  std::string wheel_topic_, bearing_topic_;
   ros::ServiceServer reset_service_, pause_service_, save_service_;
   ros::Subscriber wheel_subscriber_, bearing_subscriber_;
   ros::WallTimer timer_;
@@ -97,9 +101,10 @@ void CalibrationNodelet::onInit() {
   try {
     config_ = readCalibrationNodeConfig(getPrivateNodeHandle());
     calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator);
+    watchInputs();
     advertise();
-    subscribe();
     publishNow();
+    subscribe();
   } catch (const std::exception& error) {
     NODELET_FATAL("not started: %s", error.what());
     throw;  // tells the nodelet loader, which says nothing by itself
@@ -110,15 +115,19 @@ void CalibrationNodelet::advertise() {
   ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
   publisher_ = std::make_unique<ResultPublisher>(private_node_handle, config_);
   prediction_publisher_ = std::make_unique<PredictionPublisher>(private_node_handle, config_);
-  reset_service_ =
-      private_node_handle.advertiseService("reset", &CalibrationNodelet::onReset, this);
-  pause_service_ =
-      private_node_handle.advertiseService("pause", &CalibrationNodelet::onPause, this);
-  save_service_ = private_node_handle.advertiseService("save", &CalibrationNodelet::onSave, this);
   diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), private_node_handle,
                                                                getName());
   diagnostics_->setHardwareID("none");
   diagnostics_->add("calibration", this, &CalibrationNodelet::diagnose);
+}
+
+void CalibrationNodelet::watchInputs() {
+  const ros::NodeHandle& node_handle = getNodeHandle();
+  wheel_topic_ =
+      node_handle.resolveName(config_.wheels_from_joint_states ? "joint_states" : "wheel_ticks");
+  bearing_topic_ = node_handle.resolveName("bearings");
+  input_watch_ =
+      std::make_unique<InputWatch>(wheel_topic_, bearing_topic_, config_.input_timeout_s);
 }
 
 void CalibrationNodelet::subscribe() {
@@ -126,6 +135,12 @@ void CalibrationNodelet::subscribe() {
   constexpr std::uint32_t kBearingQueue = 200;  // the same 20 s at 10 Hz
   const auto hints = ros::TransportHints().tcpNoDelay();
   ros::NodeHandle& node_handle = getNodeHandle();
+  ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
+  reset_service_ =
+      private_node_handle.advertiseService("reset", &CalibrationNodelet::onReset, this);
+  pause_service_ =
+      private_node_handle.advertiseService("pause", &CalibrationNodelet::onPause, this);
+  save_service_ = private_node_handle.advertiseService("save", &CalibrationNodelet::onSave, this);
   wheel_subscriber_ = config_.wheels_from_joint_states
                           ? node_handle.subscribe("joint_states", kWheelQueue,
                                                   &CalibrationNodelet::onJointStates, this, hints)
@@ -133,8 +148,6 @@ void CalibrationNodelet::subscribe() {
                                                   &CalibrationNodelet::onTicks, this, hints);
   bearing_subscriber_ = node_handle.subscribe("bearings", kBearingQueue,
                                               &CalibrationNodelet::onBearings, this, hints);
-  input_watch_ = std::make_unique<InputWatch>(
-      wheel_subscriber_.getTopic(), bearing_subscriber_.getTopic(), config_.input_timeout_s);
   timer_ = node_handle.createWallTimer(ros::WallDuration(1.0), &CalibrationNodelet::onSecond, this);
 }
 
@@ -168,10 +181,9 @@ void CalibrationNodelet::onBearings(const core::LightBearingsConstPtr& message) 
     const std::string& frame = message->header.frame_id;
     if (!frame.empty() && frame != config_.frames.sensor && throttle_.isDue("frame " + frame)) {
       NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were",
-                   bearing_subscriber_.getTopic().c_str(), frame.c_str(),
-                   config_.frames.sensor.c_str());
+                   bearing_topic_.c_str(), frame.c_str(), config_.frames.sensor.c_str());
     }
-    warn(bearing_subscriber_.getTopic(),
+    warn(bearing_topic_,
          calibrator_->addBearings(bearingsFromMessage(*message), stampFromRos(*now)));
     publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
   });
@@ -246,9 +258,9 @@ void CalibrationNodelet::followJumpBack(const std::string& what) {
 void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::Stamp stamp,
                                       const ros::Time& now) {
   input_watch_->sawWheels(now);
-  warn(wheel_subscriber_.getTopic(), outcome);
+  warn(wheel_topic_, outcome);
   if (stamp_watch_.hasBegunAnew(outcome, stamp)) {
-    followJumpBack("the stamps on " + wheel_subscriber_.getTopic() + " have");
+    followJumpBack("the stamps on " + wheel_topic_ + " have");
   }
   publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
   prediction_publisher_->offer(*calibrator_, stamp);
@@ -261,8 +273,8 @@ void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message
   NODELET_WARN(
       "%s: joints '%s' and '%s' with a position each are wanted, but the message has (%s): message "
       "ignored",
-      wheel_subscriber_.getTopic().c_str(), config_.joints.left.c_str(),
-      config_.joints.right.c_str(), jointNames(message).c_str());
+      wheel_topic_.c_str(), config_.joints.left.c_str(), config_.joints.right.c_str(),
+      jointNames(message).c_str());
 }
 
 void CalibrationNodelet::warn(const std::string& topic, const core::InputOutcome& outcome) {
