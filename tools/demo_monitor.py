@@ -132,11 +132,9 @@ def resultBlock(estimate, truth):
 class Demo:
     """demo.launch as a child process, and the last messages of the two topics."""
 
-    def __init__(self, launch_arguments):
+    def __init__(self, port, launch_arguments):
         self.estimate = None
         self.truth = None
-        # ROS's own port, so that other terminals see the demo; another when that one is taken.
-        port = freePort([DEFAULT_MASTER_PORT] + masterPorts())
         os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
         log_folder = os.environ.get('ROS_LOG_DIR', os.path.expanduser('~/.ros/log'))
         os.makedirs(log_folder, exist_ok=True)
@@ -188,7 +186,7 @@ class Demo:
 
 
 def freePort(candidates):
-    """The first of `candidates` that nobody listens on."""
+    """The first of `candidates` that nobody listens on. @throws RuntimeError when there is none."""
     for port in candidates:
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -197,7 +195,7 @@ def freePort(candidates):
                 return port
             except OSError:
                 continue
-    raise RuntimeError('there is no free port')
+    raise RuntimeError('somebody listens on port %s already' % ', '.join(map(str, candidates[:1])))
 
 
 def masterPorts():
@@ -236,6 +234,9 @@ def parse(arguments):
     parser.add_argument('--seconds', type=float, default=150,
                         help='give up after so long (default %(default)s)')
     parser.add_argument('--period', type=float, default=3, help='seconds between two rows')
+    parser.add_argument('--port', type=int,
+                        help="of the demo's own ROS master (default %d, so that other terminals see "
+                        'it, or another when that one is taken)' % DEFAULT_MASTER_PORT)
     parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE',
                         help='for demo.launch, as rviz:=true or seed:=2')
     return parser.parse_args(arguments)
@@ -245,7 +246,8 @@ def main(arguments):
     options = parse(arguments)
     signal.signal(signal.SIGTERM, raiseExit)
     without_detector = ['detect:=false'] if options.no_detector else []
-    demo = Demo(without_detector + options.launch_arguments)
+    ports = [options.port] if options.port else [DEFAULT_MASTER_PORT] + masterPorts()
+    demo = Demo(freePort(ports), without_detector + options.launch_arguments)
     print('Demo at %s, output of its nodes in %s' % (os.environ['ROS_MASTER_URI'], demo.log_path))
     print('In the table: value +- standard deviation (error in standard deviations)\n', flush=True)
     try:
