@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "bearing_calibration/calibration/mount_agreement.h"
+#include "bearing_calibration/calibration/slip_suspicion.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
 
@@ -46,18 +47,22 @@ ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config, const BatchC
     : config_(config), batch_(batch) {}
 
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Sight>& record,
-                             bool settled) {
+                             const std::optional<BatchEstimate>& settled) {
   last_ = decide(tracker, record, settled);
 }
 
 Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vector<Sight>& record,
-                                   bool settled) {
+                                   const std::optional<BatchEstimate>& settled) {
   if (const auto why = inconsistency(tracker.consistency())) {
     return {CalibrationState::kInconsistent, *why};
   }
   const CartesianEstimate estimate = tracker.filter().cartesian();
-  if (confirmed_) return watch(estimate, record);
   if (!settled || !meetsTargets(mountFromCartesian(estimate))) return stillConverging(estimate);
+  if (hidesSlip(record, *settled, batch_)) {
+    return {CalibrationState::kConverging,
+            "known well enough unless a wheel has slipped unnoticed: drive on to tell"};
+  }
+  if (confirmed_) return watch(estimate, record);
   return confirm(estimate, record);
 }
 

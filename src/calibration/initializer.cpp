@@ -116,14 +116,6 @@ bool isWellKnown(const CartesianEstimate& estimate, double range, const Initiali
          stddev.head<2>().maxCoeff() < config.max_light_stddev_per_range * range;
 }
 
-/// Whether the mount would be another one if smaller suspicions of a slip were followed.
-bool hidesSlip(const std::vector<Sight>& sights, const BatchEstimate& batch,
-               const InitializerConfig& config) {
-  constexpr double kSuspicion = 13.0;  // a gain that comes about by chance in one record of ten
-  constexpr double kSameMount = 16.3;  // chi-square(3) of 0.1 %
-  return changeByHiddenSlip(sights, batch, config.batch, kSuspicion) > kSameMount;
-}
-
 /// What the answer itself lacks.
 StartObstacle answerObstacle(const StartAttempt& attempt, const BatchEstimate& batch,
                              const InitializerConfig& config) {
@@ -210,7 +202,7 @@ StartAttempt findStart(const std::vector<Sight>& sights, const InitializerConfig
   attempt.slips = static_cast<int>(batch.slips.size());
   attempt.bearing_correlation = batch.correlation;
   attempt.obstacle = answerObstacle(attempt, batch, config);
-  if (attempt.ready() && hidesSlip(sights, batch, config)) {
+  if (attempt.ready() && hidesSlip(sights, batch, config.batch)) {
     attempt.obstacle = StartObstacle::kAmbiguous;
   }
   return attempt;

@@ -114,12 +114,16 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
   if (stamp < next_refinement_) return;
   const std::vector<Sight>& sights = initializer_.record().sights();
   next_refinement_ = nextTime(kRefinements, sights);
-  const BatchEstimate batch =
+  std::optional<BatchEstimate> batch =
       batch_.estimate(sights, {tracker_->filter().cartesian().mean, sights.size() - 1});
   const bool settled =
-      batch.converged && batch.inlierFraction() >= config_.initializer.min_inlier_fraction;
-  if (settled) tracker_->rebase(batch.at_last_sight, batch.correlation);
-  judge_->judge(*tracker_, sights, settled);
+      batch->converged && batch->inlierFraction() >= config_.initializer.min_inlier_fraction;
+  if (settled) {
+    tracker_->rebase(batch->at_last_sight, batch->correlation);
+  } else {
+    batch.reset();
+  }
+  judge_->judge(*tracker_, sights, batch);
 }
 
 /// Which single fault of the robot would explain the record.

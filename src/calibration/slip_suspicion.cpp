@@ -23,4 +23,11 @@ double changeByHiddenSlip(const std::vector<Sight>& sights, const BatchEstimate&
   return change.dot(covariance.ldlt().solve(change));
 }
 
+bool hidesSlip(const std::vector<Sight>& sights, const BatchEstimate& batch,
+               const BatchConfig& config) {
+  constexpr double kSuspicion = 13.0;  // a gain that comes about by chance in one record of ten
+  constexpr double kSameMount = 16.3;  // chi-square(3) of 0.1 %
+  return changeByHiddenSlip(sights, batch, config, kSuspicion) > kSameMount;
+}
+
 }  // namespace bearing_calibration

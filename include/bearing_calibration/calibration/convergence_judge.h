@@ -26,14 +26,16 @@ class ConvergenceJudge {
   ConvergenceJudge(const ConvergenceConfig& config, const BatchConfig& batch);
 
   /// @param record  the sights so far, thinned or not
-  /// @param settled  whether the tracker's estimate has just been confirmed by the batch over them;
-  ///   nothing is called converged without it
-  void judge(const MountTracker& tracker, const std::vector<Sight>& record, bool settled);
+  /// @param settled  the batch over them, which the tracker has just taken up; none when it did not
+  ///   settle: nothing is called converged then
+  void judge(const MountTracker& tracker, const std::vector<Sight>& record,
+             const std::optional<BatchEstimate>& settled);
   const Judgement& last() const { return last_; }
 
  private:
   std::optional<std::string> inconsistency(const Consistency& recent) const;
-  Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record, bool settled);
+  Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record,
+                   const std::optional<BatchEstimate>& settled);
   Judgement confirm(const CartesianEstimate& estimate, const std::vector<Sight>& record);
   Judgement watch(const CartesianEstimate& estimate, const std::vector<Sight>& record);
   /// By what the last stretch of way contradicts all before it; none when it does not.

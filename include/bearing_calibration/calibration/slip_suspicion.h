@@ -14,4 +14,9 @@ namespace bearing_calibration {
 double changeByHiddenSlip(const std::vector<Sight>& sights, const BatchEstimate& batch,
                           const BatchConfig& config, double gain);
 
+/// Whether the mount would be another one if smaller suspicions of a slip were followed: then it is
+/// not to be trusted yet.
+bool hidesSlip(const std::vector<Sight>& sights, const BatchEstimate& batch,
+               const BatchConfig& config);
+
 }  // namespace bearing_calibration
