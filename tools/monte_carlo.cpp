@@ -147,7 +147,10 @@ int run(int argc, char** argv) {
   std::cout << format(rows);
   printWrong(trials, arguments.seed);
   if (values.count("check") == 0) return 0;
-  const std::vector<Bar> bars = judgeBars(trials, rows, arguments.trajectory == "degenerate");
+  const ClaimKind kind = arguments.trajectory == "degenerate" ? ClaimKind::kForbidden
+                         : arguments.what == "calibrator"     ? ClaimKind::kVerdict
+                                                              : ClaimKind::kEstimate;
+  const std::vector<Bar> bars = judgeBars(trials, rows, kind);
   std::cout << format(bars);
   return allReached(bars) ? 0 : kBarMissed;
 }

@@ -15,9 +15,16 @@ struct Bar {
   bool reached = false;
 };
 
-/// The bars of doc/accuracy.md that the trials speak of; `degenerate` when nothing may be claimed.
+/// What a claim is worth.
+enum class ClaimKind {
+  kVerdict,    ///< CONVERGED: never wrong
+  kEstimate,   ///< ready, or settled: a Gaussian's tail may be a little too long
+  kForbidden,  ///< from degenerate motion: none may be made
+};
+
+/// The bars of doc/accuracy.md that the trials speak of.
 std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<TableRow>& rows,
-                           bool degenerate);
+                           ClaimKind kind);
 std::string format(const std::vector<Bar>& bars);
 bool allReached(const std::vector<Bar>& bars);
 
