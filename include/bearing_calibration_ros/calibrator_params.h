@@ -20,7 +20,9 @@ struct FrameNames {
 
 /// Parameter group `output`.
 struct OutputConfig {
-  std::string folder;  ///< where result.yaml is written
+  std::string folder;          ///< where result.yaml is written
+  double save_period_s = 0.0;  ///< wall time between two savings without being asked; 0 is never
+  bool take_up = false;        ///< go on from the result.yaml that is there at the start
   bool publish_tf = false;
   std::string tf_child_frame;       ///< of its own: a frame may have one parent only
   double max_rate_hz = 0.0;         ///< of the estimate, in wall time

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "bearing_calibration/calibration/result.h"
@@ -16,5 +17,15 @@ struct SavingOutcome {
 /// Writes result.yaml into the configured folder, with wall time and `program` as its provenance.
 SavingOutcome saveResult(const bearing_calibration::CalibrationResult& result,
                          const CalibrationNodeConfig& config, const std::string& program);
+
+/// The mount in the configured folder's result.yaml, to go on from.
+struct EarlierResult {
+  std::optional<bearing_calibration::MountEstimate> base_from_sensor;
+  std::string message;  ///< what was taken up, or why nothing was
+};
+
+/// Refuses a file that is missing, corrupt or foreign, was measured with other wheels or between
+/// other frames, or was not trusted when it was written.
+EarlierResult readEarlierResult(const CalibrationNodeConfig& config);
 
 }  // namespace bearing_calibration_ros

@@ -67,6 +67,8 @@ class Calibrator::Impl {
                              calibration_.lightId()};
   }
 
+  void takeUp(const MountEstimate& earlier) { calibration_.takeUp(earlier); }
+
   void setPaused(bool paused) {
     paused_ = paused;
     if (paused) queue_.clear();
@@ -160,6 +162,8 @@ std::optional<BearingPrediction> Calibrator::predictBearing(Stamp stamp) const {
 }
 
 CalibrationResult Calibrator::result() const { return impl_->result(); }
+
+void Calibrator::takeUp(const MountEstimate& earlier) { impl_->takeUp(earlier); }
 
 void Calibrator::reset() { impl_ = std::make_unique<Impl>(impl_->config()); }
 

@@ -33,6 +33,19 @@ double disagreement(const MountEstimate& a, const MountEstimate& b) {
   return difference.dot((a.covariance + b.covariance).ldlt().solve(difference));
 }
 
+CartesianEstimate withKnownMount(const CartesianEstimate& estimate, const MountEstimate& known) {
+  const Eigen::Matrix<double, 5, 3> PHt = estimate.covariance.rightCols<3>();
+  const Eigen::Matrix3d S = PHt.bottomRows<3>() + known.covariance;
+  const Eigen::Matrix<double, 5, 3> K = S.ldlt().solve(PHt.transpose()).transpose();
+  Eigen::Vector3d innovation = known.mean - mountFromCartesian(estimate).mean;
+  innovation.z() = wrapAngle(innovation.z());
+  CartesianEstimate together{estimate.mean + K * innovation,
+                             estimate.covariance - K * PHt.transpose()};
+  together.covariance = 0.5 * (together.covariance + together.covariance.transpose().eval());
+  together.mean(CartesianIndex::kSensorYaw) = wrapAngle(together.sensorYaw());
+  return together;
+}
+
 std::optional<MountEstimate> estimatePart(const std::vector<Sight>& sights, const Vector5& at_last,
                                           std::size_t begin, std::size_t end,
                                           const BatchConfig& config) {

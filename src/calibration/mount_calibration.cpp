@@ -5,6 +5,8 @@
 #include "bearing_calibration/calibration/driver_advice.h"
 #include "bearing_calibration/calibration/fault_finder.h"
 #include "bearing_calibration/calibration/light_start.h"
+#include "bearing_calibration/calibration/mount_agreement.h"
+#include "bearing_calibration/common/chi_square.h"
 
 namespace bearing_calibration {
 namespace {
@@ -76,15 +78,23 @@ void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates
   if (doesNotFit(*attempt_)) diagnose(stamp);
   if (!attempt_->ready()) return;
   diagnosis_.clear();
-  tracker_.emplace(config_.filter, attempt_->estimate, attempt_->bearing_correlation);
+  tracker_.emplace(config_.filter, withEarlier(attempt_->estimate), attempt_->bearing_correlation);
   judge_.emplace(config_.converged, config_.initializer.batch);
   started_ = true;
 }
 
 void MountCalibration::startFromGuess(const Bearing& light) {
   const StartConfig& guess = config_.start;
-  if (guess.kind != StartConfig::Kind::kGuess) return;
   constexpr double kUncorrelated = 0.0;
+  if (earlier_) {
+    constexpr LightDistance kSomewhereNear{2.0, 1.0};  // corrected by the first metre driven
+    tracker_.emplace(
+        config_.filter,
+        placeLight(*earlier_, kSomewhereNear, light.azimuth_rad, light.azimuth_variance_rad2),
+        kUncorrelated);
+    return;
+  }
+  if (guess.kind != StartConfig::Kind::kGuess) return;
   tracker_.emplace(
       config_.filter,
       placeLight(mountFromGuess(guess), {guess.light_distance_m, guess.light_distance_stddev_m},
@@ -119,11 +129,22 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
   const bool settled =
       batch->converged && batch->inlierFraction() >= config_.initializer.min_inlier_fraction;
   if (settled) {
-    tracker_->rebase(batch->at_last_sight, batch->correlation);
+    tracker_->rebase(withEarlier(batch->at_last_sight), batch->correlation);
   } else {
     batch.reset();
   }
   judge_->judge(*tracker_, sights, batch);
+}
+
+/// An estimate from the sights, with the earlier calibration unless they contradict it: then that
+/// one is forgotten.
+CartesianEstimate MountCalibration::withEarlier(const CartesianEstimate& estimate) {
+  constexpr double kFalseAlarm = 1e-4;
+  if (earlier_ && disagreement(mountFromCartesian(estimate), *earlier_) >
+                      chiSquareQuantile(1.0 - kFalseAlarm, 3.0)) {
+    earlier_.reset();
+  }
+  return earlier_ ? withKnownMount(estimate, *earlier_) : estimate;
 }
 
 /// Which single fault of the robot would explain the record.

@@ -38,6 +38,7 @@ namespace core = bearing_calibration;
 class CalibrationNodelet : public nodelet::Nodelet {
  private:
   void onInit() override;
+  void takeUpEarlierResult();
   void advertise();
   void watchInputs();
   void subscribe();
@@ -46,6 +47,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
   void onJointStates(const sensor_msgs::JointStateConstPtr& message);
   void onBearings(const core::LightBearingsConstPtr& message);
   void onSecond(const ros::WallTimerEvent& event);
+  void savePeriodically();
   bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool onSave(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
@@ -84,6 +86,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
   std::unique_ptr<InputWatch> input_watch_;
   ClockWatch clock_watch_;
   StampWatch stamp_watch_;
+  ros::SteadyTime last_saved_ = ros::SteadyTime::now();
   LogThrottle throttle_{kWarningPeriod_s};
   std::uint32_t joint_states_without_wheels_ = 0;
   std::uint32_t refused_before_ = 0;  ///< inputs, at the last diagnostics
@@ -101,6 +104,7 @@ void CalibrationNodelet::onInit() {
   try {
     config_ = readCalibrationNodeConfig(getPrivateNodeHandle());
     calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator);
+    takeUpEarlierResult();
     watchInputs();
     advertise();
     publishNow();
@@ -108,6 +112,17 @@ void CalibrationNodelet::onInit() {
   } catch (const std::exception& error) {
     NODELET_FATAL("not started: %s", error.what());
     throw;  // tells the nodelet loader, which says nothing by itself
+  }
+}
+
+void CalibrationNodelet::takeUpEarlierResult() {
+  if (!config_.output.take_up) return;
+  const EarlierResult earlier = readEarlierResult(config_);
+  if (earlier.base_from_sensor) calibrator_->takeUp(*earlier.base_from_sensor);
+  if (earlier.base_from_sensor) {
+    NODELET_INFO("%s", earlier.message.c_str());
+  } else {
+    NODELET_WARN("%s", earlier.message.c_str());
   }
 }
 
@@ -194,7 +209,25 @@ void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
     timeOfReceipt();  // a clock that jumped back is noticed without inputs, too
     publishNow();
     diagnostics_->force_update();
+    savePeriodically();
   });
+}
+
+/// Only what may be trusted replaces a file that is there.
+void CalibrationNodelet::savePeriodically() {
+  const ros::SteadyTime now = ros::SteadyTime::now();
+  if (config_.output.save_period_s <= 0.0 ||
+      (now - last_saved_).toSec() < config_.output.save_period_s) {
+    return;
+  }
+  const core::CalibrationResult result = calibrator_->result();
+  if (result.state != core::CalibrationState::kConverging &&
+      result.state != core::CalibrationState::kConverged) {
+    return;
+  }
+  last_saved_ = now;
+  const SavingOutcome outcome = saveResult(result, config_, getName());
+  if (!outcome.success) NODELET_WARN("not saved: %s", outcome.message.c_str());
 }
 
 bool CalibrationNodelet::onReset(std_srvs::Trigger::Request&,

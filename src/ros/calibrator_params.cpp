@@ -97,6 +97,8 @@ std::string expandHome(const std::string& folder) {
 OutputConfig readOutput(ParamReader& params) {
   OutputConfig output;
   output.folder = expandHome(params.text("output/folder"));
+  output.save_period_s = params.number("output/save_period");
+  output.take_up = params.boolean("output/take_up");
   output.publish_tf = params.boolean("output/publish_tf");
   output.tf_child_frame = params.text("output/tf_child_frame");
   output.max_rate_hz = params.number("output/max_rate");
@@ -129,6 +131,7 @@ std::vector<std::string> OutputConfig::validate(const FrameNames& frames) const 
   requireFrameName("output/tf_child_frame", tf_child_frame, &require);
   require.that(tf_child_frame != frames.base,
                "output/tf_child_frame must not be frames/base, but both are '" + frames.base + "'");
+  require.notNegative("output/save_period", save_period_s);
   require.positive("output/max_rate", max_rate_hz);
   require.positive("output/prediction_rate", prediction_rate_hz);
   return require.errors();

@@ -36,7 +36,11 @@ class Calibrator {
 
   CalibrationResult result() const;
 
-  /// Forgets everything but the configuration, the counts too.
+  /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with it.
+  /// To be called before the first input.
+  void takeUp(const MountEstimate& earlier);
+
+  /// Forgets everything but the configuration, the counts and what was taken up too.
   void reset();
   /// While paused, ticks are followed and bearings are ignored.
   void setPaused(bool paused);

@@ -12,6 +12,9 @@ namespace bearing_calibration {
 /// degrees of freedom when both are honest.
 double disagreement(const MountEstimate& a, const MountEstimate& b);
 
+/// An estimate together with what is known of the mount from elsewhere, independently.
+CartesianEstimate withKnownMount(const CartesianEstimate& estimate, const MountEstimate& known);
+
 /// What a part of a record says for itself, begun from what the whole says.
 /// @param at_last  the whole's estimate at the record's last sight
 /// @param begin,end  sights [begin, end) of the record

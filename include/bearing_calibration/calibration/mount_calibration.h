@@ -21,6 +21,10 @@ class MountCalibration {
  public:
   explicit MountCalibration(const CalibratorConfig& config);
 
+  /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with
+  /// it. To be called before the first sight.
+  void takeUp(const MountEstimate& earlier) { earlier_ = earlier; }
+
   /// An image at `stamp`, after a motion since the one before it.
   void look(Stamp stamp, const OdometryIncrement& motion, const std::vector<Bearing>& candidates);
 
@@ -36,6 +40,7 @@ class MountCalibration {
   std::vector<Bearing> ofThisLight(const std::vector<Bearing>& candidates) const;
   void start(Stamp stamp, const std::vector<Bearing>& candidates);
   void startFromGuess(const Bearing& light);
+  CartesianEstimate withEarlier(const CartesianEstimate& estimate);
   void follow(Stamp stamp, const std::vector<Bearing>& candidates);
   void refineAndJudge(Stamp stamp);
   void diagnose(Stamp stamp);
@@ -44,6 +49,7 @@ class MountCalibration {
   void startAnew();
 
   CalibratorConfig config_;
+  std::optional<MountEstimate> earlier_;  ///< taken up, and not contradicted so far
   LightPicker picker_;
   Initializer initializer_;  ///< keeps the record, after the start too
   BatchEstimator batch_;

@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""result.yaml is written without being asked, and taken up after a restart; a corrupt one is not."""
+
+import math
+import os
+import shutil
+import subprocess
+import unittest
+
+import rospkg
+import rospy
+import rostest
+import yaml
+
+from calibration_world import Node, World, wait_until
+
+OVERRIDES = os.path.join(rospkg.RosPack().get_path('bearing_calibration'), 'test', 'ros',
+                         'calibration_overrides.yaml')
+
+
+class CalibrationSavedTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('calibration_saved_test')
+        cls.folder = rospy.get_param('/folder')
+        cls.path = os.path.join(cls.folder, 'result.yaml')
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder, ignore_errors=True)
+
+    def restarted(self, name, folder):
+        """A node in a namespace of its own that takes up what lies in the folder."""
+        process = subprocess.Popen(
+            ['roslaunch', '--disable-title', 'bearing_calibration', 'calibrate.launch',
+             'overrides:=' + OVERRIDES, 'result_folder:=' + folder, 'take_up:=true',
+             'standalone:=true'], env=dict(os.environ, ROS_NAMESPACE=name))
+        self.addCleanup(process.wait)
+        self.addCleanup(process.terminate)
+        return Node('/%s/calibration' % name, '/%s/wheel_ticks' % name, '/%s/bearings' % name)
+
+    def test_it_is_written_and_taken_up_and_a_corrupt_one_is_refused(self):
+        node = Node()
+        world = World(rospy.Time.now().to_sec() - 1000.0)
+        node.drive(world, 60.0)
+        node.wait_for(lambda e: e.bearings_used + e.bearings_gated >= 600, 'all bearings')
+        wait_until(lambda: os.path.exists(self.path), 'result.yaml is there, unasked')
+        last = node.estimate()
+
+        def saved():
+            with open(self.path) as file:
+                return yaml.safe_load(file)
+        wait_until(lambda: abs(saved()['base_from_sensor']['x_m'] - last.x_m) < 1e-6,
+                   'the newest estimate is in it')
+
+        again = self.restarted('again', self.folder)
+        fresh = World(rospy.Time.now().to_sec() - 1000.0, seed=2)
+        again.drive(fresh, 1.0)
+        estimate = again.wait_for(lambda e: e.bearings_used >= 5, 'bearings are used')
+        self.assertLess(estimate.x_stddev_m, 2.0 * last.x_stddev_m, 'far better than the guess')
+        self.assertLess(math.hypot(estimate.x_m - last.x_m, estimate.y_m - last.y_m), 0.01)
+
+        broken = os.path.join(self.folder, 'broken')  # the first node goes on writing its own
+        os.mkdir(broken)
+        with open(os.path.join(broken, 'result.yaml'), 'w') as file:
+            file.write('state: [cut sho')
+        corrupt = self.restarted('corrupt', broken)
+        corrupt.drive(World(rospy.Time.now().to_sec() - 1000.0, seed=3), 1.0)
+        estimate = corrupt.wait_for(lambda e: e.bearings_used >= 5, 'bearings are used')
+        self.assertGreater(estimate.x_stddev_m, 0.03, 'only the guess is known')
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'calibration_saved', CalibrationSavedTest)
