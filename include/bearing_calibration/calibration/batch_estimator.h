@@ -35,9 +35,10 @@ struct BatchEstimate {
   int iterations = 0;
   double chi_square = 0.0;     ///< of the sights that were used, innovations of the last pass
   int degrees_of_freedom = 0;  ///< of chi_square: sights used - 5
-  double cost = std::numeric_limits<double>::infinity();           ///< robust cost of all sights and slips: what two fits compare by
-  std::vector<double> nis;     ///< of each sight given those before it, by the variance
-                               ///< that the sensor says; NaN where left out
+  double cost = std::numeric_limits<double>::infinity();  ///< robust cost of all sights and slips:
+                                                          ///< what two fits compare by
+  std::vector<double> nis;            ///< of each sight given those before it, by the variance
+                                      ///< that the sensor says; NaN where left out
   std::vector<std::size_t> rejected;  ///< indices of sights left out
   std::vector<std::size_t> slips;     ///< indices of sights whose motion was given up
   double correlation = 0.0;  ///< lag-1 correlation of the innovations, 0 where insignificant

@@ -36,8 +36,8 @@ class Calibrator {
 
   CalibrationResult result() const;
 
-  /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with it.
-  /// To be called before the first input.
+  /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with
+  /// it. To be called before the first input.
   void takeUp(const MountEstimate& earlier);
 
   /// Forgets everything but the configuration, the counts and what was taken up too.
