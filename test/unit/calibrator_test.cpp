@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -130,6 +131,52 @@ TEST(Calibrator, PredictsTheNextBearing) {
   ASSERT_TRUE(prediction.has_value());
   EXPECT_NEAR(wrapAngle(prediction->azimuth_rad - last.candidates[0].azimuth_rad), 0.0,
               4.0 * robot.sensor.stddev_rad);
+}
+
+// ---- going on from an earlier calibration ----
+
+MountEstimate earlierMount(const Pose2& mount) {
+  MountEstimate earlier;
+  earlier.mean << mount.position_m, mount.yaw_rad;
+  earlier.covariance.diagonal() << 9e-6, 9e-6, 3e-5;  // 3 mm, 0.3 deg
+  return earlier;
+}
+
+// Two independent estimates together: the information of both adds up.
+TEST(TakenUp, AddsItsInformation) {
+  const RobotConfig robot = paperRobot(4);
+  const SimulatedRecord record = simulate(robot, 60.0);
+  Calibrator alone(calibratorConfig());
+  Calibrator with_earlier(calibratorConfig());
+  const MountEstimate earlier = earlierMount(robot.base_from_sensor);
+  with_earlier.takeUp(earlier);
+  const MountEstimate by_itself = *play(record, &alone).base_from_sensor;
+  const MountEstimate together = *play(record, &with_earlier).base_from_sensor;
+  const Eigen::Matrix3d information = by_itself.covariance.inverse() + earlier.covariance.inverse();
+  EXPECT_LT((together.covariance * information - Eigen::Matrix3d::Identity()).norm(), 0.05);
+  EXPECT_LT(mountChiSquare(together, robot.base_from_sensor), chiSquareQuantile(0.999, 3.0));
+}
+
+TEST(TakenUp, IsThereFromTheFirstBearingsOn) {
+  const RobotConfig robot = paperRobot(4);
+  Calibrator calibrator(calibratorConfig());
+  calibrator.takeUp(earlierMount(robot.base_from_sensor));
+  const CalibrationResult result = play(simulate(robot, 1.0), &calibrator);
+  ASSERT_TRUE(result.base_from_sensor.has_value());
+  EXPECT_LT(std::sqrt(result.base_from_sensor->covariance(0, 0)), 0.0031);
+}
+
+TEST(TakenUp, IsForgottenWhenTheSightsContradictIt) {
+  const RobotConfig robot = paperRobot(4);
+  Pose2 elsewhere = robot.base_from_sensor;
+  elsewhere.position_m.x() += 0.1;
+  elsewhere.yaw_rad += radiansFromDegrees(20.0);
+  Calibrator calibrator(calibratorConfig());
+  calibrator.takeUp(earlierMount(elsewhere));
+  const CalibrationResult result = play(simulate(robot, 60.0), &calibrator);
+  ASSERT_TRUE(result.base_from_sensor.has_value());
+  EXPECT_LT(mountChiSquare(*result.base_from_sensor, robot.base_from_sensor),
+            chiSquareQuantile(0.999, 3.0));
 }
 
 // ---- bad input: refused, counted, and without any other effect ----
