@@ -77,6 +77,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   std::unique_ptr<image_transport::ImageTransport> private_images_;
   ros::Publisher bearings_publisher_;
   image_transport::Publisher annotated_publisher_;
+  std::string image_topic_, camera_info_topic_, prediction_topic_;
   image_transport::Subscriber image_subscriber_;
   ros::Subscriber camera_info_subscriber_, prediction_subscriber_;
   ros::WallTimer timer_;
@@ -112,9 +113,12 @@ void LightDetectionNodelet::subscribe() {
   constexpr std::uint32_t kImageQueue = 10;  // a second at 10 Hz; a slow machine drops the oldest
   const ros::TransportHints no_delay = ros::TransportHints().tcpNoDelay();
   ros::NodeHandle& node_handle = getNodeHandle();
-  camera_info_subscriber_ =
-      node_handle.subscribe(image_transport::getCameraInfoTopic(node_handle.resolveName("image")),
-                            1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
+  // named before the first callback may want to name them: the queue is served already
+  image_topic_ = node_handle.resolveName("image");
+  camera_info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
+  prediction_topic_ = node_handle.resolveName("predicted_bearing");
+  camera_info_subscriber_ = node_handle.subscribe(
+      camera_info_topic_, 1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
   prediction_subscriber_ = node_handle.subscribe(
       "predicted_bearing", 1, &LightDetectionNodelet::onPrediction, this, no_delay);
   image_subscriber_ =
@@ -148,14 +152,14 @@ std::optional<ImageRefusal> LightDetectionNodelet::refusalOfImage(
   if (const auto refusal = refusalOf(image, sensor)) return refusal;
   if (!camera_info_) {
     if (!config_.camera_info_required) return std::nullopt;
-    return ImageRefusal{"no camera_info", "camera_info/required is set, but nothing came on " +
-                                              camera_info_subscriber_.getTopic()};
+    return ImageRefusal{"no camera_info",
+                        "camera_info/required is set, but nothing came on " + camera_info_topic_};
   }
   const bool same_imager = camera_info_->width == static_cast<std::uint32_t>(sensor.width_px) &&
                            camera_info_->height == static_cast<std::uint32_t>(sensor.height_px);
   if (same_imager) return std::nullopt;
   return ImageRefusal{"wrong imager",
-                      camera_info_subscriber_.getTopic() + " speaks of an imager of " +
+                      camera_info_topic_ + " speaks of an imager of " +
                           std::to_string(camera_info_->width) + "x" +
                           std::to_string(camera_info_->height) +
                           ", sensor/width and sensor/height of another: the mirror's centre would "
@@ -165,8 +169,8 @@ std::optional<ImageRefusal> LightDetectionNodelet::refusalOfImage(
 void LightDetectionNodelet::refuse(const ImageRefusal& refusal) {
   ++counts_.images_refused[refusal.kind];
   if (!throttle_.isDue(refusal.kind)) return;
-  NODELET_WARN("%s: image ignored (%s): %s", image_subscriber_.getTopic().c_str(),
-               refusal.kind.c_str(), refusal.text.c_str());
+  NODELET_WARN("%s: image ignored (%s): %s", image_topic_.c_str(), refusal.kind.c_str(),
+               refusal.text.c_str());
 }
 
 void LightDetectionNodelet::onPrediction(const core::PredictedBearingConstPtr& message) {
@@ -174,8 +178,7 @@ void LightDetectionNodelet::onPrediction(const core::PredictedBearingConstPtr& m
     const std::string& frame = message->header.frame_id;
     if (!frame.empty() && frame != config_.sensor_frame && throttle_.isDue("frame " + frame)) {
       NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were",
-                   prediction_subscriber_.getTopic().c_str(), frame.c_str(),
-                   config_.sensor_frame.c_str());
+                   prediction_topic_.c_str(), frame.c_str(), config_.sensor_frame.c_str());
     }
     prediction_ = predictionFromMessage(*message);
   });

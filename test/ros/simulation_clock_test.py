@@ -35,7 +35,9 @@ class SimulationClockTest(unittest.TestCase):
 
         self.assertAlmostEqual(clocks[-1][1], END_S, places=6)
         steps = {round((after[1] - before[1]) * 1e9) for before, after in zip(clocks, clocks[1:])}
-        self.assertEqual(steps, {10 ** 7}, 'steps of /clock [ns]')
+        # A subscriber that falls behind is spared the clock messages in between: their queue is short.
+        self.assertEqual(min(steps), 10 ** 7, 'shortest step of /clock [ns]')
+        self.assertEqual({step % 10 ** 7 for step in steps}, {0}, 'steps of /clock [ns]: %s' % steps)
         wall_s = clocks[-1][0] - clocks[0][0]
         rate = (clocks[-1][1] - clocks[0][1]) / wall_s
         self.assertLess(rate, 1.05 * RATE, 'as fast as asked for')
