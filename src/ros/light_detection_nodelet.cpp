@@ -1,3 +1,4 @@
+#include <bearing_calibration/FindMirror.h>
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/PredictedBearing.h>
 #include <cv_bridge/cv_bridge.h>
@@ -25,6 +26,7 @@
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/log_throttle.h"
+#include "bearing_calibration_ros/mirror_service.h"
 
 namespace bearing_calibration_ros {
 
@@ -38,12 +40,14 @@ namespace core = bearing_calibration;
 class LightDetectionNodelet : public nodelet::Nodelet {
  private:
   void onInit() override;
+  void nameTopics();
   void advertise();
   void subscribe();
 
   void onImage(const sensor_msgs::ImageConstPtr& message);
   void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) { camera_info_ = message; }
   void onPrediction(const core::PredictedBearingConstPtr& message);
+  bool onFindMirror(core::FindMirror::Request&, core::FindMirror::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   std::optional<ImageRefusal> refusalOfImage(const sensor_msgs::Image& image) const;
@@ -67,6 +71,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   GreyConverter converter_;
   std::optional<core::BearingPrediction> prediction_;
   sensor_msgs::CameraInfoConstPtr camera_info_;
+  sensor_msgs::ImageConstPtr last_image_;  ///< that could be used
 
   DetectionCounts counts_;
   DetectionCounts counts_before_;  ///< at the last diagnostics
@@ -76,6 +81,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   std::unique_ptr<image_transport::ImageTransport> images_;
   std::unique_ptr<image_transport::ImageTransport> private_images_;
   ros::Publisher bearings_publisher_;
+  ros::ServiceServer mirror_service_;
   image_transport::Publisher annotated_publisher_;
   std::string image_topic_, camera_info_topic_, prediction_topic_;
   image_transport::Subscriber image_subscriber_;
@@ -89,6 +95,7 @@ void LightDetectionNodelet::onInit() {
   try {
     config_ = readDetectionNodeConfig(getPrivateNodeHandle());
     detector_ = std::make_unique<core::LightDetector>(config_.detector);
+    nameTopics();
     advertise();
     subscribe();
   } catch (const std::exception& error) {
@@ -97,12 +104,21 @@ void LightDetectionNodelet::onInit() {
   }
 }
 
+/// Before the first callback may want to name them: the queue is served already.
+void LightDetectionNodelet::nameTopics() {
+  image_topic_ = getNodeHandle().resolveName("image");
+  camera_info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
+  prediction_topic_ = getNodeHandle().resolveName("predicted_bearing");
+}
+
 void LightDetectionNodelet::advertise() {
   constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
   images_ = std::make_unique<image_transport::ImageTransport>(getNodeHandle());
   private_images_ = std::make_unique<image_transport::ImageTransport>(getPrivateNodeHandle());
   bearings_publisher_ = getNodeHandle().advertise<core::LightBearings>("bearings", kBearingQueue);
   annotated_publisher_ = private_images_->advertise("annotated", 1);
+  mirror_service_ = getPrivateNodeHandle().advertiseService(
+      "find_mirror", &LightDetectionNodelet::onFindMirror, this);
   diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(),
                                                                getPrivateNodeHandle(), getName());
   diagnostics_->setHardwareID("none");
@@ -113,10 +129,6 @@ void LightDetectionNodelet::subscribe() {
   constexpr std::uint32_t kImageQueue = 10;  // a second at 10 Hz; a slow machine drops the oldest
   const ros::TransportHints no_delay = ros::TransportHints().tcpNoDelay();
   ros::NodeHandle& node_handle = getNodeHandle();
-  // named before the first callback may want to name them: the queue is served already
-  image_topic_ = node_handle.resolveName("image");
-  camera_info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
-  prediction_topic_ = node_handle.resolveName("predicted_bearing");
   camera_info_subscriber_ = node_handle.subscribe(
       camera_info_topic_, 1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
   prediction_subscriber_ = node_handle.subscribe(
@@ -133,6 +145,7 @@ void LightDetectionNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
   guarded("image", [&] {
     if (const auto refusal = refusalOfImage(*message)) return refuse(*refusal);
     const cv::Mat& grey = converter_.convert(message);
+    last_image_ = message;
     const core::Stamp stamp = stampFromRos(message->header.stamp);
     const int height_px = config_.detector.sensor.height_px;
     const core::Stamp middle = core::midExposure(config_.shutter, stamp, 0.5 * height_px);
@@ -197,6 +210,17 @@ void LightDetectionNodelet::publishAnnotated(const sensor_msgs::Image& message, 
   const cv::Mat picture = core::annotate(grey, result, config_.detector);
   annotated_publisher_.publish(
       cv_bridge::CvImage(message.header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
+}
+
+bool LightDetectionNodelet::onFindMirror(core::FindMirror::Request&,
+                                         core::FindMirror::Response& response) {
+  response = noMirror(last_image_ ? "the newest image cannot be looked at: see the log"
+                                  : "no image has come yet on " + image_topic_);
+  guarded("find_mirror", [&] {
+    if (last_image_) response = findMirror(converter_.convert(last_image_), config_.detector);
+  });
+  NODELET_INFO("find_mirror: %s", response.text.c_str());
+  return true;
 }
 
 void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {

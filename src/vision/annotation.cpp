@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
@@ -67,16 +69,20 @@ void drawLight(cv::Mat* picture, const Detection& light, const DetectorConfig& c
   write(picture, text, centre, kAccepted);
 }
 
+cv::Mat inColour(const cv::Mat& image, double full_level) {
+  constexpr double kFullOnScreen = 255.0;
+  cv::Mat grey;
+  cv::Mat picture;
+  image.convertTo(grey, CV_8U, kFullOnScreen / full_level);
+  cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+  return picture;
+}
+
 }  // namespace
 
 cv::Mat annotate(const cv::Mat& image, const DetectionResult& result,
                  const DetectorConfig& config) {
-  const double full = config.sensor.saturation_level;
-  constexpr double kFullOnScreen = 255.0;
-  cv::Mat grey;
-  cv::Mat picture;
-  image.convertTo(grey, CV_8U, kFullOnScreen / full);
-  cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+  cv::Mat picture = inColour(image, config.sensor.saturation_level);
   drawMask(&picture, config);
   constexpr int kMarker_px = 10;
   for (const Detection& spot : result.rejected) {
@@ -85,6 +91,21 @@ cv::Mat annotate(const cv::Mat& image, const DetectionResult& result,
     write(&picture, describe(spot.rejection), centre, kRejected);
   }
   for (const Detection& light : result.lights) drawLight(&picture, light, config);
+  return picture;
+}
+
+cv::Mat annotateRim(const cv::Mat& image, const MirrorRim& rim) {
+  const bool eight_bits = image.depth() == CV_8U;
+  const double full = eight_bits ? std::numeric_limits<std::uint8_t>::max()
+                                 : std::numeric_limits<std::uint16_t>::max();
+  cv::Mat picture = inColour(image, full);
+  constexpr int kDot_px = 2;
+  for (const Eigen::Vector2d& place : rim.edge_px) {
+    cv::circle(picture, pointOf(place), kDot_px, kRejected, cv::FILLED, cv::LINE_AA);
+  }
+  const cv::Point centre = pointOf(rim.circle.centre_px);
+  cv::circle(picture, centre, cvRound(rim.circle.radius_px), kAccepted, 1, cv::LINE_AA);
+  cv::drawMarker(picture, centre, kAccepted);
   return picture;
 }
 

@@ -3,24 +3,14 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <opencv2/imgcodecs.hpp>
-#include <string>
+#include <algorithm>
 
 #include "bearing_calibration/vision/light_detector.h"
+#include "support/photographs.h"
 #include "support/synthetic_spot.h"
 
 namespace bearing_calibration {
 namespace {
-
-/// A grey picture of the set; empty without the data.
-cv::Mat picture(const std::string& name) {
-  const char* folder = std::getenv("BEARING_CALIBRATION_DATA");
-  if (folder == nullptr) return {};
-  const cv::Mat image = cv::imread(std::string(folder) + "/images/" + name, cv::IMREAD_GRAYSCALE);
-  if (image.empty()) ADD_FAILURE() << "cannot read " << folder << "/images/" << name;
-  return image;
-}
 
 /// The default rig in the middle of a picture of any size.
 DetectorConfig detectorFor(const cv::Mat& image) {
@@ -43,7 +33,7 @@ DetectorConfig detectorFor(const cv::Mat& image) {
 class MirrorScene : public testing::TestWithParam<const char*> {};
 
 TEST_P(MirrorScene, HasNoConfidentLight) {
-  const cv::Mat image = picture(GetParam());
+  const cv::Mat image = test::photograph(GetParam());
   if (image.empty()) GTEST_SKIP() << "BEARING_CALIBRATION_DATA is not set";
   LightDetector detector(detectorFor(image));
   const DetectionResult& result = detector.detect(image);
@@ -62,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(Pictures, MirrorScene,
 class LedGrid : public testing::TestWithParam<const char*> {};
 
 TEST_P(LedGrid, ShowsItsManyLights) {
-  const cv::Mat image = picture(GetParam());
+  const cv::Mat image = test::photograph(GetParam());
   if (image.empty()) GTEST_SKIP() << "BEARING_CALIBRATION_DATA is not set";
   DetectorConfig config = detectorFor(image);
   config.gates.mirror = false;

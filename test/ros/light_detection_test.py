@@ -10,12 +10,13 @@ import unittest
 import rospy
 import rostest
 from bearing_calibration.msg import LightBearings, PredictedBearing
+from bearing_calibration.srv import FindMirror
 from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import CameraInfo, Image
 
 from calibration_world import wait_until
-from mirror_images import HEIGHT, WIDTH, Spot, camera_info, image_of
+from mirror_images import CENTRE_U, CENTRE_V, HEIGHT, WIDTH, Spot, camera_info, image_of, with_rim
 
 QUIET_S = 0.5  # in which an image that is not ignored would have been answered long ago
 ROW_TIME_S, STAMP_TO_MID_EXPOSURE_S = 5e-5, -0.01  # light_detection.test
@@ -168,6 +169,31 @@ class LightDetectionTest(unittest.TestCase):
         outline = [is_green(round(spot.u) + du, round(spot.v) + dv)
                    for du in range(-12, 13) for dv in range(-12, 13)]
         self.assertGreater(sum(outline), 20, 'green pixels around the light')
+
+    def find_mirror(self, image):
+        self.managed.answer_to(image)
+        rospy.wait_for_service('/managed/light_detection/find_mirror', 10)
+        return rospy.ServiceProxy('/managed/light_detection/find_mirror', FindMirror)()
+
+    def test_find_mirror_compares_the_rim_with_the_configuration(self):
+        spot = Spot(azimuth=0.7)
+        right = self.find_mirror(with_rim(image_of([spot], rospy.Time.now()), CENTRE_U, CENTRE_V))
+        self.assertTrue(right.found and right.consistent, right)
+        self.assertAlmostEqual(right.centre_u, CENTRE_U, delta=0.1)
+        self.assertAlmostEqual(right.centre_v, CENTRE_V, delta=0.1)
+        self.assertLess(right.centre_u_stddev, 0.1)
+
+        moved = self.find_mirror(
+            with_rim(image_of([spot], rospy.Time.now()), CENTRE_U + 4, CENTRE_V))
+        self.assertTrue(moved.found)
+        self.assertFalse(moved.consistent)
+        self.assertAlmostEqual(moved.centre_u, CENTRE_U + 4, delta=0.1)
+        self.assertIn("set them to the rim's centre", moved.text)
+
+        none = self.find_mirror(image_of([spot], rospy.Time.now()))
+        self.assertFalse(none.found or none.consistent)
+        self.assertTrue(math.isnan(none.centre_u))
+        self.assertIn('no rim', none.text)
 
     def assert_said(self, *pieces):
         wait_until(lambda: [log for log in self.logs if log.level == Log.WARN and

@@ -8,8 +8,9 @@ from sensor_msgs.msg import CameraInfo, Image
 WIDTH, HEIGHT = 640, 480
 CENTRE_U, CENTRE_V, HANDEDNESS = 319.5, 239.5, -1
 FOCAL_M, APERTURE_M, FOCUS_M, PIXEL_M = 4e-3, 1.7e-3, 0.06, 5.6e-6
-APEX_M, TAU = 0.08, math.radians(52.5)
-BACKGROUND, LIGHT = 20, 160
+IMAGE_PX = 1.0 / (1.0 / FOCAL_M - 1.0 / FOCUS_M) / PIXEL_M
+APEX_M, TAU, RIM_M = 0.08, math.radians(52.5), 0.035
+DARK, BACKGROUND, LIGHT = 2, 20, 160
 SUBSAMPLES = 8  # along a pixel's side
 
 
@@ -80,6 +81,18 @@ def image_of(spots, stamp, encoding='mono8', padding=0):
         data += bytes([255]) * padding
     message.data = bytes(data)
     return message
+
+
+def with_rim(image, u, v):
+    """A mono8 image that is dark past the mirror's rim, which has its centre there."""
+    rim_px = RIM_M * IMAGE_PX / (APEX_M + RIM_M / math.tan(TAU))
+    data = bytearray(image.data)
+    for row in range(HEIGHT):
+        for column in range(WIDTH):
+            if math.hypot(column - u, row - v) > rim_px:
+                data[row * image.step + column] = DARK
+    image.data = bytes(data)
+    return image
 
 
 def camera_info(stamp, width=WIDTH, height=HEIGHT):
