@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/simulation/random_scene.h"
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/synthetic_spot.h"
-#include "tools/clutter_scene.h"
 
 namespace bearing_calibration {
 namespace {
@@ -26,20 +26,27 @@ namespace {
 constexpr double kRight_rad = 1.0 / kDegreesPerRadian;  // an answer so near the truth is right
 constexpr double kPredicted_rad = 10.0 / kDegreesPerRadian;
 
-ClutterConfig clutterConfig(int lights) {
-  ClutterConfig config;
+RandomSceneConfig sceneConfig(int lights) {
+  RandomSceneConfig config;
   config.rendered.reference_distance_m = 1.0;
   config.rendered.reference_height_m = -0.03;
   config.lights = lights;
   return config;
 }
 
-/// config/detection.yaml for this scene's rig and posts.
-DetectorConfig detectorFor(const ClutterConfig& clutter, const ClutterScene& scene) {
-  const CameraRig& rig = clutter.rendered.rig;
+struct Sight {
+  cv::Mat image;
+  double light_azimuth_rad = 0.0;
+};
+
+/// config/detection.yaml for this scene's rig, the mirror's holders masked with a degree more.
+DetectorConfig detectorFor(const CameraRig& rig, const RandomScene& scene) {
+  constexpr double kMaskMargin_rad = radiansFromDegrees(1.0);
   DetectorConfig config = test::defaultDetector();
   config.view = {rig.centre_px.x(), rig.centre_px.y(), rig.handedness};
-  config.mask.posts = scene.posts;
+  for (const MirrorHolder& holder : scene.holders) {
+    config.mask.posts.push_back({holder.azimuth_rad, holder.half_width_rad + kMaskMargin_rad});
+  }
   config.threshold.min_contrast_levels = 12.0;
   return config;
 }
@@ -61,18 +68,18 @@ Answer likeliest(const DetectionResult& result) {
   return best == result.lights.end() ? Answer() : Answer(best->bearing.azimuth_rad);
 }
 
-Answer shapeGates(DetectorConfig config, const ClutterScene& scene) {
+Answer shapeGates(DetectorConfig config, const Sight& scene) {
   config.light.below_apex = false;
   return likeliest(LightDetector(config).detect(scene.image));
 }
 
-Answer horizonGate(DetectorConfig config, const ClutterScene& scene) {
+Answer horizonGate(DetectorConfig config, const Sight& scene) {
   return likeliest(LightDetector(config).detect(scene.image));
 }
 
 /// Searches the predicted region; what the full scan finds elsewhere is no answer, as a filter with
 /// that prediction would not take it.
-Answer prediction(DetectorConfig config, const ClutterScene& scene) {
+Answer prediction(DetectorConfig config, const Sight& scene) {
   LightDetector detector(config);
   const DetectionResult& result =
       detector.detect(scene.image, AzimuthSector{scene.light_azimuth_rad, kPredicted_rad});
@@ -80,7 +87,7 @@ Answer prediction(DetectorConfig config, const ClutterScene& scene) {
 }
 
 /// The largest contour of a threshold at half of the image's brightest level.
-Answer largestContour(DetectorConfig config, const ClutterScene& scene) {
+Answer largestContour(DetectorConfig config, const Sight& scene) {
   double brightest = 0.0;
   cv::minMaxLoc(scene.image, nullptr, &brightest);
   cv::Mat bright;
@@ -103,7 +110,7 @@ Answer largestContour(DetectorConfig config, const ClutterScene& scene) {
 
 /// OpenCV's blob detector, told the spot's area and that it is bright; the blob of the best
 /// response, which is the largest here.
-Answer simpleBlob(DetectorConfig config, const ClutterScene& scene) {
+Answer simpleBlob(DetectorConfig config, const Sight& scene) {
   const Range area = ExpectedSpot(config).area_px();
   cv::SimpleBlobDetector::Params params;
   params.blobColor = 255;
@@ -132,7 +139,7 @@ Answer simpleBlob(DetectorConfig config, const ClutterScene& scene) {
 struct Row {
   const char* name;
   int lights;
-  Answer (*find)(DetectorConfig, const ClutterScene&);
+  Answer (*find)(DetectorConfig, const Sight&);
   int right = 0;
   int wrong = 0;
   int none = 0;
@@ -149,7 +156,7 @@ void count(Row* row, const Answer& answer, double truth_rad) {
 }
 
 void drawWhatWasSeen(const std::string& folder, const char* kind, const DetectorConfig& config,
-                     const ClutterScene& scene, std::uint64_t seed) {
+                     const Sight& scene, std::uint64_t seed) {
   LightDetector detector(config);
   cv::Mat picture = annotate(scene.image, detector.detect(scene.image), config);
   const Eigen::Vector2d at =
@@ -167,11 +174,12 @@ int run(int scenes, std::uint64_t first_seed, const std::string& folder) {
                         {"threshold + findContours, largest", 1, largestContour},
                         {"SimpleBlobDetector", 1, simpleBlob}};
   for (int lights : {1, 2}) {
-    const ClutterConfig clutter = clutterConfig(lights);
+    const RandomSceneConfig config_of_scenes = sceneConfig(lights);
     for (int i = 0; i < scenes; ++i) {
       const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(i);
-      const ClutterScene scene = clutterScene(clutter, seed);
-      const DetectorConfig config = detectorFor(clutter, scene);
+      const RandomScene rendered = randomScene(config_of_scenes, seed);
+      const DetectorConfig config = detectorFor(config_of_scenes.rendered.rig, rendered);
+      const Sight scene{encode(rendered.image, {}), rendered.light_azimuth_rad};
       for (Row& row : rows) {
         if (row.lights != lights) continue;
         const Row before = row;

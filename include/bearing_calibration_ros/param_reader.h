@@ -1,5 +1,6 @@
 #pragma once
 
+#include <XmlRpcValue.h>
 #include <ros/node_handle.h>
 
 #include <set>
@@ -9,8 +10,8 @@
 
 namespace bearing_calibration_ros {
 
-/// Reads required parameters from one namespace and collects every error, so that a node can stop
-/// with all of them at once:
+/// Reads required parameters of one namespace (or of files: parameter_files.h) and collects every
+/// error, so that a node can stop with all of them at once:
 ///
 ///     ParamReader params(private_node_handle);
 ///     config.wheel_separation_m = params.number("wheels/separation");
@@ -21,7 +22,10 @@ namespace bearing_calibration_ros {
 /// from (a misspelt name) are errors. There are no defaults here: they stand in config/*.yaml.
 class ParamReader {
  public:
-  explicit ParamReader(const ros::NodeHandle& node_handle) : node_handle_(node_handle) {}
+  explicit ParamReader(const ros::NodeHandle& node_handle);
+  /// @param tree the parameters, groups in groups; none when it is not a group itself
+  /// @param prefix stands before each name in errors
+  ParamReader(const XmlRpc::XmlRpcValue& tree, const std::string& prefix);
 
   /// A finite number; an integer is taken as one. NaN on error.
   double number(const std::string& name);
@@ -30,6 +34,8 @@ class ParamReader {
   std::string text(const std::string& name);
   /// One of `choices`; returns its position, 0 on error.
   std::size_t choice(const std::string& name, const std::vector<std::string>& choices);
+  /// A list of `count` finite numbers. That many NaN on error.
+  std::vector<double> numbers(const std::string& name, std::size_t count);
   /// A list of lists of finite numbers, each of `row_size` (masks, polygons). Empty on error.
   std::vector<std::vector<double>> rows(const std::string& name, std::size_t row_size);
 
@@ -48,7 +54,8 @@ class ParamReader {
   void failKind(const std::string& name, const std::string& kind, XmlRpc::XmlRpcValue& value);
   void findUnknownNames();
 
-  ros::NodeHandle node_handle_;
+  XmlRpc::XmlRpcValue tree_;
+  std::string prefix_;
   std::set<std::string> names_;         ///< relative names asked for
   std::set<std::string> failed_names_;  ///< those of them that could not be read
   std::vector<std::string> errors_;

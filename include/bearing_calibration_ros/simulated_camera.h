@@ -15,6 +15,7 @@
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/simulation/image_renderer.h"
+#include "bearing_calibration/simulation/scene.h"
 
 namespace bearing_calibration_ros {
 
@@ -22,7 +23,7 @@ namespace bearing_calibration_ros {
 struct Shot {
   bearing_calibration::Stamp stamp;  ///< of the message
   std::uint64_t number = 0;          ///< decides the noise
-  bearing_calibration::Pose2 world_from_sensor;
+  bearing_calibration::SensorMotion motion;
   bool lights_occluded = false;
 };
 
@@ -37,8 +38,7 @@ class SimulatedCamera {
   /// @throws std::invalid_argument for a wrong renderer.
   SimulatedCamera(const ros::NodeHandle& node_handle, const std::string& frame,
                   const bearing_calibration::RendererConfig& config,
-                  const bearing_calibration::RoomLook& room,
-                  std::vector<bearing_calibration::Light> lights, ErrorLog log_error);
+                  const bearing_calibration::Scene& scene, ErrorLog log_error);
   ~SimulatedCamera();
   SimulatedCamera(const SimulatedCamera&) = delete;
   SimulatedCamera& operator=(const SimulatedCamera&) = delete;

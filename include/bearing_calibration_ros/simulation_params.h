@@ -1,13 +1,14 @@
 #pragma once
 
-#include <ros/node_handle.h>
-
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "bearing_calibration/simulation/image_renderer.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
+#include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/simulation/trajectory_config.h"
+#include "bearing_calibration_ros/param_reader.h"
 
 namespace bearing_calibration_ros {
 
@@ -46,13 +47,13 @@ struct SimulationNodeConfig {
   DrivingConfig driving;
   bearing_calibration::RobotConfig robot;
   double mount_height_m = 0.0;  ///< of the sensor over the base frame
-  std::vector<bearing_calibration::Light> lights;
-  bearing_calibration::RoomLook room;
-  bearing_calibration::RendererConfig renderer;
+  bearing_calibration::SceneConfig scene;
+  bearing_calibration::RendererConfig renderer;  ///< its holders are drawn with the scene
+  std::uint64_t seed = 0;                        ///< of the scene and of every noise
 };
 
 /// Reads config/simulation.yaml's parameters.
 /// @throws std::runtime_error with one line for each parameter that is missing, wrong or unknown.
-SimulationNodeConfig readSimulationNodeConfig(const ros::NodeHandle& private_node_handle);
+SimulationNodeConfig readSimulationNodeConfig(ParamReader params);
 
 }  // namespace bearing_calibration_ros

@@ -1,5 +1,7 @@
 #include "bearing_calibration_ros/param_reader.h"
 
+#include <ros/param.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -25,6 +27,19 @@ double numberFrom(XmlRpc::XmlRpcValue& value) {
   return value.getType() == XmlRpc::XmlRpcValue::TypeInt
              ? static_cast<double>(static_cast<int>(value))
              : static_cast<double>(value);
+}
+
+/// False, and `numbers` as it was, unless `value` is a list of `count` finite numbers.
+bool readNumbers(XmlRpc::XmlRpcValue& value, std::size_t count, std::vector<double>* numbers) {
+  if (value.getType() != XmlRpc::XmlRpcValue::TypeArray) return false;
+  std::vector<double> read;
+  for (int i = 0; i < value.size(); ++i) {
+    if (!isNumber(value[i]) || !std::isfinite(numberFrom(value[i]))) return false;
+    read.push_back(numberFrom(value[i]));
+  }
+  if (read.size() != count) return false;
+  *numbers = read;
+  return true;
 }
 
 /// A value as its writer would recognise it, with its kind where that is the trouble.
@@ -56,11 +71,40 @@ std::string textOf(XmlRpc::XmlRpcValue& value) {
   return text.str();
 }
 
+/// All parameters below the node's name, in one request to the master.
+XmlRpc::XmlRpcValue treeOf(const ros::NodeHandle& node_handle) {
+  XmlRpc::XmlRpcValue tree;
+  ros::param::get(node_handle.getNamespace(), tree);  // stays empty when there are none
+  return tree;
+}
+
+bool isGroup(const XmlRpc::XmlRpcValue& value) {
+  return value.getType() == XmlRpc::XmlRpcValue::TypeStruct;
+}
+
+/// Full names of all values below `tree`, groups joined by slashes.
+void listNames(XmlRpc::XmlRpcValue& tree, const std::string& prefix,
+               std::vector<std::string>* names) {
+  if (!isGroup(tree)) {
+    names->push_back(prefix);
+    return;
+  }
+  for (auto& [name, value] : tree) {
+    listNames(value, prefix.empty() ? name : prefix + "/" + name, names);
+  }
+}
+
 }  // namespace
+
+ParamReader::ParamReader(const ros::NodeHandle& node_handle)
+    : ParamReader(treeOf(node_handle), node_handle.getNamespace() + "/") {}
+
+ParamReader::ParamReader(const XmlRpc::XmlRpcValue& tree, const std::string& prefix)
+    : tree_(tree), prefix_(prefix) {}
 
 void ParamReader::fail(const std::string& name, const std::string& why) {
   failed_names_.insert(name);
-  addError("parameter " + node_handle_.resolveName(name) + " " + why);
+  addError("parameter " + prefix_ + name + " " + why);
 }
 
 void ParamReader::failKind(const std::string& name, const std::string& kind,
@@ -70,9 +114,17 @@ void ParamReader::failKind(const std::string& name, const std::string& kind,
 
 bool ParamReader::find(const std::string& name, XmlRpc::XmlRpcValue* value) {
   names_.insert(name);
-  if (node_handle_.getParam(name, *value)) return true;
-  fail(name, "is missing");
-  return false;
+  XmlRpc::XmlRpcValue* place = &tree_;
+  std::istringstream path(name);
+  for (std::string step; std::getline(path, step, '/');) {
+    if (!isGroup(*place) || !place->hasMember(step)) {
+      fail(name, "is missing");
+      return false;
+    }
+    place = &(*place)[step];
+  }
+  *value = *place;
+  return true;
 }
 
 double ParamReader::number(const std::string& name) {
@@ -120,6 +172,16 @@ std::size_t ParamReader::choice(const std::string& name, const std::vector<std::
   return 0;
 }
 
+std::vector<double> ParamReader::numbers(const std::string& name, std::size_t count) {
+  std::vector<double> numbers(count, std::numeric_limits<double>::quiet_NaN());
+  XmlRpc::XmlRpcValue value;
+  if (!find(name, &value)) return numbers;
+  if (!readNumbers(value, count, &numbers)) {
+    failKind(name, "a list of " + std::to_string(count) + " finite numbers", value);
+  }
+  return numbers;
+}
+
 std::vector<std::vector<double>> ParamReader::rows(const std::string& name, std::size_t row_size) {
   XmlRpc::XmlRpcValue value;
   if (!find(name, &value)) return {};
@@ -131,14 +193,8 @@ std::vector<std::vector<double>> ParamReader::rows(const std::string& name, std:
   std::vector<std::vector<double>> rows;
   for (int i = 0; i < value.size(); ++i) {
     XmlRpc::XmlRpcValue& row = value[i];
-    bool good = row.getType() == XmlRpc::XmlRpcValue::TypeArray &&
-                static_cast<std::size_t>(row.size()) == row_size;
     std::vector<double> numbers;
-    for (int j = 0; good && j < row.size(); ++j) {
-      good = isNumber(row[j]) && std::isfinite(numberFrom(row[j]));
-      if (good) numbers.push_back(numberFrom(row[j]));
-    }
-    if (!good) {
+    if (!readNumbers(row, row_size, &numbers)) {
       fail(name, "must be " + kind + ", but row " + std::to_string(i) + " is not");
       return {};
     }
@@ -161,14 +217,12 @@ void ParamReader::findUnknownNames() {
   std::set<std::string> groups;
   for (const std::string& name : names_) groups.insert(groupOf(name));
   groups.erase("");  // other libraries put parameters of their own at the top level
+  if (!isGroup(tree_)) return;
   std::vector<std::string> all_names;
-  if (!node_handle_.getParamNames(all_names)) return;
-  const std::string prefix = node_handle_.getNamespace() + "/";
-  for (const std::string& full_name : all_names) {
-    if (full_name.compare(0, prefix.size(), prefix) != 0) continue;
-    const std::string name = full_name.substr(prefix.size());
+  listNames(tree_, "", &all_names);
+  for (const std::string& name : all_names) {
     if (groups.count(groupOf(name)) != 0 && names_.count(name) == 0) {
-      addError("parameter " + full_name + " is not known (misspelt?)");
+      addError("parameter " + prefix_ + name + " is not known (misspelt?)");
     }
   }
 }

@@ -1,8 +1,8 @@
 #include "bearing_calibration_ros/simulated_camera.h"
 
+#include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/distortion_models.h>
-#include <sensor_msgs/image_encodings.h>
 
 #include <boost/make_shared.hpp>
 #include <exception>
@@ -36,10 +36,10 @@ sensor_msgs::CameraInfo infoOf(const core::CameraRig& rig, const std::string& fr
 }  // namespace
 
 SimulatedCamera::SimulatedCamera(const ros::NodeHandle& node_handle, const std::string& frame,
-                                 const core::RendererConfig& config, const core::RoomLook& room,
-                                 std::vector<core::Light> lights, ErrorLog log_error)
-    : renderer_(config, core::roomRadiance(room)),
-      lights_(std::move(lights)),
+                                 const core::RendererConfig& config, const core::Scene& scene,
+                                 ErrorLog log_error)
+    : renderer_(config, scene.surroundings),
+      lights_(scene.lights),
       camera_info_(infoOf(config.rig, frame)),
       log_error_(std::move(log_error)) {
   constexpr std::uint32_t kQueue = 10;  // a second of images
@@ -95,18 +95,17 @@ void SimulatedCamera::run() {
 void SimulatedCamera::publish(const Shot& shot) {
   if (publisher_.getNumSubscribers() == 0) return;  // nobody looks
   static const std::vector<core::Light> kDarkness;
-  core::MonoImage rendered = renderer_.render(shot.lights_occluded ? kDarkness : lights_,
-                                              shot.world_from_sensor, shot.number);
-  const auto image = boost::make_shared<sensor_msgs::Image>();
+  const core::ImageEncoding& encoding = renderer_.config().encoding;
+  const core::MonoImage rendered =
+      renderer_.renderMoving(shot.lights_occluded ? kDarkness : lights_, shot.motion, shot.number);
+  const cv_bridge::CvImage encoded({},
+                                   core::layoutNames()[static_cast<std::size_t>(encoding.layout)],
+                                   core::encode(rendered, encoding));
+  const sensor_msgs::ImagePtr image = encoded.toImageMsg();
   const auto info = boost::make_shared<sensor_msgs::CameraInfo>(camera_info_);
   image->header.frame_id = camera_info_.header.frame_id;
   image->header.stamp = rosFromStamp(shot.stamp);
   info->header = image->header;
-  image->width = static_cast<std::uint32_t>(rendered.width_px);
-  image->height = static_cast<std::uint32_t>(rendered.height_px);
-  image->step = image->width;
-  image->encoding = sensor_msgs::image_encodings::MONO8;
-  image->data = std::move(rendered.values);
   publisher_.publish(image, info);
 }
 

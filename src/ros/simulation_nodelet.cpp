@@ -41,7 +41,8 @@ class SimulationNodelet : public nodelet::Nodelet {
   bool isOver() const;
   void followCommand();
   void publishTicks();
-  void photograph();
+  void photographWhileStepping();
+  void deliverImages();
 
   SimulationNodeConfig config_;
   std::unique_ptr<SimulatedClock> clock_;
@@ -69,7 +70,7 @@ SimulationNodelet::~SimulationNodelet() {
 
 void SimulationNodelet::onInit() {
   try {
-    config_ = readSimulationNodeConfig(getPrivateNodeHandle());
+    config_ = readSimulationNodeConfig(ParamReader(getPrivateNodeHandle()));
     ros::NodeHandle& node_handle = getNodeHandle();
     clock_ = std::make_unique<SimulatedClock>(node_handle, config_.clock);
     startRobot(config_.robot, config_.driving);
@@ -77,9 +78,10 @@ void SimulationNodelet::onInit() {
     const auto log_error = [this](const std::string& error) {
       NODELET_ERROR_THROTTLE(kWarningPeriod_s, "camera: %s", error.c_str());
     };
-    camera_ =
-        std::make_unique<SimulatedCamera>(node_handle, config_.frames.sensor, config_.renderer,
-                                          config_.room, config_.lights, log_error);
+    const core::Scene scene = core::drawScene(config_.scene, config_.seed);
+    config_.renderer.holders = scene.holders;
+    camera_ = std::make_unique<SimulatedCamera>(node_handle, config_.frames.sensor,
+                                                config_.renderer, scene, log_error);
     constexpr std::uint32_t kTicksQueue = 1000;  // ten seconds: the calibration needs every reading
     ticks_publisher_ = node_handle.advertise<core::WheelTicks>("wheel_ticks", kTicksQueue);
     if (commanded_ != nullptr) {
@@ -110,7 +112,7 @@ void SimulationNodelet::startRobot(core::RobotConfig config, const DrivingConfig
         std::make_unique<core::LimitedTrajectory>(std::move(trajectory), driving.duration_s);
   }
   simulator_ =
-      std::make_unique<core::RobotSimulator>(config, config_.lights, std::move(trajectory));
+      std::make_unique<core::RobotSimulator>(config, config_.scene.lights, std::move(trajectory));
 }
 
 void SimulationNodelet::onCommand(const geometry_msgs::TwistConstPtr& message) {
@@ -128,11 +130,13 @@ void SimulationNodelet::run() {
   try {
     while (!isOver() && clock_->waitUntil(simulator_->now())) {
       publishTicks();
-      photograph();
+      deliverImages();
       followCommand();
-      simulator_->step();
+      photographWhileStepping();
     }
-    if (isOver()) NODELET_INFO("end of the trajectory");
+    if (!isOver()) return;
+    deliverImages();  // the last one
+    NODELET_INFO("end of the trajectory");
   } catch (const std::exception& error) {
     NODELET_FATAL("the simulation ended: %s", error.what());
   }
@@ -159,14 +163,24 @@ void SimulationNodelet::publishTicks() {
   ticks_publisher_.publish(message);
 }
 
-void SimulationNodelet::photograph() {
-  if (simulator_->bearingsDue()) {
+void SimulationNodelet::photographWhileStepping() {
+  const bool is_due = simulator_->bearingsDue();
+  const core::Pose2 world_from_start = simulator_->worldFromSensor();
+  if (is_due) {
     truth_->publish(*simulator_);
     const core::Stamp stamp =
         simulator_->now() + core::durationFromSeconds(config_.robot.stamp_latency_s);
-    exposed_.push_back(
-        {stamp, image_count_++, simulator_->worldFromSensor(), simulator_->lightsOccluded()});
+    exposed_.push_back({stamp, image_count_++, {}, simulator_->lightsOccluded()});
   }
+  simulator_->step();
+  if (!is_due) return;
+  // An exposure that lasts longer than the step goes on with its motion.
+  exposed_.back().motion =
+      core::motionBetween(world_from_start, simulator_->worldFromSensor(), config_.robot.step_s);
+}
+
+/// Of the steps before: an image is there once its rows are exposed.
+void SimulationNodelet::deliverImages() {
   // A time of the simulation's own waits for the renderer; wall time does not.
   const auto when_busy =
       config_.clock.publish ? SimulatedCamera::WhenBusy::kWait : SimulatedCamera::WhenBusy::kDrop;

@@ -1,9 +1,12 @@
 #include "bearing_calibration_ros/simulation_params.h"
 
+#include <ros/time.h>
+
+#include <algorithm>
 #include <cmath>
 
 #include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration_ros/param_reader.h"
+#include "bearing_calibration_ros/scene_params.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -114,60 +117,6 @@ core::RobotConfig readRobot(ParamReader& params, std::uint64_t seed) {
   return robot;
 }
 
-core::CameraRig readRig(ParamReader& params) {
-  core::CameraRig rig;
-  rig.width_px = params.integer("camera/width");
-  rig.height_px = params.integer("camera/height");
-  rig.centre_px.x() = params.number("camera/centre_u");
-  rig.centre_px.y() = params.number("camera/centre_v");
-  rig.pixel_m = params.number("camera/pixel");
-  rig.focal_length_m = params.number("camera/focal_length");
-  rig.aperture_m = params.number("camera/aperture");
-  rig.focus_distance_m = params.number("camera/focus_distance");
-  rig.handedness = params.integer("camera/handedness");
-  rig.lens_to_apex_m = params.number("mirror/lens_to_apex");
-  rig.cone_half_angle_rad = params.number("mirror/cone_half_angle");
-  rig.mirror_radius_m = params.number("mirror/radius");
-  rig.axis_lean.x() = params.number("mirror/lean_x");
-  rig.axis_lean.y() = params.number("mirror/lean_y");
-  rig.apex_offset_m.x() = params.number("mirror/offset_x");
-  rig.apex_offset_m.y() = params.number("mirror/offset_y");
-  return rig;
-}
-
-core::RendererConfig readRenderer(ParamReader& params, std::uint64_t seed) {
-  core::RendererConfig renderer;
-  renderer.rig = readRig(params);
-  renderer.pixels.full_well_electrons = params.number("camera/full_well");
-  renderer.pixels.read_noise_electrons = params.number("camera/read_noise");
-  renderer.rays_per_light = params.integer("camera/rays_per_light");
-  renderer.reference_value = params.number("exposure/reference_value");
-  renderer.reference_distance_m = params.number("exposure/reference_distance");
-  renderer.reference_height_m = params.number("exposure/reference_height");
-  renderer.outside_mirror = params.number("surroundings/outside_mirror");
-  renderer.centre_radius_px = params.number("surroundings/centre_radius");
-  renderer.centre_brightness = params.number("surroundings/centre_brightness");
-  renderer.seed = seed;
-  return renderer;
-}
-
-std::vector<core::Light> readLights(ParamReader& params) {
-  std::vector<core::Light> lights;
-  for (const auto& row : params.rows("world/lights", 5)) {
-    lights.push_back({{row[0], row[1]}, row[2], row[3], row[4]});
-  }
-  return lights;
-}
-
-std::vector<std::string> lightErrors(const std::vector<core::Light>& lights) {
-  core::Requirements require;
-  for (const core::Light& light : lights) {
-    require.positive("world/lights: the brightness", light.brightness);
-    require.notNegative("world/lights: the radius", light.radius_m);
-  }
-  return require.errors();
-}
-
 }  // namespace
 
 std::vector<std::string> SimulatedClockConfig::validate() const {
@@ -198,8 +147,7 @@ std::vector<std::string> SimulatedFrames::validate() const {
   return require.errors();
 }
 
-SimulationNodeConfig readSimulationNodeConfig(const ros::NodeHandle& private_node_handle) {
-  ParamReader params(private_node_handle);
+SimulationNodeConfig readSimulationNodeConfig(ParamReader params) {
   const int seed = params.integer("world/seed");
   const auto unsigned_seed = static_cast<std::uint64_t>(seed);
   SimulationNodeConfig config;
@@ -209,9 +157,8 @@ SimulationNodeConfig readSimulationNodeConfig(const ros::NodeHandle& private_nod
   config.driving = readDriving(params, unsigned_seed);
   config.robot = readRobot(params, unsigned_seed);
   config.mount_height_m = params.number("mount/z");
-  config.lights = readLights(params);
-  config.room = {params.number("surroundings/brightness"), params.number("surroundings/contrast"),
-                 unsigned_seed};
+  config.seed = unsigned_seed;
+  config.scene = readScene(params, unsigned_seed);
   config.renderer = readRenderer(params, unsigned_seed);
 
   core::Requirements require;
@@ -220,8 +167,7 @@ SimulationNodeConfig readSimulationNodeConfig(const ros::NodeHandle& private_nod
   require.add(config.frames.validate());
   require.add(config.driving.validate());
   require.add(config.robot.validate());
-  require.add(lightErrors(config.lights));
-  require.add(config.room.validate());
+  require.add(config.scene.validate());
   require.add(config.renderer.validate());
   params.addErrors(require.errors());
   params.throwIfAnyError();

@@ -64,8 +64,8 @@ TruthPublisher::TruthPublisher(ros::NodeHandle private_node_handle,
   bearings_ = truth.advertise<core::LightBearings>("bearings", kQueue);
   mount_.publish(
       poseMessage(config.robot.base_from_sensor, config.mount_height_m, start, frames_.base));
-  if (config.lights.empty()) return;
-  const core::Light& light = config.lights.front();
+  if (config.scene.lights.empty()) return;
+  const core::Light& light = config.scene.lights.front();
   geometry_msgs::PointStamped message;
   message.header.stamp = rosFromStamp(start);
   message.header.frame_id = frames_.world;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -18,6 +19,10 @@ namespace {
 
 LuminousBall referenceLight(const RendererConfig& config) {
   return {{config.reference_distance_m, 0.0, config.reference_height_m}, 1.0, 0.0};
+}
+
+LuminousBall ballOf(const Light& light, const Pose2& world_from_sensor) {
+  return {positionInSensor(light, world_from_sensor), light.brightness, light.radius_m};
 }
 
 double elevationOf(const Vector3d& unit_vector) { return std::asin(unit_vector.z()); }
@@ -33,6 +38,24 @@ void forEachPixel(const CameraRig& rig, const Visitor& visit) {
   for (int v = 0; v < rig.height_px; ++v) {
     for (int u = 0; u < rig.width_px; ++u) visit(index++, Vector2d(u, v));
   }
+}
+
+/// What part of the light each pixel gets past the mirror's holders and through its colour filter.
+std::vector<float> transmissionOf(const RendererConfig& config) {
+  constexpr double kLeftByHolder = 0.03;  // it is nearly black
+  const bool is_plain =
+      config.holders.empty() && config.encoding.layout == ImageEncoding::Layout::kMono8;
+  std::vector<float> transmission;
+  if (is_plain) return transmission;
+  forEachPixel(config.rig, [&](std::size_t, const Vector2d& pixel) {
+    const Vector2d offset = pixel - config.rig.centre_px;
+    const double azimuth_rad = config.rig.handedness * std::atan2(-offset.y(), offset.x());
+    const double filter =
+        config.encoding.responseAt(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
+    const bool is_hidden = isBehind(config.holders, azimuth_rad, 0.0);
+    transmission.push_back(static_cast<float>(is_hidden ? kLeftByHolder * filter : filter));
+  });
+  return transmission;
 }
 
 /// The defocus of a far light, as angles in the world.
@@ -65,6 +88,8 @@ std::vector<std::string> RendererConfig::validate() const {
   Requirements require;
   require.add(rig.validate());
   require.add(pixels.validate());
+  require.add(shutter.validate());
+  require.add(encoding.validate());
   require.between("exposure/reference_value", reference_value, 1.0, PixelNoise::kLargestValue);
   require.positive("exposure/reference_distance", reference_distance_m);
   require.that(std::isfinite(reference_height_m), "exposure/reference_height must be finite");
@@ -80,7 +105,8 @@ ImageRenderer::ImageRenderer(const RendererConfig& config, const RadianceFunctio
       tracer_(config.rig),
       noise_(config.pixels, config.seed),
       spot_(config.rig, config.rays_per_light),
-      panorama_(surroundings, extentOf(config, tracer_, spot_)) {
+      panorama_(surroundings, extentOf(config, tracer_, spot_)),
+      transmission_(transmissionOf(config)) {
   const SpotMoments reference = spot_.moments(tracer_, referenceLight(config));
   if (reference.flux <= 0.0) {
     throw std::invalid_argument("the mirror does not show a light at exposure/reference_distance");
@@ -106,19 +132,58 @@ ImageRenderer::ImageRenderer(const RendererConfig& config, const RadianceFunctio
   });
 }
 
+void ImageRenderer::exposeSurroundings(const SensorMotion& motion, const Shutter& shutter) {
+  const float full_well = static_cast<float>(config_.pixels.full_well_electrons);
+  // Far away, only the turn counts. Samples within an exposure lie at most a column apart.
+  constexpr double kMostSamples = 256.0;
+  const double columns_swept =
+      std::abs(motion.turn_radps) * shutter.exposure_s * Panorama::kColumns / (2.0 * kPi);
+  const int samples = 1 + static_cast<int>(std::min(kMostSamples, columns_swept));
+  std::vector<float> turns(static_cast<std::size_t>(samples));
+  const auto width = static_cast<std::size_t>(config_.rig.width_px);
+  for (std::size_t i = 0; i < electrons_.size(); ++i) {
+    if (i % width == 0) {
+      const double row_s = static_cast<double>(i / width) * shutter.row_time_s;
+      for (int k = 0; k < samples; ++k) {
+        const double moment = (k + 0.5) / samples - 0.5;
+        const double yaw_rad = motion.world_from_sensor.yaw_rad +
+                               motion.turn_radps * (row_s + moment * shutter.exposure_s);
+        turns[static_cast<std::size_t>(k)] = Panorama::columnsFrom(yaw_rad);
+      }
+    }
+    if (places_[i].row < 0) {
+      electrons_[i] = fixed_electrons_[i];
+      continue;
+    }
+    float sum = 0.0F;
+    for (float turn : turns) sum += panorama_.at(places_[i], turn);
+    electrons_[i] = full_well * (sum / static_cast<float>(samples));
+  }
+}
+
+void ImageRenderer::attenuate() {
+  for (std::size_t i = 0; i < transmission_.size(); ++i) electrons_[i] *= transmission_[i];
+}
+
 const std::vector<float>& ImageRenderer::expose(const std::vector<Light>& lights,
                                                 const Pose2& world_from_sensor) {
-  const float full_well = static_cast<float>(config_.pixels.full_well_electrons);
-  const float columns_turned = Panorama::columnsFrom(world_from_sensor.yaw_rad);
-  for (std::size_t i = 0; i < electrons_.size(); ++i) {
-    electrons_[i] = places_[i].row < 0 ? fixed_electrons_[i]
-                                       : full_well * panorama_.at(places_[i], columns_turned);
-  }
+  exposeSurroundings({world_from_sensor, Vector2d::Zero(), 0.0}, {});
   for (const Light& light : lights) {
-    spot_.addTo(tracer_,
-                {positionInSensor(light, world_from_sensor), light.brightness, light.radius_m},
-                electrons_per_flux_, &electrons_);
+    spot_.addTo(tracer_, ballOf(light, world_from_sensor), electrons_per_flux_, &electrons_);
   }
+  attenuate();
+  return electrons_;
+}
+
+const std::vector<float>& ImageRenderer::exposeMoving(const std::vector<Light>& lights,
+                                                      const SensorMotion& motion) {
+  if (config_.shutter.isInstant()) return expose(lights, motion.world_from_sensor);
+  exposeSurroundings(motion, config_.shutter);
+  for (const Light& light : lights) {
+    const auto path = [&](double time_s) { return ballOf(light, motion.poseAt(time_s)); };
+    spot_.addMovingTo(tracer_, path, config_.shutter, electrons_per_flux_, &electrons_);
+  }
+  attenuate();
   return electrons_;
 }
 
@@ -127,6 +192,23 @@ MonoImage ImageRenderer::render(const std::vector<Light>& lights, const Pose2& w
   MonoImage image{config_.rig.width_px, config_.rig.height_px, {}};
   noise_.digitize(expose(lights, world_from_sensor), image_number, &image.values);
   return image;
+}
+
+MonoImage ImageRenderer::renderMoving(const std::vector<Light>& lights, const SensorMotion& motion,
+                                      std::uint64_t image_number) {
+  MonoImage image{config_.rig.width_px, config_.rig.height_px, {}};
+  noise_.digitize(exposeMoving(lights, motion), image_number, &image.values);
+  return image;
+}
+
+std::optional<ImageRenderer::Truth> ImageRenderer::truthOf(const Light& light,
+                                                           const SensorMotion& motion) const {
+  const auto path = [&](double time_s) { return ballOf(light, motion.poseAt(time_s)); };
+  const auto row = LightSpot::rowExposureOf(tracer_, path, config_.shutter);
+  if (!row) return std::nullopt;
+  const Vector3d position = path(row->time_s).position_m;
+  return Truth{row->time_s, std::atan2(position.y(), position.x()),
+               std::atan2(position.z(), position.head<2>().norm()), row->pixel};
 }
 
 }  // namespace bearing_calibration

@@ -20,11 +20,31 @@ const double kGoldenAngle_rad = kPi * (3.0 - std::sqrt(5.0));
 constexpr double kPlasticStep = 0.7548776662466927;
 constexpr double kPlasticStepSquared = kPlasticStep * kPlasticStep;
 
+// For the moments of rays: independent of the golden angle's and the plastic number's multiples.
+constexpr double kRootOfTwo = 1.4142135623730951;
+
 Vector2d onDisc(double area_fraction, double angle_rad) {
   return std::sqrt(area_fraction) * Vector2d(std::cos(angle_rad), std::sin(angle_rad));
 }
 
 double fraction(double value) { return value - std::floor(value); }
+
+/// Adds `amount` to the four pixels that a pixel-wide square around `pixel` covers.
+void shareOut(const CameraRig& rig, const Vector2d& pixel, double amount,
+              std::vector<float>* electrons) {
+  const auto add = [&](int u, int v, double part) {
+    if (u < 0 || v < 0 || u >= rig.width_px || v >= rig.height_px) return;
+    (*electrons)[static_cast<std::size_t>(v * rig.width_px + u)] += static_cast<float>(part);
+  };
+  const int u = static_cast<int>(std::floor(pixel.x()));
+  const int v = static_cast<int>(std::floor(pixel.y()));
+  const double right = pixel.x() - u;
+  const double below = pixel.y() - v;
+  add(u, v, amount * (1.0 - right) * (1.0 - below));
+  add(u + 1, v, amount * right * (1.0 - below));
+  add(u, v + 1, amount * (1.0 - right) * below);
+  add(u + 1, v + 1, amount * right * below);
+}
 
 }  // namespace
 
@@ -41,20 +61,62 @@ LightSpot::LightSpot(const CameraRig& rig, int rays) {
   for (int i = 0; i < rays; ++i) {
     samples_.push_back(
         {radius_m * onDisc((i + 0.5) / rays, i * kGoldenAngle_rad),
-         onDisc(fraction(i * kPlasticStep), 2.0 * kPi * fraction(i * kPlasticStepSquared))});
+         onDisc(fraction(i * kPlasticStep), 2.0 * kPi * fraction(i * kPlasticStepSquared)),
+         fraction((i + 0.5) * kRootOfTwo) - 0.5});
   }
+}
+
+Vector3d LightSpot::sourceOf(const Sample& sample, const LuminousBall& light) {
+  const Vector2d sideways =
+      light.radius_m * Vector2d(-light.position_m.y(), light.position_m.x()).normalized();
+  Vector3d source = light.position_m;
+  source.head<2>() += sample.ball.x() * sideways;
+  source.z() += sample.ball.y() * light.radius_m;
+  return source;
 }
 
 void LightSpot::trace(const ConeTracer& tracer, const LuminousBall& light,
                       const RayVisitor& visit) const {
-  const Vector2d sideways =
-      light.radius_m * Vector2d(-light.position_m.y(), light.position_m.x()).normalized();
   for (const Sample& sample : samples_) {
-    Vector3d source = light.position_m;
-    source.head<2>() += sample.ball.x() * sideways;
-    source.z() += sample.ball.y() * light.radius_m;
-    if (const auto hit = tracer.rayFrom(source, sample.aperture_m)) {
+    if (const auto hit = tracer.rayFrom(sourceOf(sample, light), sample.aperture_m)) {
       visit(hit->pixel, light.brightness * hit->throughput * area_per_ray_m2_);
+    }
+  }
+}
+
+std::optional<LightSpot::RowExposure> LightSpot::rowExposureOf(const ConeTracer& tracer,
+                                                               const BallPath& path,
+                                                               const Shutter& shutter) {
+  // The row moves the time, and the time the row by less than a hundredth of that: fixed point.
+  constexpr int kRounds = 5;
+  RowExposure row;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto hit = tracer.rayFrom(path(row.time_s).position_m, Vector2d::Zero());
+    if (!hit) return std::nullopt;
+    row.pixel = hit->pixel;
+    row.time_s = hit->pixel.y() * shutter.row_time_s;
+  }
+  return row;
+}
+
+void LightSpot::traceMoving(const ConeTracer& tracer, const BallPath& path, const Shutter& shutter,
+                            const RayVisitor& visit) const {
+  const auto middle = rowExposureOf(tracer, path, shutter);
+  if (!middle) return;
+  // From the middle's row to the ray's own in two rounds, the second of which moves it by less
+  // than a thousandth of a pixel.
+  const int rounds = shutter.row_time_s > 0.0 ? 2 : 1;
+  for (const Sample& sample : samples_) {
+    double row = middle->pixel.y();
+    for (int round = 1; round <= rounds; ++round) {
+      const double time_s = row * shutter.row_time_s + sample.moment * shutter.exposure_s;
+      const LuminousBall ball = path(time_s);
+      const auto hit = tracer.rayFrom(sourceOf(sample, ball), sample.aperture_m);
+      if (!hit) break;
+      row = hit->pixel.y();
+      if (round == rounds) {
+        visit(hit->pixel, ball.brightness * hit->throughput * area_per_ray_m2_);
+      }
     }
   }
 }
@@ -78,22 +140,15 @@ SpotMoments LightSpot::moments(const ConeTracer& tracer, const LuminousBall& lig
 
 void LightSpot::addTo(const ConeTracer& tracer, const LuminousBall& light,
                       double electrons_per_flux, std::vector<float>* electrons) const {
-  const int width = tracer.rig().width_px;
-  const int height = tracer.rig().height_px;
-  const auto add = [&](int u, int v, double amount) {
-    if (u < 0 || v < 0 || u >= width || v >= height) return;
-    (*electrons)[static_cast<std::size_t>(v * width + u)] += static_cast<float>(amount);
-  };
   trace(tracer, light, [&](const Vector2d& pixel, double flux) {
-    const int u = static_cast<int>(std::floor(pixel.x()));
-    const int v = static_cast<int>(std::floor(pixel.y()));
-    const double right = pixel.x() - u;
-    const double below = pixel.y() - v;
-    const double amount = flux * electrons_per_flux;
-    add(u, v, amount * (1.0 - right) * (1.0 - below));
-    add(u + 1, v, amount * right * (1.0 - below));
-    add(u, v + 1, amount * (1.0 - right) * below);
-    add(u + 1, v + 1, amount * right * below);
+    shareOut(tracer.rig(), pixel, flux * electrons_per_flux, electrons);
+  });
+}
+
+void LightSpot::addMovingTo(const ConeTracer& tracer, const BallPath& path, const Shutter& shutter,
+                            double electrons_per_flux, std::vector<float>* electrons) const {
+  traceMoving(tracer, path, shutter, [&](const Vector2d& pixel, double flux) {
+    shareOut(tracer.rig(), pixel, flux * electrons_per_flux, electrons);
   });
 }
 

@@ -1,28 +1,28 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bearing_calibration/geometry/pose2.h"
+#include "bearing_calibration/simulation/clutter.h"
 #include "bearing_calibration/simulation/cone_tracer.h"
+#include "bearing_calibration/simulation/image_encoding.h"
 #include "bearing_calibration/simulation/light.h"
 #include "bearing_calibration/simulation/light_spot.h"
 #include "bearing_calibration/simulation/panorama.h"
 #include "bearing_calibration/simulation/pixel_noise.h"
+#include "bearing_calibration/simulation/shutter.h"
 
 namespace bearing_calibration {
-
-/// An 8-bit grey image, row by row without gaps.
-struct MonoImage {
-  int width_px = 0;
-  int height_px = 0;
-  std::vector<std::uint8_t> values;
-};
 
 struct RendererConfig {
   CameraRig rig;
   PixelConfig pixels;
+  Shutter shutter;
+  ImageEncoding encoding;
+  std::vector<MirrorHolder> holders;
   /// The exposure is set so that a light of brightness 1 at this distance, seen along the sensor's
   /// x axis, reaches this value of 255 in the middle of its spot.
   double reference_value = 180.0;
@@ -43,17 +43,38 @@ class ImageRenderer {
   /// @throws std::invalid_argument with what config.validate() says.
   ImageRenderer(const RendererConfig& config, const RadianceFunction& surroundings);
 
-  /// The expected photo-electrons of each pixel, without noise and saturation.
+  /// The expected photo-electrons of each pixel, without noise and saturation, of a sensor that
+  /// stands still.
   const std::vector<float>& expose(const std::vector<Light>& lights,
                                    const Pose2& world_from_sensor);
+  /// The same of one that moves while the shutter is open, row after row.
+  const std::vector<float>& exposeMoving(const std::vector<Light>& lights,
+                                         const SensorMotion& motion);
 
-  /// An image with all noise. The same number gives the same noise.
+  /// The sensor's values with all noise; encode() makes the driver's image of them. The same number
+  /// gives the same noise.
   MonoImage render(const std::vector<Light>& lights, const Pose2& world_from_sensor,
                    std::uint64_t image_number);
+  MonoImage renderMoving(const std::vector<Light>& lights, const SensorMotion& motion,
+                         std::uint64_t image_number);
+
+  /// Where the image shows a light, and what a perfect sensor would have said of it then.
+  struct Truth {
+    double time_s = 0.0;  ///< mid-exposure of the light's row, after that of the first row
+    double azimuth_rad = 0.0;
+    double elevation_rad = 0.0;                       ///< from the origin of the sensor frame
+    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< (column, row)
+  };
+  /// None when the mirror does not show it. A holder in front is not looked for.
+  std::optional<Truth> truthOf(const Light& light, const SensorMotion& motion) const;
 
   const ConeTracer& tracer() const { return tracer_; }
+  const RendererConfig& config() const { return config_; }
 
  private:
+  void exposeSurroundings(const SensorMotion& motion, const Shutter& shutter);
+  void attenuate();
+
   RendererConfig config_;
   ConeTracer tracer_;
   PixelNoise noise_;
@@ -62,6 +83,7 @@ class ImageRenderer {
   double electrons_per_flux_ = 0.0;
   std::vector<Panorama::Place> places_;  ///< of each pixel; row -1 past the mirror
   std::vector<float> fixed_electrons_;   ///< of pixels that do not see the surroundings
+  std::vector<float> transmission_;      ///< by holders and colour filter; empty without them
   std::vector<float> electrons_;
 };
 
