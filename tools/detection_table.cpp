@@ -2,7 +2,6 @@
 //
 //     detection_table [SCENES [FIRST_SEED [FOLDER FOR PICTURES OF WRONG ANSWERS]]]
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -61,11 +60,8 @@ std::optional<double> azimuthOf(const DetectorConfig& config, const cv::Point2d&
 using Answer = std::optional<double>;  ///< azimuth [rad]
 
 Answer likeliest(const DetectionResult& result) {
-  const auto best = std::max_element(result.lights.begin(), result.lights.end(),
-                                     [](const Detection& left, const Detection& right) {
-                                       return left.bearing.quality < right.bearing.quality;
-                                     });
-  return best == result.lights.end() ? Answer() : Answer(best->bearing.azimuth_rad);
+  const Detection* best = likeliestLight(result.lights);
+  return best == nullptr ? Answer() : Answer(best->bearing.azimuth_rad);
 }
 
 Answer shapeGates(DetectorConfig config, const Sight& scene) {

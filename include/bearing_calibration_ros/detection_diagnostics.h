@@ -5,9 +5,11 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "bearing_calibration/vision/light_detector.h"
+#include "bearing_calibration/vision/sight_advice.h"
 
 namespace bearing_calibration_ros {
 
@@ -24,7 +26,7 @@ struct DetectionCounts {
   std::uint64_t refused() const;
 };
 
-/// The last image's best light, for the advice on focus and exposure.
+/// The last image's best light, for people.
 struct LastSight {
   bool has_light = false;
   bearing_calibration::LightEllipse ellipse;
@@ -33,9 +35,11 @@ struct LastSight {
 };
 LastSight lastSightFrom(const bearing_calibration::DetectionResult& result);
 
-/// A warning when no image came, when images were refused since the last status, or when the last
-/// image calls for another exposure; fine otherwise.
+/// A warning when no image came, when images were refused since the last status, or with the
+/// advice on focus and exposure; fine otherwise.
 void fillDiagnostics(const DetectionCounts& counts, const DetectionCounts& before,
-                     const LastSight& sight, diagnostic_updater::DiagnosticStatusWrapper* status);
+                     const LastSight& sight,
+                     const std::optional<bearing_calibration::Advice>& advice,
+                     diagnostic_updater::DiagnosticStatusWrapper* status);
 
 }  // namespace bearing_calibration_ros

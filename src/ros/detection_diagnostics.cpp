@@ -3,6 +3,7 @@
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace bearing_calibration_ros {
 namespace {
@@ -10,21 +11,19 @@ namespace {
 namespace core = bearing_calibration;
 using Status = diagnostic_msgs::DiagnosticStatus;
 
-// From here on the outline alone tells where the light is.
-constexpr double kMuchSaturated = 0.5;
+double widthOf(double variance_px2) { return 4.0 * std::sqrt(std::max(0.0, variance_px2)); }
 
-std::string summaryOf(const DetectionCounts& counts, const DetectionCounts& before,
-                      const LastSight& sight) {
+/// A light may be out of view or off for good reason: all else calls for a hand.
+bool isWarning(const core::Advice& advice) {
+  return advice.kind != core::AdviceKind::kNothingBright;
+}
+
+std::string warningOf(const DetectionCounts& counts, const DetectionCounts& before,
+                      const std::optional<core::Advice>& advice) {
   const bool images_came = counts.images_used != before.images_used;
   if (counts.refused() != before.refused()) return "images are refused";
   if (!images_came) return "no images";
-  if (counts.too_cluttered != before.too_cluttered) {
-    return "too many bright spots: raise threshold/min_contrast or shorten the exposure";
-  }
-  if (sight.has_light && sight.ellipse.saturated_fraction > kMuchSaturated) {
-    return "the light is saturated: shorten the exposure";
-  }
-  return {};
+  return advice && isWarning(*advice) ? advice->sentence : std::string();
 }
 
 }  // namespace
@@ -49,18 +48,16 @@ LastSight lastSightFrom(const core::DetectionResult& result) {
   LastSight sight;
   sight.background = result.background;
   sight.threshold_levels = result.threshold_levels;
-  const auto best = std::max_element(result.lights.begin(), result.lights.end(),
-                                     [](const core::Detection& left, const core::Detection& right) {
-                                       return left.bearing.quality < right.bearing.quality;
-                                     });
-  sight.has_light = best != result.lights.end();
+  const core::Detection* best = core::likeliestLight(result.lights);
+  sight.has_light = best != nullptr;
   if (sight.has_light) sight.ellipse = best->ellipse;
   return sight;
 }
 
 void fillDiagnostics(const DetectionCounts& counts, const DetectionCounts& before,
-                     const LastSight& sight, diagnostic_updater::DiagnosticStatusWrapper* status) {
-  const std::string warning = summaryOf(counts, before, sight);
+                     const LastSight& sight, const std::optional<core::Advice>& advice,
+                     diagnostic_updater::DiagnosticStatusWrapper* status) {
+  const std::string warning = warningOf(counts, before, advice);
   const std::string state = sight.has_light ? "light in sight" : "no light in sight";
   if (warning.empty()) {
     status->summary(Status::OK, state);
@@ -79,11 +76,15 @@ void fillDiagnostics(const DetectionCounts& counts, const DetectionCounts& befor
     status->add(std::string("spots rejected: ") + core::describe(static_cast<core::Rejection>(i)),
                 counts.spots_rejected[i]);
   }
+  status->add("advice", advice ? advice->sentence : "none");
   status->add("background (levels)", sight.background.median);
   status->add("threshold (levels)", sight.threshold_levels);
   if (!sight.has_light) return;
   status->add("light's peak (levels)", sight.ellipse.peak_levels);
   status->add("light's saturated part", sight.ellipse.saturated_fraction);
+  status->add("light's width along the azimuth (px)",
+              widthOf(sight.ellipse.tangential_variance_px2));
+  status->add("light's width along the radius (px)", widthOf(sight.ellipse.radial_variance_px2));
 }
 
 }  // namespace bearing_calibration_ros

@@ -10,6 +10,7 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/image_encodings.h>
+#include <std_msgs/String.h>
 
 #include <memory>
 #include <optional>
@@ -20,6 +21,7 @@
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration/vision/search_region.h"
+#include "bearing_calibration/vision/sight_advice.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/detection_conversions.h"
 #include "bearing_calibration_ros/detection_diagnostics.h"
@@ -49,6 +51,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   void onPrediction(const core::PredictedBearingConstPtr& message);
   bool onFindMirror(core::FindMirror::Request&, core::FindMirror::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
+  void publishAdvice(const std::optional<core::Advice>& advice);
 
   std::optional<ImageRefusal> refusalOfImage(const sensor_msgs::Image& image) const;
   void refuse(const ImageRefusal& refusal);
@@ -76,11 +79,14 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   DetectionCounts counts_;
   DetectionCounts counts_before_;  ///< at the last diagnostics
   LastSight last_sight_;
+  std::unique_ptr<core::SightAdviser> adviser_;
+  core::AdviceTally advice_tally_;
+  std::optional<core::Advice> last_advice_;
   LogThrottle throttle_{kWarningPeriod_s};
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   std::unique_ptr<image_transport::ImageTransport> images_;
   std::unique_ptr<image_transport::ImageTransport> private_images_;
-  ros::Publisher bearings_publisher_;
+  ros::Publisher bearings_publisher_, advice_publisher_;
   ros::ServiceServer mirror_service_;
   image_transport::Publisher annotated_publisher_;
   std::string image_topic_, camera_info_topic_, prediction_topic_;
@@ -95,6 +101,7 @@ void LightDetectionNodelet::onInit() {
   try {
     config_ = readDetectionNodeConfig(getPrivateNodeHandle());
     detector_ = std::make_unique<core::LightDetector>(config_.detector);
+    adviser_ = std::make_unique<core::SightAdviser>(config_.detector);
     nameTopics();
     advertise();
     subscribe();
@@ -117,6 +124,8 @@ void LightDetectionNodelet::advertise() {
   private_images_ = std::make_unique<image_transport::ImageTransport>(getPrivateNodeHandle());
   bearings_publisher_ = getNodeHandle().advertise<core::LightBearings>("bearings", kBearingQueue);
   annotated_publisher_ = private_images_->advertise("annotated", 1);
+  constexpr bool kLatched = true;
+  advice_publisher_ = getPrivateNodeHandle().advertise<std_msgs::String>("advice", 1, kLatched);
   mirror_service_ = getPrivateNodeHandle().advertiseService(
       "find_mirror", &LightDetectionNodelet::onFindMirror, this);
   diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(),
@@ -155,6 +164,7 @@ void LightDetectionNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
         config_.sensor_frame));
     counts_.add(result);
     last_sight_ = lastSightFrom(result);
+    advice_tally_.add(adviser_->adviceFor(result));
     if (annotated_publisher_.getNumSubscribers() > 0) publishAnnotated(*message, grey, result);
   });
 }
@@ -224,8 +234,23 @@ bool LightDetectionNodelet::onFindMirror(core::FindMirror::Request&,
 }
 
 void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  fillDiagnostics(counts_, counts_before_, last_sight_, &status);
+  const bool images_came = counts_.images_used != counts_before_.images_used;
+  const std::optional<core::Advice> advice = advice_tally_.take();
+  if (images_came) publishAdvice(advice);
+  fillDiagnostics(counts_, counts_before_, last_sight_, advice, &status);
   counts_before_ = counts_;
+}
+
+/// Published when its figures change, logged when its kind does. An empty text says that nothing is
+/// to be changed.
+void LightDetectionNodelet::publishAdvice(const std::optional<core::Advice>& advice) {
+  std_msgs::String message;
+  if (advice) message.data = advice->sentence;
+  const bool is_news = advice && !(last_advice_ && last_advice_->kind == advice->kind);
+  if (is_news) NODELET_INFO("advice: %s", message.data.c_str());
+  const std::string said = last_advice_ ? last_advice_->sentence : std::string();
+  if (message.data != said) advice_publisher_.publish(message);
+  last_advice_ = advice;
 }
 
 }  // namespace bearing_calibration_ros

@@ -44,7 +44,11 @@ void include(Range* range, double value) {
   range->high = std::max(range->high, value);
 }
 
-SpotSize sizeAt(const DetectorConfig& config, double image_radius_px) {
+}  // namespace
+
+SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px) {
+  // In the mirror's very centre the azimuth has no meaning and the cone no curvature.
+  const double radius_px = std::clamp(image_radius_px, 1.0, rimRadiusPx(config.mirror));
   const Range nothing{std::numeric_limits<double>::infinity(), 0.0};
   SpotSize size{nothing, nothing};
   const double step = 1.0 / (kDistances - 1);
@@ -52,7 +56,7 @@ SpotSize sizeAt(const DetectorConfig& config, double image_radius_px) {
   const double farthest = 1.0 / config.light.max_distance_m;
   for (int i = 0; i < kDistances; ++i) {
     const double distance_m = 1.0 / (nearest + (farthest - nearest) * i * step);
-    const Stddevs stddevs = stddevsAt(config, image_radius_px, distance_m);
+    const Stddevs stddevs = stddevsAt(config, radius_px, distance_m);
     for (double lens_px : {0.0, kLensBlur_px}) {
       include(&size.tangential_stddev_px, std::hypot(stddevs.tangential_px, lens_px));
       include(&size.radial_stddev_px, std::hypot(stddevs.radial_px, lens_px));
@@ -60,6 +64,8 @@ SpotSize sizeAt(const DetectorConfig& config, double image_radius_px) {
   }
   return size;
 }
+
+namespace {
 
 /// Area of the ellipse with these standard deviations.
 double area(double tangential_px, double radial_px) {
@@ -77,8 +83,7 @@ ExpectedSpot::ExpectedSpot(const DetectorConfig& config)
   const double rim_px = rimRadiusPx(config.mirror);
   const int last = static_cast<int>(std::ceil(std::min(rim_px, config.mask.outer_radius_px)));
   for (int radius = 0; radius <= last; ++radius) {
-    // In the mirror's very centre the azimuth has no meaning and the cone no curvature.
-    const SpotSize size = sizeAt(config, std::clamp<double>(radius, 1.0, rim_px));
+    const SpotSize size = expectedSpotSize(config, radius);
     sizes_.push_back(size);
     if (radius < config.mask.inner_radius_px) continue;
     include(&area_px_, area(size.tangential_stddev_px.low, size.radial_stddev_px.low));

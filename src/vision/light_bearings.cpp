@@ -1,6 +1,5 @@
 #include "bearing_calibration/vision/light_bearings.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "bearing_calibration/common/requirement.h"
@@ -33,10 +32,7 @@ BearingSet bearingsFromLights(const std::vector<Detection>& lights, const Shutte
     set.stamp = midExposure(config, image_stamp, 0.5 * (image_height_px - 1));
     return set;
   }
-  const auto likeliest = std::max_element(lights.begin(), lights.end(),
-                                          [](const Detection& left, const Detection& right) {
-                                            return left.bearing.quality < right.bearing.quality;
-                                          });
+  const Detection* likeliest = likeliestLight(lights);
   set.stamp = midExposure(config, image_stamp, rowOf(*likeliest));
   for (const Detection& light : lights) {
     const double apart_s = (rowOf(light) - rowOf(*likeliest)) * config.row_time_s;

@@ -31,8 +31,18 @@ const DetectorConfig& validated(const DetectorConfig& config) {
   throw std::invalid_argument(message);
 }
 
-LightEllipse ellipseFrom(const Blob& blob, const BlobShape& shape) {
+/// The thresholded pixels as an ellipse along the mirror's radius there.
+LightEllipse ellipseFrom(const Blob& blob, const BlobShape& shape, const MirrorView& view) {
+  const double u = shape.centre_u_px - view.centre_u_px;
+  const double v = shape.centre_v_px - view.centre_v_px;
+  const double square = std::max(u * u + v * v, std::numeric_limits<double>::min());
   LightEllipse ellipse;
+  ellipse.radial_variance_px2 =
+      (shape.variance_uu_px2 * u * u + 2.0 * shape.variance_uv_px2 * u * v +
+       shape.variance_vv_px2 * v * v) /
+      square;
+  ellipse.tangential_variance_px2 =
+      shape.variance_uu_px2 + shape.variance_vv_px2 - ellipse.radial_variance_px2;
   ellipse.centre_px = {shape.centre_u_px, shape.centre_v_px};
   ellipse.fill = shape.fill;
   ellipse.fill_tolerance = fillTolerance(shape);
@@ -57,6 +67,14 @@ double stddevWithin(const Range& stddev_px, double variance_px2) {
 }
 
 }  // namespace
+
+const Detection* likeliestLight(const std::vector<Detection>& lights) {
+  const auto best = std::max_element(lights.begin(), lights.end(),
+                                     [](const Detection& left, const Detection& right) {
+                                       return left.bearing.quality < right.bearing.quality;
+                                     });
+  return best == lights.end() ? nullptr : &*best;
+}
 
 LightDetector::LightDetector(const DetectorConfig& config)
     : config_(validated(config)),
@@ -131,7 +149,7 @@ void LightDetector::examine(const cv::Mat& image, const cv::Mat& sharp,
     if (blob.pixels < config_.gates.min_pixels) continue;  // specks of noise
     const BlobShape shape = shapeOf(blob);
     Detection detection;
-    detection.ellipse = ellipseFrom(blob, shape);
+    detection.ellipse = ellipseFrom(blob, shape, config_.view);
     detection.rejection = rejectionOf(blob, shape, config_.gates, expected_.area_px());
     if (detection.accepted() && measured++ < config_.max_candidates) {
       measure(image, sharp, shape, &detection);

@@ -14,6 +14,7 @@ from bearing_calibration.srv import FindMirror
 from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
 
 from calibration_world import wait_until
 from mirror_images import CENTRE_U, CENTRE_V, HEIGHT, WIDTH, Spot, camera_info, image_of, with_rim
@@ -194,6 +195,23 @@ class LightDetectionTest(unittest.TestCase):
         self.assertFalse(none.found or none.consistent)
         self.assertTrue(math.isnan(none.centre_u))
         self.assertIn('no rim', none.text)
+
+    def test_advice_on_exposure_stands_in_its_topic_and_in_diagnostics(self):
+        said = []
+        subscriber = rospy.Subscriber('/managed/light_detection/advice', String,
+                                      lambda message: said.append(message.data))
+        self.addCleanup(subscriber.unregister)
+        bright = image_of([Spot(azimuth=0.7)], rospy.Time.now(), light=600)
+        good = image_of([Spot(azimuth=0.7)], rospy.Time.now())
+
+        def last_word_after(image):
+            self.managed.answer_to(image)
+            return said[-1] if said else ''
+        wait_until(lambda: 'shorten the exposure' in last_word_after(bright), 'advice')
+        wait_until(lambda: any(status.name.startswith('managed/') and
+                               'shorten the exposure' in status.message
+                               for status in self.statuses), 'the advice in /diagnostics')
+        wait_until(lambda: last_word_after(good) == '', 'the advice is withdrawn')
 
     def assert_said(self, *pieces):
         wait_until(lambda: [log for log in self.logs if log.level == Log.WARN and

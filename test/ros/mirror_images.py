@@ -49,21 +49,21 @@ class Spot:
         return inside / SUBSAMPLES ** 2
 
 
-def levels(spots):
-    """Rows of grey levels."""
+def levels(spots, light=LIGHT):
+    """Rows of grey levels, 255 at most."""
     rows = [[BACKGROUND] * WIDTH for _ in range(HEIGHT)]
     for spot in spots:
         reach = int(spot.radial)
         for v in range(int(spot.v) - reach, int(spot.v) + reach):
             for u in range(int(spot.u) - reach, int(spot.u) + reach):
-                rows[v][u] += round(LIGHT * spot.coverage(u, v))
+                rows[v][u] = min(255, rows[v][u] + round(light * spot.coverage(u, v)))
     return rows
 
 
 BYTES_PER_LEVEL = {'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4, 'mono16': 2}
 
 
-def image_of(spots, stamp, encoding='mono8', padding=0):
+def image_of(spots, stamp, encoding='mono8', padding=0, light=LIGHT):
     """A message with `padding` unused bytes after each row. In mono16 a level is 16 steps."""
     message = Image(width=WIDTH, height=HEIGHT, encoding=encoding, is_bigendian=0)
     message.header.stamp = stamp
@@ -71,7 +71,7 @@ def image_of(spots, stamp, encoding='mono8', padding=0):
     bytes_per_level = BYTES_PER_LEVEL.get(encoding, 1)
     message.step = WIDTH * bytes_per_level + padding
     data = bytearray()
-    for row in levels(spots):
+    for row in levels(spots, light):
         if encoding == 'mono16':
             for level in row:
                 data += (16 * level).to_bytes(2, 'little')

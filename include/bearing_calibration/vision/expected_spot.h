@@ -18,6 +18,9 @@ struct SpotSize {
   Range radial_stddev_px;
 };
 
+/// At one image radius; at the rim's beyond it.
+SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px);
+
 /// The image that the optics make of the light, tabulated over the image radius: the blur of the
 /// open aperture, the light's own size, the pixels' size and the software's defocus. Nothing is
 /// expected (zeros) when the mirror's gates are off.

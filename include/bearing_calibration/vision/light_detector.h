@@ -19,13 +19,16 @@ namespace bearing_calibration {
 
 /// A bright spot of an image: the light, or what was mistaken for it and why it was not.
 struct Detection {
-  LightEllipse
-      ellipse;      ///< only centre, fill and pixels where a gate before the measurement failed
+  /// Where a gate before the measurement failed: centre, size, fill and pixels as thresholded.
+  LightEllipse ellipse;
   Bearing bearing;  ///< only of an accepted spot
   Rejection rejection = Rejection::kNone;
 
   bool accepted() const { return rejection == Rejection::kNone; }
 };
+
+/// The one of the best quality; null without any.
+const Detection* likeliestLight(const std::vector<Detection>& lights);
 
 /// What one image showed.
 struct DetectionResult {
