@@ -14,6 +14,7 @@
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/default_rig.h"
 #include "support/synthetic_spot.h"
+#include "tools/simple_blob.h"
 
 namespace bearing_calibration {
 namespace {
@@ -98,11 +99,22 @@ void thresholdAndContours(benchmark::State& state) {
   }
 }
 
+void simpleBlob(benchmark::State& state) {
+  const DetectorConfig config = detectorOf(state);
+  const cv::Mat image = sceneOf(config);
+  const auto detector = cv::SimpleBlobDetector::create(simpleBlobParams(config));
+  std::vector<cv::KeyPoint> found;
+  detector->detect(image, found);
+  if (found.size() != 1) state.SkipWithError("the light was not found");
+  for (auto _ : state) detector->detect(image, found);
+}
+
 BENCHMARK(plainRead)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(countNonZero)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(fullScan)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(regionOfInterest)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(thresholdAndContours)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK(simpleBlob)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace bearing_calibration

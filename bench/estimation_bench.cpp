@@ -6,16 +6,10 @@
 
 #include "bearing_calibration/calibration/initializer.h"
 #include "bearing_calibration/filter/mount_filter.h"
-#include "tools/simulated_case.h"
+#include "bench/paper_run.h"
 
 namespace bearing_calibration {
 namespace {
-
-/// The paper's settings, second trajectory: 1001 sights in 100 s.
-const SightRun& paperRun() {
-  static const SightRun run = simulate(paperCase(1));
-  return run;
-}
 
 CartesianEstimate goodStart() {
   CartesianEstimate start;

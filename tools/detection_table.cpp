@@ -18,6 +18,7 @@
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/synthetic_spot.h"
+#include "tools/simple_blob.h"
 
 namespace bearing_calibration {
 namespace {
@@ -104,23 +105,10 @@ Answer largestContour(DetectorConfig config, const Sight& scene) {
   return answer;
 }
 
-/// OpenCV's blob detector, told the spot's area and that it is bright; the blob of the best
-/// response, which is the largest here.
+/// OpenCV's blob detector; the blob of the best response, which is the largest here.
 Answer simpleBlob(DetectorConfig config, const Sight& scene) {
-  const Range area = ExpectedSpot(config).area_px();
-  cv::SimpleBlobDetector::Params params;
-  params.blobColor = 255;
-  params.filterByArea = true;
-  params.minArea = static_cast<float>(0.5 * area.low);
-  params.maxArea = static_cast<float>(2.0 * area.high);
-  params.filterByInertia = true;
-  params.minInertiaRatio = 0.15F;  // of an ellipse of 11 x 20 px: 0.3
-  params.maxInertiaRatio = 0.6F;
-  params.filterByConvexity = true;
-  params.minConvexity = 0.9F;
-  params.filterByCircularity = false;
   std::vector<cv::KeyPoint> found;
-  cv::SimpleBlobDetector::create(params)->detect(scene.image, found);
+  cv::SimpleBlobDetector::create(simpleBlobParams(config))->detect(scene.image, found);
   float largest = 0.0F;
   Answer answer;
   for (const cv::KeyPoint& blob : found) {

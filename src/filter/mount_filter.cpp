@@ -6,11 +6,19 @@
 namespace bearing_calibration {
 namespace {
 
+/// In every chart a motion changes the first two entries alone, and by themselves alone: the mount
+/// stays as it is. So does its covariance, which is not computed again.
 Gaussian<5> propagate(const Gaussian<5>& prior, const Propagation& step,
                       const OdometryIncrement& motion) {
-  return {step.state,
-          step.J_state_state * prior.covariance * step.J_state_state.transpose() +
-              step.J_state_motion * motion.covariance * step.J_state_motion.transpose()};
+  const Eigen::Matrix2d F = step.J_state_state.topLeftCorner<2, 2>();
+  const Eigen::Matrix<double, 2, 3> G = step.J_state_motion.topRows<2>();
+  Gaussian<5> next{step.state, prior.covariance};
+  next.covariance.topRightCorner<2, 3>() = F * prior.covariance.topRightCorner<2, 3>();
+  next.covariance.bottomLeftCorner<3, 2>() = next.covariance.topRightCorner<2, 3>().transpose();
+  next.covariance.topLeftCorner<2, 2>() =
+      F * prior.covariance.topLeftCorner<2, 2>() * F.transpose() +
+      G * motion.covariance * G.transpose();
+  return next;
 }
 
 /// One filter for every chart: the chart says how its state moves, what bearing it gives, which of

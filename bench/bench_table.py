@@ -1,0 +1,197 @@
+#!/usr/bin/env python3
+"""Runs the bench programs and prints one table of ratios (scripts/bench); compares two runs.
+
+Each benchmark is repeated, in turn with the others of its program, so that a load from outside falls
+on all of them alike; what counts is the median of its CPU time. The results are a JSON file:
+{"machine": {...}, "benchmarks": {"PROGRAM/NAME": {"median_ns", "least_ns", "most_ns"}}}.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+
+PROGRAMS = ('filter_bench', 'ceres_bench', 'estimation_bench', 'detection_bench')
+REPETITIONS = 15
+QUICK_REPETITIONS = 3
+MIN_TIME_S = 0.05        # of one repetition: thousands of filter steps, some of the slowest batch
+QUICK_MIN_TIME_S = 0.01
+SLOWER = 1.10            # what a comparison calls slower
+NANOSECONDS = {'ns': 1.0, 'us': 1e3, 'ms': 1e6, 's': 1e9}
+
+# Title, then rows of: what is divided, by what it is divided, least ratio that is aimed at.
+SECTIONS = (
+    ('Filter step against a dense EKF of dynamic size', (
+        ('filter_bench/dynamicStep/15', 'filter_bench/cartesianStep', 10.0),
+        ('filter_bench/dynamicStep/5', 'filter_bench/cartesianStep', 2.0),
+        ('filter_bench/dynamicStep/15', 'filter_bench/paperStep', None),
+        ('filter_bench/dynamicStep/5', 'filter_bench/paperStep', None),
+    )),
+    ('Batch, fit and search against Ceres', (
+        ('ceres_bench/ceresPlain/1000', 'ceres_bench/batchPlain/1000', 3.0),
+        ('ceres_bench/ceresPlainTight/1000', 'ceres_bench/batchPlain/1000', 3.0),
+        ('ceres_bench/ceresPlain/300', 'ceres_bench/batchPlain/300', 3.0),
+        ('ceres_bench/ceresPlain/100', 'ceres_bench/batchPlain/100', 3.0),
+        ('ceres_bench/ceresHuber/1000', 'ceres_bench/batchHuber/1000', 3.0),
+        ('ceres_bench/ceresHuber/1000', 'ceres_bench/batchFull/1000', None),
+        ('ceres_bench/ceresFit', 'ceres_bench/fit', None),
+        ('ceres_bench/ceresSearch/8', 'ceres_bench/search', None),
+    )),
+    ('Light detector, 640x480 (0) and 1280x1024 (1)', (
+        ('detection_bench/simpleBlob/0', 'detection_bench/fullScan/0', None),
+        ('detection_bench/thresholdAndContours/0', 'detection_bench/fullScan/0', None),
+        ('detection_bench/plainRead/0', 'detection_bench/fullScan/0', None),
+        ('detection_bench/simpleBlob/1', 'detection_bench/fullScan/1', None),
+        ('detection_bench/thresholdAndContours/1', 'detection_bench/fullScan/1', None),
+        ('detection_bench/plainRead/1', 'detection_bench/fullScan/1', None),
+        ('detection_bench/fullScan/0', 'detection_bench/countNonZero/0', None),
+        ('detection_bench/fullScan/0', 'detection_bench/regionOfInterest/0', None),
+    )),
+    ('Scaling: dense EKF with its states, the rest with sights and pixels', (
+        ('filter_bench/dynamicStep/10', 'filter_bench/dynamicStep/5', None),
+        ('filter_bench/dynamicStep/20', 'filter_bench/dynamicStep/5', None),
+        ('filter_bench/dynamicStep/30', 'filter_bench/dynamicStep/5', None),
+        ('ceres_bench/batchPlain/300', 'ceres_bench/batchPlain/100', None),
+        ('ceres_bench/batchPlain/1000', 'ceres_bench/batchPlain/100', None),
+        ('ceres_bench/ceresPlain/1000', 'ceres_bench/ceresPlain/100', None),
+        ('estimation_bench/attempt/1000', 'estimation_bench/attempt/150', None),
+        ('detection_bench/fullScan/1', 'detection_bench/fullScan/0', None),
+        ('detection_bench/regionOfInterest/1', 'detection_bench/regionOfInterest/0', None),
+    )),
+)
+
+
+def timesOf(report):
+    """{name: [CPU time in ns of each repetition]} of a Google Benchmark report."""
+    times = {}
+    for entry in report['benchmarks']:
+        if entry.get('error_occurred'):
+            raise SystemExit('%s: %s' % (entry['name'], entry.get('error_message', 'failed')))
+        if entry.get('run_type') == 'iteration':
+            time_ns = entry['cpu_time'] * NANOSECONDS[entry['time_unit']]
+            times.setdefault(entry['run_name'], []).append(time_ns)
+    return times
+
+
+def runProgram(path, repetitions, min_time_s):
+    """Google Benchmark's own report of one program."""
+    with tempfile.NamedTemporaryFile(suffix='.json') as out:
+        subprocess.run([path, '--benchmark_out=' + out.name, '--benchmark_out_format=json',
+                        '--benchmark_repetitions=%d' % repetitions,
+                        '--benchmark_min_time=%g' % min_time_s,
+                        '--benchmark_enable_random_interleaving=true'],
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
+        return json.load(out)
+
+
+def summaryOf(times_ns):
+    return {'median_ns': statistics.median(times_ns), 'least_ns': min(times_ns),
+            'most_ns': max(times_ns)}
+
+
+def cpuModel():
+    with open('/proc/cpuinfo') as file:
+        for line in file:
+            if line.startswith('model name'):
+                return line.split(':', 1)[1].strip()
+    return 'unknown'
+
+
+def runAll(folder, repetitions, min_time_s):
+    results = {'machine': {'cpu': cpuModel(), 'cores': os.cpu_count(),
+                           'load': os.getloadavg()[0]}, 'benchmarks': {}}
+    for number, program in enumerate(PROGRAMS, 1):
+        print('[%d/%d] %s' % (number, len(PROGRAMS), program), file=sys.stderr)
+        report = runProgram(os.path.join(folder, program), repetitions, min_time_s)
+        for name, times_ns in timesOf(report).items():
+            results['benchmarks']['%s/%s' % (program, name)] = summaryOf(times_ns)
+    return results
+
+
+def timeText(time_ns):
+    for unit, scale in (('s', 1e9), ('ms', 1e6), ('us', 1e3)):
+        if time_ns >= scale:
+            return '%.3g %s' % (time_ns / scale, unit)
+    return '%.3g ns' % time_ns
+
+
+def shortName(name):
+    return name.split('/', 1)[1]
+
+
+def ratioTable(results):
+    """Markdown."""
+    medians = {name: one['median_ns'] for name, one in results['benchmarks'].items()}
+    machine = results['machine']
+    lines = ['%s, %d cores, load %.1f at the start; medians of CPU time, one thread.'
+             % (machine['cpu'], machine['cores'], machine['load'])]
+    for title, rows in SECTIONS:
+        lines += ['', '### ' + title, '', '| A | time | B | time | A / B | aim |',
+                  '|---|---|---|---|---|---|']
+        for slow, fast, aim in rows:
+            ratio = medians[slow] / medians[fast]
+            verdict = '' if aim is None else 'at least %g%s' % (
+                aim, '' if ratio >= aim else ': **missed**')
+            lines.append('| %s | %s | %s | %s | %.3g | %s |' % (
+                shortName(slow), timeText(medians[slow]), shortName(fast),
+                timeText(medians[fast]), ratio, verdict))
+    return '\n'.join(lines)
+
+
+def compare(before, after):
+    """(text, whether something became slower) of two results."""
+    old, new = before['benchmarks'], after['benchmarks']
+    slower, lines = False, []
+    for name in sorted(set(old) | set(new)):
+        if name not in old or name not in new:
+            lines.append('%-45s only %s' % (name, 'after' if name in new else 'before'))
+            continue
+        ratio = new[name]['median_ns'] / old[name]['median_ns']
+        word = ''
+        if ratio > SLOWER:
+            slower = True
+            overlap = new[name]['least_ns'] <= old[name]['most_ns']
+            word = '  SLOWER' + (' (though the repetitions overlap)' if overlap else '')
+        elif ratio < 1.0 / SLOWER:
+            word = '  faster'
+        lines.append('%-45s %8s -> %8s  %+6.1f %%%s' % (
+            name, timeText(old[name]['median_ns']), timeText(new[name]['median_ns']),
+            100.0 * (ratio - 1.0), word))
+    return '\n'.join(lines), slower
+
+
+def load(path):
+    with open(path) as file:
+        return json.load(file)
+
+
+def parseArguments(words):
+    parser = argparse.ArgumentParser(description='Speed beside what one would use instead.')
+    parser.add_argument('--programs', default='.', help='folder of the bench programs')
+    parser.add_argument('--output', help='JSON file for the results')
+    parser.add_argument('--quick', action='store_true', help='few repetitions: only a first look')
+    parser.add_argument('--compare', nargs=2, metavar=('BEFORE', 'AFTER'),
+                        help='two result files; 1 when something became 10 %% slower')
+    return parser.parse_args(words)
+
+
+def main(words):
+    arguments = parseArguments(words)
+    if arguments.compare:
+        text, slower = compare(*map(load, arguments.compare))
+        print(text)
+        return 1 if slower else 0
+    results = runAll(arguments.programs, QUICK_REPETITIONS if arguments.quick else REPETITIONS,
+                     QUICK_MIN_TIME_S if arguments.quick else MIN_TIME_S)
+    if arguments.output:
+        with open(arguments.output, 'w') as file:
+            json.dump(results, file, indent=1, sort_keys=True)
+    print(ratioTable(results))
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

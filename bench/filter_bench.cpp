@@ -1,0 +1,52 @@
+// One filter step, prediction and update, of this package's filters and of the usual dense one of
+// dynamic size, for its size.
+#include <benchmark/benchmark.h>
+
+#include "bearing_calibration/filter/mount_filter.h"
+#include "bench/paper_run.h"
+#include "bench/reference/dynamic_ekf.h"
+
+namespace bearing_calibration {
+namespace {
+
+CartesianEstimate goodStart() {
+  constexpr double kVariance = 1e-4;  // a centimetre, half a degree
+  return {paperRun().truth.front(), kVariance * Matrix5::Identity()};
+}
+
+/// The run, over and over: each pass starts afresh, so that nothing can run away.
+template <class MakeFilter>
+void stepThroughRun(benchmark::State& state, const MakeFilter& make_filter) {
+  const std::vector<Sight>& sights = paperRun().sights;
+  auto filter = make_filter();
+  std::size_t i = 1;
+  for (auto _ : state) {
+    filter->predict(sights[i].motion);
+    filter->update(sights[i].azimuth_rad, sights[i].azimuth_variance_rad2);
+    if (++i < sights.size()) continue;
+    filter = make_filter();
+    i = 1;
+  }
+}
+
+void cartesianStep(benchmark::State& state) {
+  stepThroughRun(state, [] { return makeCartesianFilter(goodStart()); });
+}
+BENCHMARK(cartesianStep);
+
+void paperStep(benchmark::State& state) {
+  stepThroughRun(state, [] { return makePaperFilter(goodStart()); });
+}
+BENCHMARK(paperStep);
+
+void dynamicStep(benchmark::State& state) {
+  stepThroughRun(state, [&state] {
+    return std::make_unique<reference::DynamicEkf>(goodStart(), state.range(0));
+  });
+}
+BENCHMARK(dynamicStep)->Arg(5)->Arg(10)->Arg(15)->Arg(20)->Arg(30);
+
+}  // namespace
+}  // namespace bearing_calibration
+
+BENCHMARK_MAIN();

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include "bearing_calibration/calibration/batch_estimator.h"
+#include "bearing_calibration/calibration/fixed_path_fit.h"
+#include "bearing_calibration/calibration/light_track.h"
+#include "bearing_calibration/filter/cartesian_state.h"
+
+namespace bearing_calibration::reference {
+
+/// What Ceres found. `cost` is counted as the package's own estimators do: twice that of Ceres.
+struct CeresAnswer {
+  Vector5 state = Vector5::Zero();
+  double cost = 0.0;
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// How long Ceres goes on: its own default, or until nothing changes any more.
+enum class CeresTolerance { kDefault, kTight };
+
+/// The batch estimator reduced to what Ceres is asked for: a cost with Huber's loss (0: none).
+BatchConfig costAlone(double huber_sigmas);
+
+/// The batch estimate by Ceres: the same cost as BatchEstimator with nothing left out, as a graph
+/// of robot poses with one light and one mount. One thread, automatic derivatives, sparse Cholesky.
+/// @param start  as for BatchEstimator; the poses start at the odometry's word
+/// @param huber_sigmas  0: plain least squares
+/// @returns state at the last sight
+CeresAnswer estimateByCeres(const std::vector<Sight>& sights, const RecordStart& start,
+                            double huber_sigmas, CeresTolerance tolerance);
+
+/// fitOnFixedPath() by Ceres, for a path without errors (its sights' heading and position variances
+/// are not used): five unknowns, dense QR. State at the record's first sight.
+CeresAnswer fitOnFixedPathByCeres(const std::vector<PosedSight>& sights, const Vector5& start,
+                                  double huber_sigmas, CeresTolerance tolerance);
+
+/// The usual way to a start from nothing where no closed form is known: that fit from `starts` yaws
+/// all around, the light a metre in front of the first bearing; the best one counts.
+CeresAnswer findStartByCeres(const std::vector<PosedSight>& sights, int starts,
+                             double huber_sigmas);
+
+}  // namespace bearing_calibration::reference
