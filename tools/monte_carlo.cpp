@@ -1,18 +1,17 @@
 // Runs an estimator on many simulated robots and prints how often and how far it is right:
 // monte_carlo --help
 
-#include <atomic>
 #include <boost/program_options.hpp>
 #include <cstdio>
 #include <exception>
 #include <iostream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "tools/monte_carlo_bars.h"
 #include "tools/monte_carlo_table.h"
 #include "tools/monte_carlo_trials.h"
+#include "tools/parallel.h"
 
 namespace bearing_calibration {
 namespace {
@@ -108,15 +107,9 @@ std::vector<Trial> runAll(const Arguments& arguments) {
   const TrialFunction attempt = trialOf(arguments.what);
   kindOfSeed(arguments.trajectory, arguments.seed);
   std::vector<Trial> trials(static_cast<std::size_t>(arguments.runs));
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < trials.size(); i = next++) {
-      trials[i] = attempt(makeCase(arguments, i), arguments.times_s);
-    }
-  };
-  std::vector<std::thread> threads;
-  for (int i = 0; i < arguments.threads; ++i) threads.emplace_back(work);
-  for (std::thread& thread : threads) thread.join();
+  forEachInParallel(trials.size(), arguments.threads, [&](std::size_t i) {
+    trials[i] = attempt(makeCase(arguments, i), arguments.times_s);
+  });
   return trials;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -39,11 +40,12 @@ struct CalibrationNodeConfig {
   bearing_calibration::CalibratorConfig calibrator;
   bearing_calibration::UnestimatedMount unestimated_mount;
   OutputConfig output;
-  double input_timeout_s = 0.0;  ///< a stream silent for longer is said to be missing
+  double input_timeout_s = 0.0;              ///< a stream silent for longer is said to be missing
+  std::map<std::string, std::string> texts;  ///< every parameter's value in YAML, for the record
 };
 
 /// Reads config/calibration.yaml's parameters.
 /// @throws std::runtime_error with one line for each parameter that is missing, wrong or unknown.
-CalibrationNodeConfig readCalibrationNodeConfig(const ros::NodeHandle& private_node_handle);
+CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params);
 
 }  // namespace bearing_calibration_ros

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <ros/node_handle.h>
-
 #include <string>
 
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/search_region.h"
+#include "bearing_calibration_ros/param_reader.h"
 
 namespace bearing_calibration_ros {
 
@@ -22,6 +21,6 @@ struct DetectionNodeConfig {
 };
 
 /// @throws std::runtime_error with one line for each missing, misspelt or impossible parameter.
-DetectionNodeConfig readDetectionNodeConfig(const ros::NodeHandle& private_node_handle);
+DetectionNodeConfig readDetectionNodeConfig(ParamReader params);
 
 }  // namespace bearing_calibration_ros

@@ -3,12 +3,19 @@
 #include <XmlRpcValue.h>
 #include <ros/node_handle.h>
 
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace bearing_calibration_ros {
+
+/// The value of a name such as "wheels/separation" in a tree of parameters; null when it has none.
+XmlRpc::XmlRpcValue* findIn(XmlRpc::XmlRpcValue* tree, const std::string& name);
+
+/// Names of all values in a tree that are no groups themselves.
+std::vector<std::string> namesIn(XmlRpc::XmlRpcValue& tree);
 
 /// Reads required parameters of one namespace (or of files: parameter_files.h) and collects every
 /// error, so that a node can stop with all of them at once:
@@ -44,6 +51,8 @@ class ParamReader {
   /// speaks of the placeholder that stands in for the value.
   void addErrors(const std::vector<std::string>& errors);
   const std::vector<std::string>& errors() const { return errors_; }
+  /// What was read so far, as it would stand in a YAML file: by name.
+  const std::map<std::string, std::string>& texts() const { return texts_; }
 
   /// Looks for misspelt names, then throws std::runtime_error with one line for each error.
   void throwIfAnyError();
@@ -56,6 +65,7 @@ class ParamReader {
 
   XmlRpc::XmlRpcValue tree_;
   std::string prefix_;
+  std::map<std::string, std::string> texts_;
   std::set<std::string> names_;         ///< relative names asked for
   std::set<std::string> failed_names_;  ///< those of them that could not be read
   std::vector<std::string> errors_;

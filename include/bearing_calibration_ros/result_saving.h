@@ -14,9 +14,11 @@ struct SavingOutcome {
   std::string message;  ///< names the file, or says why there is none
 };
 
-/// Writes result.yaml into the configured folder, with wall time and `program` as its provenance.
+/// Writes result.yaml and what is made of it (see result_export.h) into a folder.
+/// @param program,source  what calls, and where its measurements come from: provenance
 SavingOutcome saveResult(const bearing_calibration::CalibrationResult& result,
-                         const CalibrationNodeConfig& config, const std::string& program);
+                         const CalibrationNodeConfig& config, const std::string& folder,
+                         const std::string& program, const std::string& source);
 
 /// The mount in the configured folder's result.yaml, to go on from.
 struct EarlierResult {

@@ -167,6 +167,7 @@ BatchEstimate Fit::run() {
   estimate.cost = pass_.motion_cost + weights_.bearingCost(path_) + weights_.costOfDisbelief();
   estimate.correlation = weights_.correlation();
   judgeInnovations(estimate);
+  estimate.path = std::move(path_);
   return estimate;
 }
 

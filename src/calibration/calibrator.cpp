@@ -69,6 +69,9 @@ class Calibrator::Impl {
 
   void takeUp(const MountEstimate& earlier) { calibration_.takeUp(earlier); }
 
+  void observe(LookObserver observer) { observer_ = std::move(observer); }
+  const LookObserver& observer() const { return observer_; }
+
   void setPaused(bool paused) {
     paused_ = paused;
     if (paused) queue_.clear();
@@ -126,7 +129,8 @@ class Calibrator::Impl {
     const OdometryIncrement motion = track_.motionTo(bearings.stamp);
     track_.anchorAt(bearings.stamp);
     last_fused_ = bearings.stamp;
-    calibration_.look(bearings.stamp, motion, bearings.candidates);
+    const Look look = calibration_.look(bearings.stamp, motion, bearings.candidates);
+    if (observer_) observer_(look);
   }
 
   CalibratorConfig config_;
@@ -137,6 +141,7 @@ class Calibrator::Impl {
   std::optional<WheelTravel> last_travel_;
   std::optional<Stamp> last_fused_;  ///< on the encoders' clock
   bool paused_ = false;
+  LookObserver observer_;     ///< may be empty
   CalibrationResult counts_;  ///< only what is counted up here
 };
 
@@ -165,7 +170,13 @@ CalibrationResult Calibrator::result() const { return impl_->result(); }
 
 void Calibrator::takeUp(const MountEstimate& earlier) { impl_->takeUp(earlier); }
 
-void Calibrator::reset() { impl_ = std::make_unique<Impl>(impl_->config()); }
+void Calibrator::observe(LookObserver observer) { impl_->observe(std::move(observer)); }
+
+void Calibrator::reset() {
+  LookObserver observer = impl_->observer();
+  impl_ = std::make_unique<Impl>(impl_->config());
+  impl_->observe(std::move(observer));
+}
 
 void Calibrator::setPaused(bool paused) { impl_->setPaused(paused); }
 

@@ -1,6 +1,7 @@
 #include "bearing_calibration/calibration/mount_calibration.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "bearing_calibration/calibration/driver_advice.h"
 #include "bearing_calibration/calibration/fault_finder.h"
@@ -36,21 +37,32 @@ MountEstimate mountFromGuess(const StartConfig& guess) {
   return mount;
 }
 
+constexpr double kNoAzimuth = std::numeric_limits<double>::quiet_NaN();
+
+void note(Look::Kind kind, const Bearing& light, Look* look) {
+  look->kind = kind;
+  look->sight.azimuth_rad = light.azimuth_rad;
+  look->sight.azimuth_variance_rad2 = light.azimuth_variance_rad2;
+}
+
 }  // namespace
 
 MountCalibration::MountCalibration(const CalibratorConfig& config)
     : config_(config), initializer_(config.initializer), batch_(config.initializer.batch) {}
 
-void MountCalibration::look(Stamp stamp, const OdometryIncrement& motion,
+Look MountCalibration::look(Stamp stamp, const OdometryIncrement& motion,
                             const std::vector<Bearing>& candidates) {
   const std::vector<Bearing> ours = ofThisLight(candidates);
   motion_since_sight_ = append(motion_since_sight_, motion);
   picker_.move(motion);
+  Look look;
+  look.sight = {stamp, motion, kNoAzimuth, kNoAzimuth};
   if (tracker_) {
     tracker_->move(motion);
-    follow(stamp, ours);
+    follow(stamp, ours, &look);
   }
-  if (!started_) start(stamp, ours);
+  if (!started_) start(stamp, ours, &look);
+  return look;
 }
 
 /// Lights that a sensor tells apart are told apart here too; the first one seen is the one.
@@ -65,9 +77,10 @@ std::vector<Bearing> MountCalibration::ofThisLight(const std::vector<Bearing>& c
 }
 
 /// Nothing is known yet, or only a guess that a filter works on meanwhile.
-void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates) {
+void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates, Look* look) {
   const std::optional<Bearing> light = picker_.pick(candidates);
   if (!light) return;
+  note(Look::Kind::kTaken, *light, look);
   noteLight(*light);
   remember(stamp, *light);
   if (!tracker_) ++bearings_used_;
@@ -102,10 +115,14 @@ void MountCalibration::startFromGuess(const Bearing& light) {
       kUncorrelated);
 }
 
-void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidates) {
+void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidates, Look* look) {
   const Association association = tracker_->look(candidates);
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
+  note(found                                               ? Look::Kind::kTaken
+       : association.kind == Association::Kind::kAmbiguous ? Look::Kind::kAmbiguous
+                                                           : Look::Kind::kGated,
+       candidates[association.candidate], look);
   ++(found ? bearings_used_ : bearings_gated_);
   if (found) noteLight(candidates[association.candidate]);
   if (started_) {
@@ -115,6 +132,7 @@ void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidate
   }
   if (!tracker_->isLost()) return;
   tracker_.reset();
+  look->lost_light = started_;
   if (started_) startAnew();
 }
 

@@ -13,18 +13,6 @@
 namespace bearing_calibration {
 namespace {
 
-/// The shortest decimal form that reads back to the same double.
-std::string shortestText(double value) {
-  constexpr int kAlwaysEnoughDigits = 17;
-  constexpr std::size_t kLongestText = 32;  // sign, 17 digits, point, exponent
-  char text[kLongestText];
-  for (int digits = 1; digits <= kAlwaysEnoughDigits; ++digits) {
-    std::snprintf(text, sizeof(text), "%.*g", digits, value);
-    if (std::strtod(text, nullptr) == value) break;
-  }
-  return text;
-}
-
 void emit(YAML::Emitter& out, const char* key, double value) {
   out << YAML::Key << key << YAML::Value << shortestText(value);
 }
@@ -33,12 +21,26 @@ void emit(YAML::Emitter& out, const char* key, const std::string& text) {
   out << YAML::Key << key << YAML::Value << YAML::DoubleQuoted << text;
 }
 
-/// Row-major.
+const char* nameOf(EstimatedBlock::Status status) {
+  switch (status) {
+    case EstimatedBlock::Status::kEstimated:
+      return "estimated";
+    case EstimatedBlock::Status::kHeldAtPrior:
+      return "held at its prior";
+    case EstimatedBlock::Status::kOff:
+      return "off";
+  }
+  return "";
+}
+
+/// One line for each row.
 template <int Size>
 void emit(YAML::Emitter& out, const char* key, const Eigen::Matrix<double, Size, Size>& matrix) {
-  out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginSeq;
+  out << YAML::Key << key << YAML::Value << YAML::BeginSeq;
   for (int row = 0; row < Size; ++row) {
+    out << YAML::Flow << YAML::BeginSeq;
     for (int column = 0; column < Size; ++column) out << shortestText(matrix(row, column));
+    out << YAML::EndSeq;
   }
   out << YAML::EndSeq;
 }
@@ -47,19 +49,21 @@ void beginGroup(YAML::Emitter& out, const char* key) {
   out << YAML::Key << key << YAML::Value << YAML::BeginMap;
 }
 
+void emitXYYaw(YAML::Emitter& out, const char* key, const Eigen::Vector3d& x_y_yaw) {
+  out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginMap;
+  emit(out, "x", x_y_yaw.x());
+  emit(out, "y", x_y_yaw.y());
+  emit(out, "yaw", x_y_yaw.z());
+  out << YAML::EndMap;
+}
+
 void emitMount(YAML::Emitter& out, const SavedCalibration& calibration) {
   const MountEstimate& mount = calibration.base_from_sensor;
-  beginGroup(out, "base_from_sensor");
   emit(out, "base_frame", calibration.base_frame);
-  emit(out, "sensor_frame", calibration.sensor_frame);
-  emit(out, "x_m", mount.mean.x());
-  emit(out, "y_m", mount.mean.y());
-  emit(out, "yaw_rad", mount.mean.z());
-  emit(out, "x_stddev_m", std::sqrt(mount.covariance(0, 0)));  // for people: reading takes
-  emit(out, "y_stddev_m", std::sqrt(mount.covariance(1, 1)));  // the covariance
-  emit(out, "yaw_stddev_rad", std::sqrt(mount.covariance(2, 2)));
+  emit(out, "camera_frame", calibration.sensor_frame);
+  emitXYYaw(out, "base_from_camera", mount.mean);
+  emitXYYaw(out, "stddev", mount.covariance.diagonal().cwiseSqrt());  // for people
   emit(out, "covariance_x_y_yaw", mount.covariance);
-  out << YAML::EndMap;
 
   beginGroup(out, "not_estimated");
   emit(out, "z_m", calibration.unestimated.z_m);
@@ -94,6 +98,38 @@ void emitStates(YAML::Emitter& out, const SavedCalibration& calibration) {
   out << YAML::EndMap;
 }
 
+void emitBlocks(YAML::Emitter& out, const std::vector<EstimatedBlock>& blocks) {
+  out << YAML::Key << "blocks" << YAML::Value;
+  if (blocks.empty()) out << YAML::Flow;
+  out << YAML::BeginSeq;
+  for (const EstimatedBlock& block : blocks) {
+    out << YAML::BeginMap;
+    emit(out, "name", block.name);
+    emit(out, "status", std::string(nameOf(block.status)));
+    emit(out, "value", block.value);
+    emit(out, "stddev", block.stddev);
+    out << YAML::EndMap;
+  }
+  out << YAML::EndSeq;
+}
+
+/// Values that are YAML already: quoted strings, lists, plain scalars.
+void emitTexts(YAML::Emitter& out, const char* key,
+               const std::map<std::string, std::string>& texts) {
+  beginGroup(out, key);
+  for (const auto& name_and_text : texts) {
+    out << YAML::Key << name_and_text.first << YAML::Value;
+    const YAML::Node value = YAML::Load(name_and_text.second);
+    const bool is_quoted = value.IsScalar() && value.Tag() == "!";
+    if (is_quoted) {
+      out << YAML::DoubleQuoted << value.Scalar();
+    } else {
+      out << YAML::Flow << value;
+    }
+  }
+  out << YAML::EndMap;
+}
+
 void emitOrigin(YAML::Emitter& out, const SavedCalibration& calibration) {
   beginGroup(out, "record");
   emit(out, "nis_mean", calibration.nis_mean);
@@ -101,12 +137,15 @@ void emitOrigin(YAML::Emitter& out, const SavedCalibration& calibration) {
   emit(out, "rotation_travelled_rad", calibration.rotation_travelled_rad);
   out << YAML::Key << "bearings_used" << YAML::Value << calibration.bearings_used;
   out << YAML::Key << "bearings_gated" << YAML::Value << calibration.bearings_gated;
+  out << YAML::Key << "ticks_used" << YAML::Value << calibration.ticks_used;
+  emit(out, "rejections", calibration.rejections);
   out << YAML::EndMap;
 
   const DriveGeometry& drive = calibration.provenance.drive;
   beginGroup(out, "provenance");
   emit(out, "program", calibration.provenance.program);
   emit(out, "written_at", calibration.provenance.written_at);
+  emit(out, "source", calibration.provenance.source);
   emit(out, "wheel_separation_m", drive.wheel_separation_m);
   emit(out, "left_wheel_radius_m", drive.left_wheel_radius_m);
   emit(out, "right_wheel_radius_m", drive.right_wheel_radius_m);
@@ -114,16 +153,34 @@ void emitOrigin(YAML::Emitter& out, const SavedCalibration& calibration) {
   out << YAML::Key << "counter_bits" << YAML::Value << drive.counter_bits;
   emit(out, "max_wheel_speed_mps", drive.max_wheel_speed_mps);
   out << YAML::EndMap;
+  emitTexts(out, "versions", calibration.provenance.versions);
+  emitTexts(out, "parameters", calibration.provenance.parameters);
 }
 
 }  // namespace
+
+std::string shortestText(double value) {
+  constexpr int kAlwaysEnoughDigits = 17;
+  constexpr std::size_t kLongestText = 32;  // sign, 17 digits, point, exponent
+  char text[kLongestText];
+  for (int digits = 1; digits <= kAlwaysEnoughDigits; ++digits) {
+    std::snprintf(text, sizeof(text), "%.*g", digits, value);
+    if (std::strtod(text, nullptr) == value) break;
+  }
+  std::string shortest = text;
+  const std::size_t exponent = shortest.find('e');
+  if (exponent != std::string::npos && shortest.find('.') == std::string::npos) {
+    shortest.insert(exponent, ".0");  // YAML 1.1 takes 1e-6 for a string
+  }
+  return shortest;
+}
 
 std::optional<std::string> writeResultFile(const std::string& path,
                                            const SavedCalibration& calibration) {
   YAML::Emitter out;
   out << YAML::Comment(
       "The sensor's pose in the base frame (x forward, y left, yaw counter-clockwise): it maps\n"
-      "points from the sensor's frame to the base's. Covariances are row-major; m and rad.");
+      "points from the sensor's frame to the base's. Lengths in m, angles in rad.");
   out << YAML::BeginMap;
   emit(out, "format", std::string(kResultFileFormat));
   out << YAML::Key << "version" << YAML::Value << kResultFileVersion;
@@ -132,6 +189,7 @@ std::optional<std::string> writeResultFile(const std::string& path,
   out << YAML::Key << "stamp_ns" << YAML::Value << calibration.stamp.time_since_epoch().count();
   emitMount(out, calibration);
   emitStates(out, calibration);
+  emitBlocks(out, calibration.blocks);
   emitOrigin(out, calibration);
   out << YAML::Key << "complete" << YAML::Value << true;  // last: a file cut short lacks it
   out << YAML::EndMap;

@@ -42,13 +42,18 @@ double readFinite(const YAML::Node& parent, const std::string& key) {
 template <int Size>
 Eigen::Matrix<double, Size, Size> readCovariance(const YAML::Node& parent, const std::string& key) {
   using Matrix = Eigen::Matrix<double, Size, Size>;
-  const std::vector<double> values = read<std::vector<double>>(parent, key);
-  if (values.size() != Size * Size) {
-    throw std::runtime_error("'" + key + "' does not have " + std::to_string(Size * Size) +
-                             " numbers");
+  const auto rows = read<std::vector<std::vector<double>>>(parent, key);
+  bool is_square = rows.size() == Size;
+  for (const std::vector<double>& row : rows) is_square = is_square && row.size() == Size;
+  if (!is_square) {
+    throw std::runtime_error("'" + key + "' does not have " + std::to_string(Size) + "x" +
+                             std::to_string(Size) + " numbers");
   }
-  const Matrix matrix =
-      Eigen::Map<const Eigen::Matrix<double, Size, Size, Eigen::RowMajor>>(values.data());
+  Matrix matrix;
+  for (std::size_t i = 0; i < Size; ++i) {
+    matrix.row(static_cast<int>(i)) =
+        Eigen::Map<const Eigen::Matrix<double, 1, Size>>(rows[i].data());
+  }
   constexpr double kRounding = 1e-9;  // relative; far above that of an update in doubles
   const double rounding = kRounding * matrix.cwiseAbs().maxCoeff();
   const bool is_covariance =
@@ -70,12 +75,12 @@ CalibrationState readState(const YAML::Node& root) {
 }
 
 void readMount(const YAML::Node& root, SavedCalibration* calibration) {
-  const YAML::Node mount = child(root, "base_from_sensor");
-  calibration->base_frame = read<std::string>(mount, "base_frame");
-  calibration->sensor_frame = read<std::string>(mount, "sensor_frame");
-  calibration->base_from_sensor.mean << readFinite(mount, "x_m"), readFinite(mount, "y_m"),
-      readFinite(mount, "yaw_rad");
-  calibration->base_from_sensor.covariance = readCovariance<3>(mount, "covariance_x_y_yaw");
+  calibration->base_frame = read<std::string>(root, "base_frame");
+  calibration->sensor_frame = read<std::string>(root, "camera_frame");
+  const YAML::Node mount = child(root, "base_from_camera");
+  calibration->base_from_sensor.mean << readFinite(mount, "x"), readFinite(mount, "y"),
+      readFinite(mount, "yaw");
+  calibration->base_from_sensor.covariance = readCovariance<3>(root, "covariance_x_y_yaw");
 
   const YAML::Node rest = child(root, "not_estimated");
   UnestimatedMount& unestimated = calibration->unestimated;
@@ -110,10 +115,13 @@ void readOrigin(const YAML::Node& root, SavedCalibration* calibration) {
   calibration->rotation_travelled_rad = readFinite(record, "rotation_travelled_rad");
   calibration->bearings_used = read<std::uint32_t>(record, "bearings_used");
   calibration->bearings_gated = read<std::uint32_t>(record, "bearings_gated");
+  calibration->ticks_used = read<std::uint32_t>(record, "ticks_used");
+  calibration->rejections = read<std::string>(record, "rejections");
 
   const YAML::Node origin = child(root, "provenance");
   calibration->provenance.program = read<std::string>(origin, "program");
   calibration->provenance.written_at = read<std::string>(origin, "written_at");
+  calibration->provenance.source = read<std::string>(origin, "source");
   DriveGeometry& drive = calibration->provenance.drive;
   drive.wheel_separation_m = readFinite(origin, "wheel_separation_m");
   drive.left_wheel_radius_m = readFinite(origin, "left_wheel_radius_m");

@@ -59,6 +59,10 @@ class CalibrationNodelet : public nodelet::Nodelet {
   void refuseJointState(const sensor_msgs::JointState& message);
   void warn(const std::string& topic, const core::InputOutcome& outcome);
   void publishNow() { publisher_->publish(calibrator_->result(), joint_states_without_wheels_); }
+  SavingOutcome saveNow(const core::CalibrationResult& result) const {
+    return saveResult(result, config_, config_.output.folder, getName(),
+                      wheel_topic_ + ", " + bearing_topic_);
+  }
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   /// @returns what went wrong; empty when all went well.
@@ -102,7 +106,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
 
 void CalibrationNodelet::onInit() {
   try {
-    config_ = readCalibrationNodeConfig(getPrivateNodeHandle());
+    config_ = readCalibrationNodeConfig(ParamReader(getPrivateNodeHandle()));
     calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator);
     takeUpEarlierResult();
     watchInputs();
@@ -226,7 +230,7 @@ void CalibrationNodelet::savePeriodically() {
     return;
   }
   last_saved_ = now;
-  const SavingOutcome outcome = saveResult(result, config_, getName());
+  const SavingOutcome outcome = saveNow(result);
   if (!outcome.success) NODELET_WARN("not saved: %s", outcome.message.c_str());
 }
 
@@ -253,7 +257,7 @@ bool CalibrationNodelet::onPause(std_srvs::SetBool::Request& request,
 bool CalibrationNodelet::onSave(std_srvs::Trigger::Request&,
                                 std_srvs::Trigger::Response& response) {
   return serve("save", &response, [&] {
-    const SavingOutcome outcome = saveResult(calibrator_->result(), config_, getName());
+    const SavingOutcome outcome = saveNow(calibrator_->result());
     response.success = outcome.success;
     response.message = outcome.message;
   });

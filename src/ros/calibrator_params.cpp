@@ -137,8 +137,7 @@ std::vector<std::string> OutputConfig::validate(const FrameNames& frames) const 
   return require.errors();
 }
 
-CalibrationNodeConfig readCalibrationNodeConfig(const ros::NodeHandle& private_node_handle) {
-  ParamReader params(private_node_handle);
+CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params) {
   CalibrationNodeConfig config;
   config.frames = readFrames(params);
   config.wheels_from_joint_states = params.choice("wheels/source", {"ticks", "joint_states"}) == 1;
@@ -147,6 +146,7 @@ CalibrationNodeConfig readCalibrationNodeConfig(const ros::NodeHandle& private_n
   config.unestimated_mount = readUnestimatedMount(params);
   config.output = readOutput(params);
   config.input_timeout_s = params.number("diagnostics/input_timeout");
+  config.texts = params.texts();
 
   core::Requirements require;
   require.add(config.frames.validate());

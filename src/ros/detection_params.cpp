@@ -1,7 +1,6 @@
 #include "bearing_calibration_ros/detection_params.h"
 
 #include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration_ros/param_reader.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -122,8 +121,7 @@ std::vector<std::string> nodeErrors(const DetectionNodeConfig& config) {
 
 }  // namespace
 
-DetectionNodeConfig readDetectionNodeConfig(const ros::NodeHandle& private_node_handle) {
-  ParamReader params(private_node_handle);
+DetectionNodeConfig readDetectionNodeConfig(ParamReader params) {
   DetectionNodeConfig config;
   config.sensor_frame = params.text("frames/sensor");
   config.camera_info_required = params.boolean("camera_info/required");

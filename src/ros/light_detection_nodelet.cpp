@@ -18,14 +18,12 @@
 #include <string>
 
 #include "bearing_calibration/vision/annotation.h"
-#include "bearing_calibration/vision/light_bearings.h"
-#include "bearing_calibration/vision/light_detector.h"
-#include "bearing_calibration/vision/search_region.h"
 #include "bearing_calibration/vision/sight_advice.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/detection_conversions.h"
 #include "bearing_calibration_ros/detection_diagnostics.h"
 #include "bearing_calibration_ros/detection_params.h"
+#include "bearing_calibration_ros/image_bearings.h"
 #include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/mirror_service.h"
@@ -55,7 +53,6 @@ class LightDetectionNodelet : public nodelet::Nodelet {
 
   std::optional<ImageRefusal> refusalOfImage(const sensor_msgs::Image& image) const;
   void refuse(const ImageRefusal& refusal);
-  std::optional<core::AzimuthSector> regionFor(core::Stamp mid_exposure) const;
   void publishAnnotated(const sensor_msgs::Image& message, const cv::Mat& grey,
                         const core::DetectionResult& result);
 
@@ -70,8 +67,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   }
 
   DetectionNodeConfig config_;
-  std::unique_ptr<core::LightDetector> detector_;
-  GreyConverter converter_;
+  std::unique_ptr<ImageBearings> bearings_;
   std::optional<core::BearingPrediction> prediction_;
   sensor_msgs::CameraInfoConstPtr camera_info_;
   sensor_msgs::ImageConstPtr last_image_;  ///< that could be used
@@ -99,8 +95,8 @@ class LightDetectionNodelet : public nodelet::Nodelet {
 
 void LightDetectionNodelet::onInit() {
   try {
-    config_ = readDetectionNodeConfig(getPrivateNodeHandle());
-    detector_ = std::make_unique<core::LightDetector>(config_.detector);
+    config_ = readDetectionNodeConfig(ParamReader(getPrivateNodeHandle()));
+    bearings_ = std::make_unique<ImageBearings>(config_);
     adviser_ = std::make_unique<core::SightAdviser>(config_.detector);
     nameTopics();
     advertise();
@@ -153,19 +149,14 @@ void LightDetectionNodelet::subscribe() {
 void LightDetectionNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
   guarded("image", [&] {
     if (const auto refusal = refusalOfImage(*message)) return refuse(*refusal);
-    const cv::Mat& grey = converter_.convert(message);
     last_image_ = message;
-    const core::Stamp stamp = stampFromRos(message->header.stamp);
-    const int height_px = config_.detector.sensor.height_px;
-    const core::Stamp middle = core::midExposure(config_.shutter, stamp, 0.5 * height_px);
-    const core::DetectionResult& result = detector_->detect(grey, regionFor(middle));
-    bearings_publisher_.publish(messageFromBearings(
-        core::bearingsFromLights(result.lights, config_.shutter, stamp, height_px),
-        config_.sensor_frame));
+    bearings_publisher_.publish(
+        messageFromBearings(bearings_->detect(message, prediction_), config_.sensor_frame));
+    const core::DetectionResult& result = bearings_->result();
     counts_.add(result);
     last_sight_ = lastSightFrom(result);
     advice_tally_.add(adviser_->adviceFor(result));
-    if (annotated_publisher_.getNumSubscribers() > 0) publishAnnotated(*message, grey, result);
+    if (annotated_publisher_.getNumSubscribers() > 0) publishAnnotated(*message, bearings_->grey(), result);
   });
 }
 
@@ -207,14 +198,6 @@ void LightDetectionNodelet::onPrediction(const core::PredictedBearingConstPtr& m
   });
 }
 
-std::optional<core::AzimuthSector> LightDetectionNodelet::regionFor(
-    core::Stamp mid_exposure) const {
-  const bool look_everywhere =
-      counts_.images_used % static_cast<std::uint64_t>(config_.full_scan_every) == 0;
-  if (!prediction_ || look_everywhere) return std::nullopt;
-  return core::searchRegion(config_.search, *prediction_, mid_exposure);
-}
-
 void LightDetectionNodelet::publishAnnotated(const sensor_msgs::Image& message, const cv::Mat& grey,
                                              const core::DetectionResult& result) {
   const cv::Mat picture = core::annotate(grey, result, config_.detector);
@@ -227,7 +210,8 @@ bool LightDetectionNodelet::onFindMirror(core::FindMirror::Request&,
   response = noMirror(last_image_ ? "the newest image cannot be looked at: see the log"
                                   : "no image has come yet on " + image_topic_);
   guarded("find_mirror", [&] {
-    if (last_image_) response = findMirror(converter_.convert(last_image_), config_.detector);
+    GreyConverter converter;
+    if (last_image_) response = findMirror(converter.convert(last_image_), config_.detector);
   });
   NODELET_INFO("find_mirror: %s", response.text.c_str());
   return true;

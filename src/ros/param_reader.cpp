@@ -10,6 +10,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "bearing_calibration/calibration/result_file.h"
+
 namespace bearing_calibration_ros {
 namespace {
 
@@ -94,7 +96,37 @@ void listNames(XmlRpc::XmlRpcValue& tree, const std::string& prefix,
   }
 }
 
+/// A value as it would stand in a YAML file.
+std::string yamlOf(XmlRpc::XmlRpcValue& value) {
+  std::string list;
+  switch (value.getType()) {
+    case XmlRpc::XmlRpcValue::TypeString:
+      return '"' + static_cast<std::string>(value) + '"';
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      return static_cast<bool>(value) ? "true" : "false";
+    case XmlRpc::XmlRpcValue::TypeArray:
+      for (int i = 0; i < value.size(); ++i) list += (i == 0 ? "" : ", ") + yamlOf(value[i]);
+      return '[' + list + ']';
+    default:
+      return isNumber(value) ? bearing_calibration::shortestText(numberFrom(value)) : "";
+  }
+}
+
 }  // namespace
+
+XmlRpc::XmlRpcValue* findIn(XmlRpc::XmlRpcValue* tree, const std::string& name) {
+  const std::size_t slash = name.find('/');
+  const std::string first = name.substr(0, slash);
+  if (!isGroup(*tree) || !tree->hasMember(first)) return nullptr;
+  XmlRpc::XmlRpcValue* child = &(*tree)[first];
+  return slash == std::string::npos ? child : findIn(child, name.substr(slash + 1));
+}
+
+std::vector<std::string> namesIn(XmlRpc::XmlRpcValue& tree) {
+  std::vector<std::string> names;
+  if (isGroup(tree)) listNames(tree, "", &names);
+  return names;
+}
 
 ParamReader::ParamReader(const ros::NodeHandle& node_handle)
     : ParamReader(treeOf(node_handle), node_handle.getNamespace() + "/") {}
@@ -114,16 +146,13 @@ void ParamReader::failKind(const std::string& name, const std::string& kind,
 
 bool ParamReader::find(const std::string& name, XmlRpc::XmlRpcValue* value) {
   names_.insert(name);
-  XmlRpc::XmlRpcValue* place = &tree_;
-  std::istringstream path(name);
-  for (std::string step; std::getline(path, step, '/');) {
-    if (!isGroup(*place) || !place->hasMember(step)) {
-      fail(name, "is missing");
-      return false;
-    }
-    place = &(*place)[step];
+  XmlRpc::XmlRpcValue* found = findIn(&tree_, name);
+  if (found == nullptr) {
+    fail(name, "is missing");
+    return false;
   }
-  *value = *place;
+  *value = *found;
+  texts_[name] = yamlOf(*value);
   return true;
 }
 

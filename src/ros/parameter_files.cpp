@@ -2,9 +2,14 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <cstdint>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
 #include <limits>
 #include <regex>
+#include <sstream>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
@@ -12,83 +17,162 @@
 namespace bearing_calibration_ros {
 namespace {
 
+namespace core = bearing_calibration;
 using XmlRpc::XmlRpcValue;
 
-XmlRpcValue numberFrom(const std::string& digits) { return XmlRpcValue(std::stod(digits)); }
+std::runtime_error errorAt(const std::string& origin, const YAML::Mark& mark,
+                           const std::string& what) {
+  return std::runtime_error(origin + ": line " + std::to_string(mark.line + 1) + ": " + what);
+}
 
-/// A plain word as the YAML 1.1 reader of rosparam takes it: 1e-6, without a point, is a string.
+/// Digits may be grouped by underscores in YAML 1.1.
+std::string withoutUnderscores(std::string text) {
+  text.erase(std::remove(text.begin(), text.end(), '_'), text.end());
+  return text;
+}
+
+XmlRpcValue integerFrom(const std::string& text) {
+  constexpr int kAnyBase = 0;  // as written: 0x.. is hexadecimal, 0.. octal
+  errno = 0;
+  const long long value = std::strtoll(withoutUnderscores(text).c_str(), nullptr, kAnyBase);
+  if (errno != 0 || value < std::numeric_limits<int>::min() ||
+      value > std::numeric_limits<int>::max()) {
+    throw std::runtime_error("the integer " + text + " does not fit into 32 bits");
+  }
+  return XmlRpcValue(static_cast<int>(value));
+}
+
+/// What PyYAML, and with it roslaunch and rosparam, takes a plain scalar for.
 XmlRpcValue scalarFrom(const std::string& text) {
-  static const std::regex kInteger("[-+]?[0-9]+");
-  static const std::regex kNumber("[-+]?([0-9]+\\.[0-9]*|\\.[0-9]+)([eE][-+][0-9]+)?");
-  static const std::regex kTrue("true|True|TRUE|yes|Yes|YES|on|On|ON");
-  static const std::regex kFalse("false|False|FALSE|no|No|NO|off|Off|OFF");
-  static const std::regex kInfinite("([-+]?)\\.(inf|Inf|INF)");
+  static const std::regex kTrue("yes|Yes|YES|true|True|TRUE|on|On|ON");
+  static const std::regex kFalse("no|No|NO|false|False|FALSE|off|Off|OFF");
+  static const std::regex kInteger("[-+]?(0|[1-9][0-9_]*|0[0-7_]+|0x[0-9a-fA-F_]+)");
+  static const std::regex kReal(
+      "[-+]?([0-9][0-9_]*)\\.[0-9_]*([eE][-+][0-9]+)?|\\.[0-9][0-9_]*([eE][-+][0-9]+)?");
+  static const std::regex kInfinity("([-+]?)\\.(inf|Inf|INF)");
   static const std::regex kNotANumber("\\.(nan|NaN|NAN)");
   static const std::regex kAngle("(deg|rad)\\(\\s*([-+]?[0-9.]+([eE][-+]?[0-9]+)?)\\s*\\)");
   std::smatch match;
-  if (std::regex_match(text, kInteger)) return XmlRpcValue(std::stoi(text));
-  if (std::regex_match(text, kNumber)) return numberFrom(text);
   if (std::regex_match(text, kTrue)) return XmlRpcValue(true);
   if (std::regex_match(text, kFalse)) return XmlRpcValue(false);
+  if (std::regex_match(text, kInteger)) return integerFrom(text);
+  if (std::regex_match(text, kReal)) return XmlRpcValue(std::stod(withoutUnderscores(text)));
+  if (std::regex_match(text, match, kInfinity)) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    return XmlRpcValue(match[1] == "-" ? -infinity : infinity);
+  }
   if (std::regex_match(text, kNotANumber)) {
     return XmlRpcValue(std::numeric_limits<double>::quiet_NaN());
   }
-  if (std::regex_match(text, match, kInfinite)) {
-    constexpr double kInf = std::numeric_limits<double>::infinity();
-    return XmlRpcValue(match[1] == "-" ? -kInf : kInf);
-  }
   if (std::regex_match(text, match, kAngle)) {
-    const double value = std::stod(match[2]);
-    return XmlRpcValue(match[1] == "deg" ? bearing_calibration::radiansFromDegrees(value) : value);
+    const double angle = std::stod(match[2]);
+    return XmlRpcValue(match[1] == "deg" ? core::radiansFromDegrees(angle) : angle);
   }
   return XmlRpcValue(text);
 }
 
-XmlRpcValue valueFrom(const YAML::Node& node) {
-  constexpr char kQuoted[] = "!";  // yaml-cpp's tag of a scalar in quotes
-  if (node.IsScalar()) {
-    return node.Tag() == kQuoted ? XmlRpcValue(node.Scalar()) : scalarFrom(node.Scalar());
+XmlRpcValue valueFrom(const YAML::Node& node, const std::string& origin) {
+  try {
+    if (node.IsScalar()) {
+      const bool is_quoted = node.Tag() == "!";
+      return is_quoted ? XmlRpcValue(node.Scalar()) : scalarFrom(node.Scalar());
+    }
+  } catch (const std::runtime_error& error) {
+    throw errorAt(origin, node.Mark(), error.what());
   }
   XmlRpcValue value;
   if (node.IsSequence()) {
     value.setSize(static_cast<int>(node.size()));
-    for (int i = 0; i < value.size(); ++i) value[i] = valueFrom(node[i]);
-  } else if (node.IsMap()) {
-    for (const auto& entry : node) value[entry.first.Scalar()] = valueFrom(entry.second);
-  } else {
-    value = XmlRpcValue(std::string());  // rosparam knows no null; a reader will name the parameter
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      value[static_cast<int>(i)] = valueFrom(node[i], origin);
+    }
+    return value;
+  }
+  if (!node.IsMap()) return XmlRpcValue(std::string());  // null: a reader will name the parameter
+  for (const auto& member : node) {
+    value[member.first.Scalar()] = valueFrom(member.second, origin);
   }
   return value;
 }
 
+XmlRpcValue parametersFromFile(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) {
+    throw std::runtime_error(path + ": cannot be read, or is empty");
+  }
+  XmlRpcValue tree = parametersFromYaml(text.str(), path);
+  if (tree.getType() != XmlRpcValue::TypeStruct) {
+    throw std::runtime_error(path + ": it is not a list of names and values");
+  }
+  return tree;
+}
+
 /// Single values of `over` replace those of `tree`; groups are joined.
-void overlay(XmlRpcValue* tree, XmlRpcValue& over) {
+void join(XmlRpcValue* tree, XmlRpcValue& over) {
   const bool both_groups =
       tree->getType() == XmlRpcValue::TypeStruct && over.getType() == XmlRpcValue::TypeStruct;
   if (!both_groups) {
     *tree = over;
     return;
   }
-  for (auto& [name, value] : over) overlay(&(*tree)[name], value);
+  for (auto& [name, value] : over) join(&(*tree)[name], value);
 }
 
 }  // namespace
 
+XmlRpcValue parametersFromYaml(const std::string& text, const std::string& origin) {
+  try {
+    return valueFrom(YAML::Load(text), origin);
+  } catch (const YAML::Exception& error) {
+    throw errorAt(origin, error.mark, error.msg);
+  }
+}
+
 XmlRpcValue parametersFromFiles(const std::vector<std::string>& files) {
   XmlRpcValue tree;
   for (const std::string& file : files) {
-    try {
-      const YAML::Node root = YAML::LoadFile(file);
-      if (!root.IsMap()) throw std::runtime_error("it is not a list of names and values");
-      XmlRpcValue values = valueFrom(root);
-      overlay(&tree, values);
-    } catch (const YAML::BadFile&) {
-      throw std::runtime_error(file + ": cannot be opened");
-    } catch (const std::exception& error) {
-      throw std::runtime_error(file + ": " + error.what());
-    }
+    XmlRpcValue values = parametersFromFile(file);
+    join(&tree, values);
   }
   return tree;
+}
+
+void ParameterFiles::addNode(const std::string& node, const std::string& path) {
+  trees_[node] = parametersFromFile(path);
+}
+
+void ParameterFiles::overlay(const std::string& path) {
+  XmlRpcValue tree = parametersFromFile(path);
+  for (const std::string& name : namesIn(tree)) place(name, *findIn(&tree, name), path);
+}
+
+void ParameterFiles::set(const std::string& assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == 0 || equals == std::string::npos || equals + 1 == assignment.size()) {
+    throw std::runtime_error("'" + assignment +
+                             "' is not of the form NAME=VALUE, such as wheels/separation=0.40");
+  }
+  const std::string name = assignment.substr(0, equals);
+  place(name, parametersFromYaml(assignment.substr(equals + 1), name), "the command line");
+}
+
+void ParameterFiles::place(const std::string& name, const XmlRpcValue& value,
+                           const std::string& origin) {
+  bool known = false;
+  for (auto& node_and_tree : trees_) {
+    XmlRpcValue* found = findIn(&node_and_tree.second, name);
+    if (found == nullptr || found->getType() == XmlRpcValue::TypeStruct) continue;
+    *found = value;
+    known = true;
+  }
+  if (!known) errors_.push_back("parameter " + name + " is not known (misspelt?): " + origin);
+}
+
+ParamReader ParameterFiles::reader(const std::string& node) const {
+  ParamReader reader(trees_.at(node), "");
+  for (const std::string& error : errors_) reader.addError(error);
+  return reader;
 }
 
 }  // namespace bearing_calibration_ros

@@ -1,11 +1,15 @@
 #include "bearing_calibration_ros/result_saving.h"
 
+#include <ros/common.h>
 #include <ros/time.h>
 
 #include <boost/date_time/posix_time/posix_time.hpp>
 #include <filesystem>
+#include <map>
 
+#include "bearing_calibration/calibration/result_export.h"
 #include "bearing_calibration/calibration/result_file.h"
+#include "bearing_calibration_ros/conversions.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -18,6 +22,22 @@ std::string wallTimeText() {
 
 std::string pathOf(const CalibrationNodeConfig& config) {
   return std::filesystem::absolute(config.output.folder) / "result.yaml";
+}
+
+/// "1.2.3" as a YAML string.
+template <typename... Numbers>
+std::string versionText(int first, Numbers... others) {
+  std::string text = '"' + std::to_string(first);
+  ((text += "." + std::to_string(others)), ...);
+  return text + '"';
+}
+
+std::map<std::string, std::string> versions() {
+  return {
+      {"bearing_calibration", '"' + std::string(BEARING_CALIBRATION_VERSION) + '"'},
+      {"roscpp", versionText(ROS_VERSION_MAJOR, ROS_VERSION_MINOR, ROS_VERSION_PATCH)},
+      {"eigen", versionText(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
+  };
 }
 
 /// Why a saved calibration is not one of this robot; empty when it is.
@@ -42,7 +62,8 @@ std::string whyForeign(const core::SavedCalibration& saved, const CalibrationNod
 }  // namespace
 
 SavingOutcome saveResult(const core::CalibrationResult& result, const CalibrationNodeConfig& config,
-                         const std::string& program) {
+                         const std::string& folder, const std::string& program,
+                         const std::string& source) {
   if (!result.base_from_sensor || !result.paper_state || !result.cartesian_state) {
     return {false, std::string("there is no estimate to save yet: ") + core::nameOf(result.state)};
   }
@@ -61,11 +82,14 @@ SavingOutcome saveResult(const core::CalibrationResult& result, const Calibratio
   saved.rotation_travelled_rad = result.rotation_travelled_rad;
   saved.bearings_used = result.bearings_used;
   saved.bearings_gated = result.bearings_gated;
-  saved.provenance = {program, wallTimeText(), config.calibrator.drive};
+  saved.ticks_used = result.ticks_used;
+  saved.rejections = rejectionsText(result, 0);
+  saved.provenance = {program,    wallTimeText(), source, config.calibrator.drive,
+                      versions(), config.texts};
 
-  const std::string path = pathOf(config);
-  if (const auto error = core::writeResultFile(path, saved)) return {false, *error};
-  return {true, "written to " + path};
+  const std::string path = std::filesystem::absolute(folder);
+  if (const auto error = core::writeResultFolder(path, saved)) return {false, *error};
+  return {true, "written to " + path + "/result.yaml"};
 }
 
 EarlierResult readEarlierResult(const CalibrationNodeConfig& config) {

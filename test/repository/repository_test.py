@@ -22,6 +22,8 @@ IGNORED_CHECKS = [
     'uninstalled_target',  # benches measure this package, nobody else runs them
 ]
 
+WRITTEN_LAUNCH_FILES = ['static_transform.launch']  # not the package's own: a result's
+
 
 def textOf(path):
     with open(path) as file:
@@ -47,7 +49,8 @@ class Documents(unittest.TestCase):
 
     def testLaunchFilesExist(self):
         count = self.assertNamed(
-            r'(\w+\.launch)', lambda name: os.path.exists(os.path.join(REPOSITORY, 'launch', name)))
+            r'(\w+\.launch)', lambda name: name in WRITTEN_LAUNCH_FILES or os.path.exists(
+                os.path.join(REPOSITORY, 'launch', name)))
         self.assertGreater(count, 0)
 
     def testLaunchArgumentsExist(self):

@@ -51,7 +51,7 @@ class CalibrationSavedTest(unittest.TestCase):
         def saved():
             with open(self.path) as file:
                 return yaml.safe_load(file)
-        wait_until(lambda: abs(saved()['base_from_sensor']['x_m'] - last.x_m) < 1e-6,
+        wait_until(lambda: abs(saved()['base_from_camera']['x'] - last.x_m) < 1e-6,
                    'the newest estimate is in it')
 
         again = self.restarted('again', self.folder)

@@ -79,22 +79,27 @@ class CalibrationServicesTest(unittest.TestCase):
         self.assertIn(path, response.message)
         with open(path) as file:
             result = yaml.safe_load(file)
-        mount, paper = result['base_from_sensor'], result['paper_state']
-        self.assertEqual(mount['base_frame'], 'base_link')
-        self.assertEqual(mount['sensor_frame'], 'camera')
-        self.assertEqual([mount[key] for key in ('x_m', 'y_m', 'yaw_rad')],
+        mount, paper = result['base_from_camera'], result['paper_state']
+        self.assertEqual(result['base_frame'], 'base_link')
+        self.assertEqual(result['camera_frame'], 'camera')
+        self.assertEqual([mount[key] for key in ('x', 'y', 'yaw')],
                          [estimate.x_m, estimate.y_m, estimate.yaw_rad])
-        self.assertEqual(mount['covariance_x_y_yaw'], list(estimate.covariance_x_y_yaw))
+        self.assertEqual(sum(result['covariance_x_y_yaw'], []), list(estimate.covariance_x_y_yaw))
         self.assertEqual([paper[key] for key in ('D_m', 'theta_rad', 'phi_rad', 'rho_m', 'psi_rad')],
                          [estimate.D_m, estimate.theta_rad, estimate.phi_rad, estimate.rho_m,
                           estimate.psi_rad])
-        self.assertEqual(paper['covariance_D_theta_phi_rho_psi'],
+        self.assertEqual(sum(paper['covariance_D_theta_phi_rho_psi'], []),
                          list(estimate.covariance_D_theta_phi_rho_psi))
         self.assertIn(result['state'], estimate.state_text)
         self.assertEqual(result['stamp_ns'], estimate.header.stamp.to_nsec())
         self.assertEqual(result['not_estimated']['z_m'], 0.3)
         self.assertEqual(result['provenance']['wheel_separation_m'], 0.25)
-        self.assertEqual(os.listdir(self.folder), ['result.yaml'], 'nothing else is left')
+        self.assertEqual(result['parameters']['wheels/separation'], 0.25)
+        forms = {'mount.urdf', 'mount.urdf.xacro', 'static_transform.launch',
+                 'kalibr_camchain.yaml', 'vins_extrinsics.yaml', 'diff_drive_controller.yaml'}
+        trusted = result['state'] in ('CONVERGED', 'CONVERGING')
+        self.assertEqual(set(os.listdir(self.folder)),
+                         {'result.yaml'} | (forms if trusted else set()), 'nothing else is left')
 
     def test_save_says_why_it_cannot_write(self):
         other = Node('/bad/calibration', wheels='/bad/wheel_ticks', bearings='/bad/bearings')

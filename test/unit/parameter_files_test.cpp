@@ -4,10 +4,13 @@
 #include "bearing_calibration_ros/parameter_files.h"
 
 #include <gtest/gtest.h>
+#include <stdlib.h>
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <string>
 
 #include "bearing_calibration/common/angle.h"
@@ -16,7 +19,9 @@
 namespace bearing_calibration_ros {
 namespace {
 
-class ParameterFiles : public testing::Test {
+namespace fs = std::filesystem;
+
+class ParametersFromFiles : public testing::Test {
  protected:
   static std::string write(const std::string& name, const std::string& text) {
     std::string file = testing::TempDir() + "parameter_files_" + name;
@@ -25,7 +30,7 @@ class ParameterFiles : public testing::Test {
   }
 };
 
-TEST_F(ParameterFiles, HoldWhatRosparamReads) {
+TEST_F(ParametersFromFiles, HoldWhatRosparamReads) {
   ParamReader params(
       parametersFromFiles({write("kinds.yaml",
                                  "group: {whole: 2, number: 1.0e-6, text: 1e-6, quoted: '3', "
@@ -43,7 +48,7 @@ TEST_F(ParameterFiles, HoldWhatRosparamReads) {
   EXPECT_NO_THROW(params.throwIfAnyError());
 }
 
-TEST_F(ParameterFiles, LaterOnesOverrideSingleValues) {
+TEST_F(ParametersFromFiles, LaterOnesOverrideSingleValues) {
   ParamReader params(
       parametersFromFiles({write("first.yaml", "group: {kept: 1, changed: 2}\nother: {list: [1]}"),
                            write("second.yaml", "group: {changed: 3}\nother: {list: []}")}),
@@ -54,7 +59,7 @@ TEST_F(ParameterFiles, LaterOnesOverrideSingleValues) {
   EXPECT_TRUE(params.errors().empty());
 }
 
-TEST_F(ParameterFiles, ErrorsNameTheParameterWithItsPrefix) {
+TEST_F(ParametersFromFiles, ErrorsNameTheParameterWithItsPrefix) {
   ParamReader params(parametersFromFiles({write("misspelt.yaml", "group: {numbr: 1, none: }")}),
                      "scene.yaml: ");
   EXPECT_TRUE(std::isnan(params.number("group/number")));
@@ -72,7 +77,7 @@ TEST_F(ParameterFiles, ErrorsNameTheParameterWithItsPrefix) {
   }
 }
 
-TEST_F(ParameterFiles, ThatCannotBeReadAreNamed) {
+TEST_F(ParametersFromFiles, ThatCannotBeReadAreNamed) {
   for (const std::string& file :
        {std::string("/no/such.yaml"), write("list.yaml", "[1, 2]"), write("broken.yaml", "a: [1"),
         write("empty.yaml", ""), write("large.yaml", "a: 99999999999999999999")}) {
@@ -83,6 +88,133 @@ TEST_F(ParameterFiles, ThatCannotBeReadAreNamed) {
       EXPECT_EQ(std::string(error.what()).find(file + ": "), 0U) << error.what();
     }
   }
+}
+
+using XmlRpc::XmlRpcValue;
+
+XmlRpcValue::Type typeOf(const std::string& scalar) {
+  return parametersFromYaml(scalar, "a test").getType();
+}
+
+double numberOf(const std::string& scalar) {
+  XmlRpcValue value = parametersFromYaml(scalar, "a test");
+  return value.getType() == XmlRpcValue::TypeInt ? static_cast<int>(value)
+                                                 : static_cast<double>(value);
+}
+
+/// What `work` throws; empty when it throws nothing.
+template <typename Work>
+std::string errorOf(Work work) {
+  try {
+    work();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+void expectSaid(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in '" << text << "'";
+}
+
+// The rules of YAML 1.1 as PyYAML has them: what a file means to roslaunch it means here.
+TEST(ParametersFromYaml, TakesScalarsForWhatRoslaunchTakesThemFor) {
+  for (const char* integer : {"0", "7", "-12", "+3", "1_000", "0x1F"}) {
+    EXPECT_EQ(typeOf(integer), XmlRpcValue::TypeInt) << integer;
+  }
+  for (const char* real : {"1.0", "-2.", ".5", "1.0e-6", "1.5E+3", ".inf", "-.inf", ".nan"}) {
+    EXPECT_EQ(typeOf(real), XmlRpcValue::TypeDouble) << real;
+  }
+  for (const char* boolean : {"true", "False", "yes", "NO", "on", "off"}) {
+    EXPECT_EQ(typeOf(boolean), XmlRpcValue::TypeBoolean) << boolean;
+  }
+  for (const char* text : {"1e-6", "1.0e6", "hello", "\"1.0\"", "'true'", "1.2.3", "~/.ros"}) {
+    EXPECT_EQ(typeOf(text), XmlRpcValue::TypeString) << text;
+  }
+}
+
+TEST(ParametersFromYaml, ReadsValues) {
+  EXPECT_EQ(numberOf("1_000"), 1000.0);
+  EXPECT_EQ(numberOf("0x1F"), 31.0);
+  EXPECT_EQ(numberOf("1.0e-6"), 1e-6);
+  EXPECT_EQ(numberOf("-.inf"), -INFINITY);
+  EXPECT_DOUBLE_EQ(numberOf("deg(30)"), M_PI / 6.0);
+  EXPECT_DOUBLE_EQ(numberOf("rad(0.5)"), 0.5);
+  XmlRpcValue tree = parametersFromYaml("group: {list: [[1, 2.5]], text: 'a b'}", "a test");
+  EXPECT_EQ(static_cast<double>((*findIn(&tree, "group/list"))[0][1]), 2.5);
+  EXPECT_EQ(static_cast<std::string>(*findIn(&tree, "group/text")), "a b");
+}
+
+TEST(ParametersFromYaml, NamesFileAndLineOfWhatCannotBeRead) {
+  expectSaid(errorOf([] { parametersFromYaml("a: 1\nb: [2,\n", "robot.yaml"); }),
+             "robot.yaml: line 3: ");
+  expectSaid(errorOf([] { parametersFromYaml("a: 99999999999", "robot.yaml"); }), "32 bits");
+}
+
+/// Two nodes that share one name.
+class NodesFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "param_files_test.XXXXXX").string();
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    files_.addNode("robot", write("robot.yaml", "frames: {sensor: camera}\nwheels: {radius: 0.1}"));
+    files_.addNode("eye", write("eye.yaml", "frames: {sensor: camera}\nlens: {focus: 0.06}"));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+
+  fs::path folder_;
+  ParameterFiles files_;
+};
+
+TEST_F(NodesFiles, WhatDiffersGoesToEveryNodeThatKnowsIt) {
+  files_.overlay(write("mine.yaml", "frames: {sensor: laser}\nlens: {focus: 0.05}"));
+  files_.set("wheels/radius=0.2");
+  ParamReader robot = files_.reader("robot");
+  ParamReader eye = files_.reader("eye");
+  EXPECT_EQ(robot.text("frames/sensor"), "laser");
+  EXPECT_EQ(robot.number("wheels/radius"), 0.2);
+  EXPECT_EQ(eye.text("frames/sensor"), "laser");
+  EXPECT_EQ(eye.number("lens/focus"), 0.05);
+  EXPECT_NO_THROW(robot.throwIfAnyError());
+  EXPECT_EQ(robot.texts().at("wheels/radius"), "0.2");
+  EXPECT_EQ(robot.texts().at("frames/sensor"), "\"laser\"");
+}
+
+TEST_F(NodesFiles, SaysEveryNameThatNobodyKnowsAndWhereItStands) {
+  files_.overlay(write("mine.yaml", "wheels: {radios: 0.2}\nweels: {radius: 0.2}"));
+  files_.set("radius=0.2");
+  files_.set("wheels=0.2");  // a group
+  ParamReader robot = files_.reader("robot");
+  const std::string error = errorOf([&] { robot.throwIfAnyError(); });
+  expectSaid(error, "4 wrong parameter(s)");
+  expectSaid(error, "parameter wheels/radios is not known (misspelt?): " + folder_.string());
+  expectSaid(error, "parameter weels/radius is not known");
+  expectSaid(error, "parameter radius is not known (misspelt?): the command line");
+  expectSaid(error, "parameter wheels is not known");
+}
+
+TEST_F(NodesFiles, SaysAWrongKindAsANodeDoes) {
+  files_.set("wheels/radius=1e-1");
+  ParamReader robot = files_.reader("robot");
+  robot.number("wheels/radius");
+  expectSaid(errorOf([&] { robot.throwIfAnyError(); }),
+             "parameter wheels/radius must be a finite number, but is the string '1e-1' (YAML "
+             "wants a point and no quotes: 1.0e-6)");
+}
+
+TEST_F(NodesFiles, RefusesWhatIsNoAssignmentAndNoFile) {
+  for (const char* text : {"", "wheels/radius", "=3", "wheels/radius="}) {
+    expectSaid(errorOf([&] { files_.set(text); }), "NAME=VALUE");
+  }
+  expectSaid(errorOf([&] { files_.overlay("/none.yaml"); }), "/none.yaml: cannot be read");
+  expectSaid(errorOf([&] { files_.overlay(write("list.yaml", "[1, 2]")); }),
+             "not a list of names and values");
 }
 
 }  // namespace

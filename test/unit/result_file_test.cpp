@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/stat.h>
+#include <yaml-cpp/yaml.h>
 
 #include <cmath>
 #include <filesystem>
@@ -71,7 +72,16 @@ SavedCalibration someCalibration() {
   saved.rotation_travelled_rad = 33.1;
   saved.bearings_used = 4000000000U;
   saved.bearings_gated = 7;
-  saved.provenance = {"a test", "2026-01-01T00:00:00Z", {0.25, 0.03, 0.031, 2048.0, 16, 1.5}};
+  saved.ticks_used = 4000000001U;
+  saved.rejections = "bearings no stamp: 3";
+  saved.provenance = {"a test",
+                      "2026-01-01T00:00:00Z",
+                      "a.bag",
+                      {0.25, 0.03, 0.031, 2048.0, 16, 1.5},
+                      {{"bearing_calibration", "\"0.1.0\""}},
+                      {{"frames/base", "\"no\""},
+                       {"mask/posts", "[[0.5, 0.1], [1, 0.25]]"},
+                       {"wheels/separation", "0.25"}}};
   return saved;
 }
 
@@ -104,6 +114,9 @@ TEST_F(ResultFileTest, ReadsBackExactlyWhatWasWritten) {
   EXPECT_EQ(read.rotation_travelled_rad, saved.rotation_travelled_rad);
   EXPECT_EQ(read.bearings_used, saved.bearings_used);
   EXPECT_EQ(read.bearings_gated, saved.bearings_gated);
+  EXPECT_EQ(read.ticks_used, saved.ticks_used);
+  EXPECT_EQ(read.rejections, saved.rejections);
+  EXPECT_EQ(read.provenance.source, saved.provenance.source);
   EXPECT_EQ(read.provenance.program, saved.provenance.program);
   EXPECT_EQ(read.provenance.written_at, saved.provenance.written_at);
   EXPECT_EQ(read.provenance.drive.wheel_separation_m, 0.25);
@@ -112,6 +125,25 @@ TEST_F(ResultFileTest, ReadsBackExactlyWhatWasWritten) {
   EXPECT_EQ(read.provenance.drive.ticks_per_revolution, 2048.0);
   EXPECT_EQ(read.provenance.drive.counter_bits, 16);
   EXPECT_EQ(read.provenance.drive.max_wheel_speed_mps, 1.5);
+}
+
+// For programs in any language: plain keys, matrices as rows, values that keep their kind.
+TEST_F(ResultFileTest, IsPlainYaml) {
+  SavedCalibration saved = someCalibration();
+  saved.blocks = {{"wheels/separation", 0.251, 0.002, EstimatedBlock::Status::kHeldAtPrior}};
+  ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
+  const YAML::Node root = YAML::LoadFile(path_);
+  EXPECT_EQ(root["state"].as<std::string>(), "CONVERGING");
+  EXPECT_EQ(root["base_from_camera"]["yaw"].as<double>(), -2.0 / 7.0);
+  EXPECT_EQ(root["stddev"]["x"].as<double>(), std::sqrt(someCovariance<3>()(0, 0)));
+  EXPECT_EQ(root["covariance_x_y_yaw"][2][0].as<double>(), someCovariance<3>()(2, 0));
+  EXPECT_EQ(root["paper_state"]["covariance_D_theta_phi_rho_psi"][4][3].as<double>(),
+            someCovariance<5>()(4, 3));
+  EXPECT_EQ(root["blocks"][0]["status"].as<std::string>(), "held at its prior");
+  EXPECT_EQ(root["parameters"]["frames/base"].Tag(), "!") << "a quoted string stays one";
+  EXPECT_EQ(root["parameters"]["mask/posts"][1][1].as<double>(), 0.25);
+  EXPECT_EQ(root["parameters"]["wheels/separation"].as<double>(), 0.25);
+  EXPECT_EQ(root["versions"]["bearing_calibration"].as<std::string>(), "0.1.0");
 }
 
 TEST_F(ResultFileTest, EveryStateHasANameThatReadsBack) {
@@ -151,14 +183,14 @@ TEST_F(ResultFileTest, RefusesWhatCannotBeAndSaysWhy) {
   const std::string whole = text();
   const std::vector<Damage> damages = {
       {"bearing_calibration result", "camera_calibration", "not a result file"},
-      {"version: 1", "version: 2", "version 2"},
+      {"version: 2", "version: 1", "version 1"},
       {"CONVERGING", "FINISHED", "FINISHED"},
-      {"y_m: -0.1", "y_m: .nan", "'y_m' is not finite"},
-      {"y_m: -0.1", "y_m: left", "'y_m' has a value of a wrong kind"},
-      {"y_m: -0.1", "why_m: -0.1", "'y_m' is missing"},
+      {"y: -0.1", "y: .nan", "'y' is not finite"},
+      {"y: -0.1", "y: left", "'y' has a value of a wrong kind"},
+      {"y: -0.1", "why: -0.1", "'y' is missing"},
       {"z_stddev_m: 0.01", "z_stddev_m: 0", "z_stddev"},
-      {"covariance_x_y_yaw: [", "covariance_x_y_yaw: [1, ", "does not have 9 numbers"},
-      {"covariance_x_y_yaw: [0.", "covariance_x_y_yaw: [-1.", "is not a covariance"},
+      {"covariance_x_y_yaw:\n  - [", "covariance_x_y_yaw:\n  - [1, ", "does not have 3x3 numbers"},
+      {"covariance_x_y_yaw:\n  - [0.", "covariance_x_y_yaw:\n  - [-1.", "is not a covariance"},
       {"bearings_used: 4000000000", "bearings_used: -1", "bearings_used"},
       {"not_estimated:", "not_estimated: [", "refused"},
   };

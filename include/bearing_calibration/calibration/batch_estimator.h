@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/calibration/cartesian_smoother.h"
 #include "bearing_calibration/calibration/light_track.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 
@@ -39,6 +40,7 @@ struct BatchEstimate {
                                                           ///< what two fits compare by
   std::vector<double> nis;            ///< of each sight given those before it, by the variance
                                       ///< that the sensor says; NaN where left out
+  std::vector<PathPoint> path;        ///< smoothed, at each sight
   std::vector<std::size_t> rejected;  ///< indices of sights left out
   std::vector<std::size_t> slips;     ///< indices of sights whose motion was given up
   double correlation = 0.0;  ///< lag-1 correlation of the innovations, 0 where insignificant

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/look.h"
 #include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
@@ -40,7 +41,12 @@ class Calibrator {
   /// it. To be called before the first input.
   void takeUp(const MountEstimate& earlier);
 
-  /// Forgets everything but the configuration, the counts and what was taken up too.
+  /// Is told of every image in the order of time, from within addTicks(), addAngles() and
+  /// addBearings(); it must not call the calibrator. To be set before the first input.
+  void observe(LookObserver observer);
+
+  /// Forgets everything but the configuration and the observer, the counts and what was taken up
+  /// too.
   void reset();
   /// While paused, ticks are followed and bearings are ignored.
   void setPaused(bool paused);

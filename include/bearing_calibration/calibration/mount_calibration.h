@@ -9,6 +9,7 @@
 #include "bearing_calibration/calibration/convergence_judge.h"
 #include "bearing_calibration/calibration/initializer.h"
 #include "bearing_calibration/calibration/light_picker.h"
+#include "bearing_calibration/calibration/look.h"
 #include "bearing_calibration/calibration/mount_tracker.h"
 #include "bearing_calibration/calibration/result.h"
 
@@ -26,7 +27,8 @@ class MountCalibration {
   void takeUp(const MountEstimate& earlier) { earlier_ = earlier; }
 
   /// An image at `stamp`, after a motion since the one before it.
-  void look(Stamp stamp, const OdometryIncrement& motion, const std::vector<Bearing>& candidates);
+  /// @returns what became of it
+  Look look(Stamp stamp, const OdometryIncrement& motion, const std::vector<Bearing>& candidates);
 
   /// Where the light would be seen after a further motion; none before the first estimate.
   std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion) const;
@@ -38,10 +40,10 @@ class MountCalibration {
 
  private:
   std::vector<Bearing> ofThisLight(const std::vector<Bearing>& candidates) const;
-  void start(Stamp stamp, const std::vector<Bearing>& candidates);
+  void start(Stamp stamp, const std::vector<Bearing>& candidates, Look* look);
   void startFromGuess(const Bearing& light);
   CartesianEstimate withEarlier(const CartesianEstimate& estimate);
-  void follow(Stamp stamp, const std::vector<Bearing>& candidates);
+  void follow(Stamp stamp, const std::vector<Bearing>& candidates, Look* look);
   void refineAndJudge(Stamp stamp);
   void diagnose(Stamp stamp);
   void remember(Stamp stamp, const Bearing& light);

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/calibration/unestimated_mount.h"
@@ -17,7 +19,19 @@ namespace bearing_calibration {
 struct Provenance {
   std::string program;     ///< what wrote it
   std::string written_at;  ///< wall time, for people
+  std::string source;      ///< a bag, or what else the measurements came from
   DriveGeometry drive;     ///< the wheels that it was measured with: the result's metric reference
+  std::map<std::string, std::string> versions;    ///< of the package and of what it stands on
+  std::map<std::string, std::string> parameters;  ///< all of them by name, as YAML
+};
+
+/// A quantity beside mount and light.
+struct EstimatedBlock {
+  enum class Status : std::uint8_t { kEstimated, kHeldAtPrior, kOff };
+  std::string name;  ///< of the parameter that it corrects, such as "wheels/separation"
+  double value = 0.0;
+  double stddev = 0.0;
+  Status status = Status::kOff;
 };
 
 /// A calibration as it stands in a file.
@@ -31,13 +45,19 @@ struct SavedCalibration {
   UnestimatedMount unestimated;
   PaperEstimate paper_state;
   CartesianEstimate cartesian_state;
+  std::vector<EstimatedBlock> blocks;  ///< none so far
   double nis_mean = 0.0;
   double distance_travelled_m = 0.0;
   double rotation_travelled_rad = 0.0;
   std::uint32_t bearings_used = 0;
   std::uint32_t bearings_gated = 0;
+  std::uint32_t ticks_used = 0;
+  std::string rejections;  ///< what was refused and how often, for people
   Provenance provenance;
 };
+
+/// The shortest decimal form that reads back to the same double.
+std::string shortestText(double value);
 
 /// Writes the file atomically (see atomic_file.h). Numbers are written in the shortest form that
 /// reads back to the same value.
@@ -51,8 +71,9 @@ struct ResultFileContent {
   std::string error;  ///< a sentence with the path; empty when there is a calibration
 };
 
-/// Reads what writeResultFile() wrote. A file that is missing, cut short, not of this package or
-/// version, or holds values that cannot be (not finite, a covariance that is none) is refused.
+/// Reads what writeResultFile() wrote, but for versions and parameters, which are for people. A
+/// file that is missing, cut short, not of this package or version, or holds values that cannot be
+/// (not finite, a covariance that is none) is refused.
 ResultFileContent readResultFile(const std::string& path);
 
 }  // namespace bearing_calibration

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <sensor_msgs/Image.h>
+
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+
+#include "bearing_calibration/vision/light_bearings.h"
+#include "bearing_calibration/vision/light_detector.h"
+#include "bearing_calibration_ros/detection_params.h"
+#include "bearing_calibration_ros/image_conversion.h"
+
+namespace bearing_calibration_ros {
+
+/// Image messages in, bearings out: what the detection nodelet and the offline tools share.
+class ImageBearings {
+ public:
+  explicit ImageBearings(const DetectionNodeConfig& config);
+
+  /// Moment of the image's middle row, for which a prediction is of use.
+  bearing_calibration::Stamp middleOf(const sensor_msgs::Image& image) const;
+
+  /// @param image  that refusalOf() has nothing against
+  /// @param prediction  of the bearing at about that moment
+  bearing_calibration::BearingSet detect(
+      const sensor_msgs::ImageConstPtr& image,
+      const std::optional<bearing_calibration::BearingPrediction>& prediction);
+
+  /// What the last image showed, and that image in grey.
+  const bearing_calibration::DetectionResult& result() const { return *result_; }
+  const cv::Mat& grey() const { return *grey_; }
+
+ private:
+  DetectionNodeConfig config_;
+  bearing_calibration::LightDetector detector_;
+  GreyConverter converter_;
+  const bearing_calibration::DetectionResult* result_ = nullptr;
+  const cv::Mat* grey_ = nullptr;
+  std::uint64_t images_ = 0;
+};
+
+}  // namespace bearing_calibration_ros

@@ -1,0 +1,31 @@
+#include "bearing_calibration_ros/image_bearings.h"
+
+#include "bearing_calibration_ros/conversions.h"
+
+namespace bearing_calibration_ros {
+
+namespace core = bearing_calibration;
+
+ImageBearings::ImageBearings(const DetectionNodeConfig& config)
+    : config_(config), detector_(config.detector) {}
+
+core::Stamp ImageBearings::middleOf(const sensor_msgs::Image& image) const {
+  return core::midExposure(config_.shutter, stampFromRos(image.header.stamp),
+                           0.5 * config_.detector.sensor.height_px);
+}
+
+core::BearingSet ImageBearings::detect(const sensor_msgs::ImageConstPtr& image,
+                                       const std::optional<core::BearingPrediction>& prediction) {
+  const bool look_everywhere = images_++ % static_cast<std::uint64_t>(config_.full_scan_every) == 0;
+  std::optional<core::AzimuthSector> region;
+  if (prediction && !look_everywhere) {
+    region = core::searchRegion(config_.search, *prediction, middleOf(*image));
+  }
+  grey_ = &converter_.convert(image);
+  result_ = &detector_.detect(*grey_, region);
+  return core::bearingsFromLights(result_->lights, config_.shutter,
+                                  stampFromRos(image->header.stamp),
+                                  config_.detector.sensor.height_px);
+}
+
+}  // namespace bearing_calibration_ros

@@ -1,0 +1,255 @@
+"""calibrate_bag as its user meets it: bags in; a table, files and an exit status out."""
+
+import csv
+import math
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import rosbag
+import roslib.packages
+import yaml
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), '..', 'ros'))
+from calibration_world import World  # noqa: E402  (lies beside the tests of the node)
+
+CONVERGED, FAILED, USAGE, DEGENERATE, UNCERTAIN, DISAGREE = range(6)
+START_S = 1000.0
+CHI_SQUARE_3_AT_999 = 16.27  # what the squared error stays below in 999 of 1000 honest runs
+
+NOISE = 'wheels/noise_independent=1.0e-6'  # the world's robot does not slip
+
+
+def worldOf(seed=1, sensor=None):
+    world = World(START_S, seed=seed)
+    world.sensor = sensor or world.sensor
+    return world
+
+
+def record(path, world, seconds=120.0, joints=False, look=None):
+    """A bag of the world as it drives; `look(world)` gives the candidates of an image."""
+    with rosbag.Bag(path, 'w') as bag:
+        for step in range(int(seconds * world.TICK_RATE)):
+            stamp = world.stamp()
+            if joints:
+                bag.write('/joint_states', world.joint_state(), stamp)
+            else:
+                bag.write('/wheel_ticks', world.ticks(), stamp)
+            if step % world.TICKS_PER_BEARING == 0:
+                candidates = look(world) if look else [world.candidate()]
+                bag.write('/bearings', world.bearings(*candidates), stamp)
+            world.advance()
+    return path
+
+
+class CalibrateBag(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.drives = [record(os.path.join(folder.name, 'drive_%d.bag' % seed), worldOf(seed))
+                      for seed in (1, 2, 3)]
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.output = os.path.join(self.folder, 'out')
+        self.program = roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0]
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def record(self, name, *arguments, **options):
+        return record(self.path(name), *arguments, **options)
+
+    def run_(self, *arguments):
+        return subprocess.run([self.program] + list(arguments) + ['--output', self.output],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=120)
+
+    def assertStatus(self, done, status):
+        self.assertEqual(done.returncode, status, done.stdout + done.stderr)
+
+    def result(self, *folders):
+        with open(os.path.join(self.output, *folders, 'result.yaml')) as file:
+            return yaml.safe_load(file)
+
+    def assertRight(self, result, world):
+        """Within the estimate's own covariance of the world's truth."""
+        error = [result['base_from_camera'][key] - true
+                 for key, true in zip(('x', 'y', 'yaw'), world.sensor)]
+        error[2] = math.remainder(error[2], 2.0 * math.pi)
+        squared = sum(e * e / s**2 for e, s in zip(error, result['stddev'].values()))
+        # the axes taken apart: at least a third of the true chi-square, so the bar is that high
+        self.assertLess(squared, 3.0 * CHI_SQUARE_3_AT_999, (error, result['stddev']))
+
+    def testFindsTheMountAndWritesWhatItFound(self):
+        done = self.run_(self.drives[0], '--set', NOISE)
+        self.assertStatus(done, CONVERGED)
+        self.assertIn('drive_1: CONVERGED', done.stdout)
+        self.assertRegex(done.stdout, r'yaw +0\.2\d+ \+- 0\.00\d+ rad')
+        result = self.result()
+        self.assertRight(result, worldOf())
+        self.assertEqual(result['record']['bearings_used'] + result['record']['bearings_gated'],
+                         1200)
+        self.assertEqual(result['blocks'], [])
+        self.assertIn('drive_1.bag: /wheel_ticks, /bearings', result['provenance']['source'])
+        self.assertEqual(result['parameters']['frames/base'], 'base_link')
+        self.assertEqual(result['parameters']['wheels/noise_independent'], 1e-6)
+        for name in ('mount.urdf', 'mount.urdf.xacro', 'static_transform.launch',
+                     'kalibr_camchain.yaml', 'vins_extrinsics.yaml', 'diff_drive_controller.yaml'):
+            self.assertTrue(os.path.exists(os.path.join(self.output, name)), name)
+
+    def testWritesWhatTheReportIsMadeFrom(self):
+        self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
+        with open(os.path.join(self.output, 'looks.csv')) as file:
+            looks = list(csv.DictReader(file))
+        self.assertEqual(len(looks), 1200)
+        used = [row for row in looks if row['verdict'] == 'used']
+        self.assertGreater(len(used), 1100)
+        stddev = math.sqrt(sum(float(row['residual_rad'])**2 for row in used) / len(used))
+        # of about 1200 residuals of 0.5 deg each: within five of its standard errors (2 %)
+        self.assertAlmostEqual(math.degrees(stddev), 0.5, delta=0.05)
+        nis = [float(row['nis']) for row in used]
+        self.assertAlmostEqual(sum(nis) / len(nis), 1.0, delta=5.0 * math.sqrt(2.0 / len(nis)))
+        # the smoothed path is the world's, seen from its first pose (2, 0, 90 deg)
+        world = worldOf()
+        for _ in range(1199 * world.TICKS_PER_BEARING):
+            world.advance()
+        x, y = float(looks[-1]['base_x_m']), float(looks[-1]['base_y_m'])
+        self.assertAlmostEqual(-y + 2.0, world.x, delta=0.05)
+        self.assertAlmostEqual(x, world.y, delta=0.05)
+        with open(os.path.join(self.output, 'details.yaml')) as file:
+            details = yaml.safe_load(file)
+        light = details['light_in_first_base']  # 2 m to the left
+        self.assertLess(math.hypot(light['x'], light['y'] - 2.0), 0.05)
+        with open(os.path.join(self.output, 'estimates.csv')) as file:
+            estimates = list(csv.DictReader(file))
+        self.assertGreater(len(estimates), 50)
+        self.assertEqual(estimates[-1]['state'], 'CONVERGED')
+
+    def testReadsJointStates(self):
+        world = worldOf()
+        done = self.run_(self.record('joints.bag', world, joints=True), '--set', NOISE,
+                         '--set', 'wheels/source=joint_states')
+        self.assertStatus(done, CONVERGED)
+        self.assertRight(self.result(), world)
+
+    def testSaysWhichJointsWereThere(self):
+        bag = self.record('joints.bag', worldOf(), seconds=2.0, joints=True)
+        done = self.run_(bag, '--set', 'wheels/source=joint_states',
+                         '--set', 'wheels/left_joint=left')
+        self.assertStatus(done, FAILED)
+        self.assertIn("without 'left' and 'right_wheel_joint'", done.stdout)
+        self.assertIn('(arm, left_wheel_joint, right_wheel_joint)', done.stdout)
+
+    def testSeveralBagsOfOneMountAgree(self):
+        done = self.run_(*self.drives, '--set', NOISE, '--compare')
+        self.assertStatus(done, CONVERGED)
+        self.assertRegex(done.stdout, r'with 6 degrees of freedom, p = [\d.e-]+: they agree')
+        with open(os.path.join(self.output, 'comparison.yaml')) as file:
+            comparison = yaml.safe_load(file)
+        self.assertEqual([row['name'] for row in comparison['mounts']],
+                         ['drive_1', 'drive_2', 'drive_3'])
+        self.assertAlmostEqual(sum(row['chi_square'] for row in comparison['mounts']),
+                               comparison['together']['chi_square'])
+        self.assertRight(comparison['together'], worldOf())
+        self.assertRight(self.result('drive_2'), worldOf())
+
+    def testBagsOfTwoMountsDisagree(self):
+        moved = worldOf(2, sensor=(0.15, 0.12, math.radians(12.0)))
+        done = self.run_(self.drives[0], self.record('moved.bag', moved), '--set', NOISE, '--compare')
+        self.assertStatus(done, DISAGREE)
+        self.assertIn('they DISAGREE', done.stdout)
+
+    def testEachLightOfABag(self):
+        other = (3.5, 1.5)
+
+        def look(world):
+            first = world.candidate(light_id=4)
+            here, world.light = world.light, other
+            second = world.candidate(light_id=9)
+            world.light = here
+            return [first, second]
+        bag = self.record('two.bag', worldOf(), look=look)
+        done = self.run_(bag, '--set', NOISE, '--each-light', '--compare')
+        self.assertStatus(done, CONVERGED)
+        self.assertRight(self.result('two_light_4'), worldOf())
+        self.assertRight(self.result('two_light_9'), worldOf())
+        self.assertIn('they agree', done.stdout)
+        self.assertStatus(self.run_(bag, '--set', NOISE, '--light', '9'), CONVERGED)
+
+    def testAStraightLineIsDegenerateAndLeavesNoOldResult(self):
+        self.assertStatus(self.run_(self.drives[0], '--set', NOISE),
+                          CONVERGED)
+        world = worldOf()
+        world.STRAIGHT_S = 100.0
+        done = self.run_(self.record('line.bag', world, seconds=20.0))
+        self.assertStatus(done, DEGENERATE)
+        self.assertIn('line: DEGENERATE_MOTION', done.stdout)
+        self.assertEqual(sorted(os.listdir(self.output)),
+                         ['details.yaml', 'estimates.csv', 'looks.csv'])
+
+    def testABagThatCannotBeReadFailsAloneAndIsNamed(self):
+        with open(self.path('broken.bag'), 'w') as file:
+            file.write('no bag')
+        done = self.run_(self.path('broken.bag'), self.path('absent.bag'),
+                         self.drives[0], '--set', NOISE)
+        self.assertStatus(done, FAILED)
+        self.assertIn('broken: FAILED', done.stdout)
+        self.assertIn('absent: FAILED', done.stdout)
+        self.assertIn('drive_1: CONVERGED', done.stdout)
+
+    def testABagWithoutTheTopicsSaysWhatItHolds(self):
+        bag = self.record('drive.bag', worldOf(), seconds=1.0)
+        done = self.run_(bag, '--set', 'wheels/source=joint_states')
+        self.assertStatus(done, FAILED)
+        self.assertIn('no topic of type sensor_msgs/JointState', done.stdout)
+        self.assertIn('/wheel_ticks (bearing_calibration/WheelTicks)', done.stdout)
+        done = self.run_(bag, '--image-topic', 'camera/image_raw')
+        self.assertStatus(done, FAILED)
+        self.assertIn('no topic camera/image_raw of type sensor_msgs/Image', done.stdout)
+
+    def testAnEmptyBagFailsAndSaysWhatIsMissing(self):
+        with rosbag.Bag(self.path('empty.bag'), 'w'):
+            pass
+        done = self.run_(self.path('empty.bag'))
+        self.assertStatus(done, FAILED)
+        self.assertIn('the bag holds nothing', done.stdout)
+
+    def testSaysEveryWrongParameterAtOnce(self):
+        with open(self.path('robot.yaml'), 'w') as file:
+            file.write('wheels: {seperation: 0.4, left_radius: left}\n')
+        done = self.run_('any.bag', '--config', self.path('robot.yaml'),
+                         '--set', 'filter/gate_probability=2.0', '--set', 'lens/focal=1.0')
+        self.assertStatus(done, USAGE)
+        self.assertIn('4 wrong parameter(s)', done.stderr)
+        for part in ('wheels/seperation is not known (misspelt?): ' + self.path('robot.yaml'),
+                     "wheels/left_radius must be a finite number, but is the string 'left'",
+                     'filter/gate_probability', 'lens/focal is not known'):
+            self.assertIn(part, done.stderr)
+
+    def testWrongArgumentsAreSaid(self):
+        for arguments, said in ((['--set', 'wheels/separation'], 'NAME=VALUE'),
+                                (['--jobs', '-1'], '--jobs'),
+                                (['--light', '1', '--each-light'], 'exclude each other'),
+                                (['--colour'], 'colour')):
+            done = self.run_('any.bag', *arguments)
+            self.assertStatus(done, USAGE)
+            self.assertIn(said, done.stderr)
+        self.assertStatus(self.run_(), USAGE)
+        self.assertStatus(self.run_('--help'), CONVERGED)
+
+    def testHelpNamesEveryExitStatus(self):
+        done = self.run_('--help')
+        for status in range(6):
+            self.assertTrue(re.search(r'\b%d\b' % status, done.stdout), status)
+
+
+if __name__ == '__main__':
+    unittest.main()

@@ -1,0 +1,111 @@
+#include "bearing_calibration/calibration/result_export.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <yaml-cpp/yaml.h>
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+
+namespace bearing_calibration {
+namespace {
+
+namespace fs = std::filesystem;
+
+SavedCalibration someCalibration() {
+  SavedCalibration saved;
+  saved.state = CalibrationState::kConverged;
+  saved.base_frame = "base_link";
+  saved.sensor_frame = "camera";
+  saved.base_from_sensor.mean << 0.2, -0.1, 0.7;
+  saved.base_from_sensor.covariance = Eigen::Vector3d(1e-6, 4e-6, 9e-6).asDiagonal();
+  saved.unestimated = {0.35, 0.01, 0.02, 0.02, -0.03, 0.03};
+  saved.paper_state.covariance.setIdentity();
+  saved.cartesian_state.covariance.setIdentity();
+  saved.provenance.written_at = "2026-01-01T00:00:00Z";
+  saved.provenance.drive = {0.25, 0.05, 0.05, 2048.0, 16, 1.5};
+  return saved;
+}
+
+/// Written out by hand: R = Rz(yaw) Ry(pitch) Rx(roll), as REP 103 and URDF have it.
+Eigen::Matrix4d expectedBaseFromCamera() {
+  const double cy = std::cos(0.7), sy = std::sin(0.7);
+  const double cp = std::cos(-0.03), sp = std::sin(-0.03);
+  const double cr = std::cos(0.02), sr = std::sin(0.02);
+  Eigen::Matrix4d T;
+  T << cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, 0.2,  //
+      sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, -0.1,  //
+      -sp, cp * sr, cp * cr, 0.35,                                    //
+      0.0, 0.0, 0.0, 1.0;
+  return T;
+}
+
+TEST(ResultExport, KalibrsMatrixMapsFromTheBaseToTheCamera) {
+  const YAML::Node rows = YAML::Load(kalibrFrom(someCalibration()))["cam0"]["T_cam_imu"];
+  Eigen::Matrix4d camera_from_base;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      camera_from_base(i, j) =
+          rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)].as<double>();
+    }
+  }
+  EXPECT_TRUE((camera_from_base * expectedBaseFromCamera()).isIdentity(1e-12)) << camera_from_base;
+}
+
+TEST(ResultExport, OpenCvReadsTheMatrixFromTheCameraToTheBase) {
+  const cv::FileStorage file(vinsFrom(someCalibration()),
+                             cv::FileStorage::READ | cv::FileStorage::MEMORY);
+  const cv::Mat base_from_camera = file["body_T_cam0"].mat();
+  ASSERT_EQ(base_from_camera.size(), cv::Size(4, 4));
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      EXPECT_NEAR(base_from_camera.at<double>(i, j), expectedBaseFromCamera()(i, j), 1e-12);
+    }
+  }
+}
+
+TEST(ResultExport, MultipliersAreOneWhereNothingWasEstimated) {
+  SavedCalibration saved = someCalibration();
+  saved.blocks = {
+      {"wheels/separation", 0.255, 0.0025, EstimatedBlock::Status::kEstimated},
+      {"wheels/left_radius", 0.06, 0.001, EstimatedBlock::Status::kHeldAtPrior},
+  };
+  const YAML::Node multipliers = YAML::Load(diffDriveFrom(saved));
+  EXPECT_DOUBLE_EQ(multipliers["wheel_separation_multiplier"].as<double>(), 1.02);
+  EXPECT_EQ(multipliers["left_wheel_radius_multiplier"].as<double>(), 1.0);
+  EXPECT_EQ(multipliers["right_wheel_radius_multiplier"].as<std::string>(), "1.0");
+}
+
+TEST(ResultExport, LeavesXacrosWordsToXacro) {
+  const std::string text = xacroFrom(someCalibration());
+  for (const char* part :
+       {"parent:=base_link child:=camera z:=0.35 roll:=0.02 pitch:=-0.03",
+        "<parent link=\"${parent}\"/>", "xyz=\"0.2 -0.1 ${z}\"", "rpy=\"${roll} ${pitch} 0.7\""}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in\n" << text;
+  }
+}
+
+TEST(ResultExport, FramesAreEscaped) {
+  SavedCalibration saved = someCalibration();
+  saved.sensor_frame = "a<b&\"c\"";
+  EXPECT_NE(urdfFrom(saved).find("<child link=\"a&lt;b&amp;&quot;c&quot;\"/>"), std::string::npos);
+}
+
+// Nobody must find the joint of yesterday beside a result of today that is none.
+TEST(ResultExport, FormsOfAnUntrustedResultAreRemoved) {
+  std::string folder = (fs::temp_directory_path() / "result_export_test.XXXXXX").string();
+  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  SavedCalibration saved = someCalibration();
+  ASSERT_EQ(writeResultFolder(folder, saved), std::nullopt);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 7);
+  saved.state = CalibrationState::kInconsistent;
+  ASSERT_EQ(writeResultFolder(folder, saved), std::nullopt);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 1);
+  EXPECT_TRUE(fs::exists(fs::path(folder) / "result.yaml"));
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace bearing_calibration

@@ -1,0 +1,79 @@
+#include "tools/bag_topics.h"
+
+#include <bearing_calibration/LightBearings.h>
+#include <bearing_calibration/WheelTicks.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/JointState.h>
+
+#include <map>
+#include <stdexcept>
+
+namespace bearing_calibration {
+namespace {
+
+/// Types by topic.
+using Contents = std::map<std::string, std::string>;
+
+std::string withoutSlash(const std::string& topic) {
+  return topic.empty() || topic.front() != '/' ? topic : topic.substr(1);
+}
+
+std::string listOf(const Contents& contents) {
+  std::string list;
+  for (const auto& [topic, type] : contents) list += "\n  " + topic + " (" + type + ")";
+  return contents.empty() ? " nothing" : list;
+}
+
+std::vector<std::string> topicsOfType(const Contents& contents, const std::string& type) {
+  std::vector<std::string> topics;
+  for (const auto& topic_and_type : contents) {
+    if (topic_and_type.second == type) topics.push_back(topic_and_type.first);
+  }
+  return topics;
+}
+
+/// The topic of that name, or else the only one of the type.
+template <typename Message>
+std::string findTopic(const Contents& contents, const std::string& wanted,
+                      const std::string& option) {
+  const std::string type = ros::message_traits::datatype<Message>();
+  if (!wanted.empty()) {
+    for (const auto& [topic, topics_type] : contents) {
+      if (withoutSlash(topic) == withoutSlash(wanted) && topics_type == type) return topic;
+    }
+    throw std::runtime_error("no topic " + wanted + " of type " + type + "; the bag holds" +
+                             listOf(contents));
+  }
+  const std::vector<std::string> topics = topicsOfType(contents, type);
+  if (topics.size() == 1) return topics.front();
+  throw std::runtime_error((topics.empty() ? "no topic of type " : "several topics of type ") +
+                           type + ": choose one by --" + option + "; the bag holds" +
+                           listOf(contents));
+}
+
+}  // namespace
+
+std::vector<std::string> BagTopics::names() const {
+  return {wheels, images.empty() ? bearings : images};
+}
+
+BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, bool wheels_are_joints) {
+  Contents contents;
+  for (const rosbag::ConnectionInfo* connection : whole_bag.getConnections()) {
+    contents[connection->topic] = connection->datatype;
+  }
+  BagTopics found;
+  found.wheels = wheels_are_joints
+                     ? findTopic<sensor_msgs::JointState>(contents, wanted.wheels, "wheels-topic")
+                     : findTopic<WheelTicks>(contents, wanted.wheels, "wheels-topic");
+  const bool has_bearings =
+      !topicsOfType(contents, ros::message_traits::datatype<LightBearings>()).empty();
+  if (wanted.images.empty() && (has_bearings || !wanted.bearings.empty())) {
+    found.bearings = findTopic<LightBearings>(contents, wanted.bearings, "bearings-topic");
+  } else {
+    found.images = findTopic<sensor_msgs::Image>(contents, wanted.images, "image-topic");
+  }
+  return found;
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <rosbag/view.h>
+
+#include <string>
+#include <vector>
+
+namespace bearing_calibration {
+
+/// Topics to read; an empty name is to be found by its type.
+struct BagTopics {
+  std::string wheels;
+  std::string bearings;
+  std::string images;  ///< only where the bearings are to be found in images
+
+  std::vector<std::string> names() const;
+};
+
+/// Completes the names from what a bag holds. Bearings go before images.
+/// @param wanted  names from the command line, with or without a slash in front
+/// @throws std::runtime_error that lists the bag's topics when one is missing or there are several
+BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, bool wheels_are_joints);
+
+}  // namespace bearing_calibration

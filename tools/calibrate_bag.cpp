@@ -1,0 +1,233 @@
+// Finds the mount in bags, without a ROS master: calibrate_bag --help
+
+#include <ros/package.h>
+
+#include <boost/program_options/errors.hpp>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <iostream>
+#include <set>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/atomic_file.h"
+#include "bearing_calibration_ros/parameter_files.h"
+#include "tools/bag_calibration.h"
+#include "tools/bag_files.h"
+#include "tools/calibrate_bag_arguments.h"
+#include "tools/mount_comparison.h"
+#include "tools/parallel.h"
+#include "tools/progress_bar.h"
+
+namespace bearing_calibration {
+namespace {
+
+namespace fs = std::filesystem;
+namespace ros_side = bearing_calibration_ros;
+
+enum ExitStatus : int {
+  kConverged = 0,
+  kFailed = 1,
+  kUsageError = 2,
+  kDegenerate = 3,
+  kUncertain = 4,
+  kDisagreement = 5,
+};
+
+/// A job with what came out of it.
+struct Done {
+  BagJob job;
+  std::string folder;
+  BagOutcome outcome;
+  std::string error;  ///< a sentence; empty when the outcome holds
+};
+
+BagSetup readSetup(const CalibrateBagArguments& arguments) {
+  const fs::path defaults = arguments.defaults_folder.empty()
+                                ? fs::path(ros::package::getPath("bearing_calibration")) / "config"
+                                : fs::path(arguments.defaults_folder);
+  ros_side::ParameterFiles files;
+  files.addNode("calibration", defaults / "calibration.yaml");
+  files.addNode("detection", defaults / "detection.yaml");
+  for (const std::string& file : arguments.config_files) files.overlay(file);
+  for (const std::string& assignment : arguments.assignments) files.set(assignment);
+  return {ros_side::readCalibrationNodeConfig(files.reader("calibration")),
+          ros_side::readDetectionNodeConfig(files.reader("detection")), arguments.topics};
+}
+
+/// What is to be done with one bag: a job for each light.
+std::vector<Done> listJobs(const std::string& bag, const CalibrateBagArguments& arguments,
+                           const BagSetup& setup) {
+  const std::string name = fs::path(bag).stem();
+  std::vector<Done> jobs;
+  try {
+    std::vector<std::int32_t> lights(arguments.light_ids.begin(), arguments.light_ids.end());
+    if (arguments.each_light) lights = listLights(bag, setup);
+    if (lights.empty()) jobs.push_back({{bag, std::nullopt, name}, {}, {}, {}});
+    for (const std::int32_t light : lights) {
+      jobs.push_back({{bag, light, name + "_light_" + std::to_string(light)}, {}, {}, {}});
+    }
+  } catch (const std::exception& error) {
+    jobs.push_back({{bag, std::nullopt, name}, {}, {}, error.what()});
+  }
+  return jobs;
+}
+
+/// The only job writes into the output's folder itself, several write into folders below it.
+void nameFolders(const std::string& output, std::vector<Done>* all) {
+  std::set<std::string> names;
+  for (Done& done : *all) {  // bags of one name may lie in several folders
+    const std::string name = done.job.name;
+    for (int i = 2; !names.insert(done.job.name).second; ++i) {
+      done.job.name = name + "_" + std::to_string(i);
+    }
+    done.folder = all->size() == 1 ? fs::path(output) : fs::path(output) / done.job.name;
+  }
+}
+
+std::uint64_t countMessages(const BagSetup& setup, std::vector<Done>* all) {
+  std::uint64_t messages = 0;
+  for (Done& done : *all) {
+    try {
+      if (done.error.empty()) messages += countMessages(done.job, setup);
+    } catch (const std::exception& error) {
+      done.error = error.what();
+    }
+  }
+  return messages;
+}
+
+void calibrate(const BagSetup& setup, std::atomic<std::uint64_t>* progress, Done* done) {
+  if (!done->error.empty()) return;
+  try {
+    done->outcome = calibrateBag(done->job, setup, progress);
+    if (const auto error = writeBagFiles(done->folder, done->job, setup, done->outcome)) {
+      done->error = *error;
+    }
+  } catch (const std::exception& error) {
+    done->error = error.what();
+  }
+}
+
+ExitStatus statusOf(const Done& done) {
+  if (!done.error.empty()) return kFailed;
+  switch (done.outcome.result.state) {
+    case CalibrationState::kConverged:
+      return kConverged;
+    case CalibrationState::kConverging:
+      return kUncertain;
+    case CalibrationState::kInitialising:
+    case CalibrationState::kDegenerateMotion:
+      return kDegenerate;
+    default:
+      return kFailed;
+  }
+}
+
+void printMount(const MountEstimate& mount) {
+  const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
+  std::printf("  x   %9.4f +- %.4f m\n  y   %9.4f +- %.4f m\n", mount.mean.x(), stddev.x(),
+              mount.mean.y(), stddev.y());
+  std::printf("  yaw %9.4f +- %.4f rad  (%.2f +- %.2f deg)\n", mount.mean.z(), stddev.z(),
+              degreesFromRadians(mount.mean.z()), degreesFromRadians(stddev.z()));
+}
+
+void print(const Done& done) {
+  if (!done.error.empty()) {
+    std::printf("%s: FAILED: %s\n", done.job.name.c_str(), done.error.c_str());
+    return;
+  }
+  const BagOutcome& outcome = done.outcome;
+  const CalibrationResult& result = outcome.result;
+  std::printf("%s: %s: %s\n", done.job.name.c_str(), nameOf(result.state), result.advice.c_str());
+  if (result.base_from_sensor) printMount(*result.base_from_sensor);
+  std::printf("  %u bearings used, %u gated, in %.1f m and %.1f rad\n", result.bearings_used,
+              result.bearings_gated, result.distance_travelled_m, result.rotation_travelled_rad);
+  const BagTimes& times = outcome.times;
+  const double reading_s = times.whole - times.detection - times.estimation;
+  std::printf("  %.1f s: reading %.1f s, detection %.1f s (%llu images), estimation %.1f s\n",
+              times.whole, reading_s, times.detection,
+              static_cast<unsigned long long>(outcome.images), times.estimation);
+  for (const std::string& warning : outcome.warnings) std::printf("  ! %s\n", warning.c_str());
+  const std::string refused = ros_side::rejectionsText(result, 0);
+  if (!refused.empty()) std::printf("  ! refused: %s\n", refused.c_str());
+}
+
+/// Estimates that may be compared: those that are trusted.
+std::vector<NamedMount> mountsOf(const std::vector<Done>& all) {
+  std::vector<NamedMount> mounts;
+  for (const Done& done : all) {
+    const ExitStatus status = statusOf(done);
+    if (status != kConverged && status != kUncertain) continue;
+    mounts.push_back({done.job.name, *done.outcome.result.base_from_sensor});
+  }
+  return mounts;
+}
+
+ExitStatus compare(const std::vector<Done>& all, const std::string& folder) {
+  const std::vector<NamedMount> mounts = mountsOf(all);
+  if (mounts.size() < 2) {
+    std::printf("\nNothing to compare: %zu of %zu estimates may be trusted.\n", mounts.size(),
+                all.size());
+    return kFailed;
+  }
+  const MountComparison comparison = compareMounts(mounts);
+  std::printf("\n%s", format(mounts, comparison).c_str());
+  const std::string path = fs::path(folder) / "comparison.yaml";
+  if (const auto error = writeFileAtomically(path, toYaml(mounts, comparison))) {
+    std::printf("%s\n", error->c_str());
+    return kFailed;
+  }
+  return comparison.agrees() ? kConverged : kDisagreement;
+}
+
+/// The first of the statuses that is there, from the worst on.
+ExitStatus worst(const std::set<ExitStatus>& statuses) {
+  for (const ExitStatus status : {kFailed, kDegenerate, kDisagreement, kUncertain}) {
+    if (statuses.count(status) != 0) return status;
+  }
+  return kConverged;
+}
+
+std::vector<Done> runAll(const CalibrateBagArguments& arguments, const BagSetup& setup) {
+  std::vector<Done> all;
+  for (const std::string& bag : arguments.bags) {
+    for (Done& done : listJobs(bag, arguments, setup)) all.push_back(std::move(done));
+  }
+  nameFolders(arguments.output_folder, &all);
+  ProgressBar bar(countMessages(setup, &all), !arguments.quiet);
+  forEachInParallel(all.size(), arguments.jobs,
+                    [&](std::size_t i) { calibrate(setup, bar.count(), &all[i]); });
+  return all;
+}
+
+ExitStatus run(const CalibrateBagArguments& arguments) {
+  const BagSetup setup = readSetup(arguments);
+  const std::vector<Done> all = runAll(arguments, setup);
+  std::set<ExitStatus> statuses;
+  for (const Done& done : all) {
+    print(done);
+    statuses.insert(statusOf(done));
+  }
+  if (arguments.compare) statuses.insert(compare(all, arguments.output_folder));
+  std::printf("\nIn %s; a report of it: rosrun bearing_calibration calibration_report.py %s\n",
+              arguments.output_folder.c_str(), arguments.output_folder.c_str());
+  return worst(statuses);
+}
+
+}  // namespace
+}  // namespace bearing_calibration
+
+int main(int argc, char** argv) {
+  namespace package = bearing_calibration;
+  try {
+    const auto arguments = package::parseCalibrateBagArguments(argc, argv);
+    return arguments ? package::run(*arguments) : package::kConverged;
+  } catch (const boost::program_options::error& error) {
+    std::cerr << "calibrate_bag: " << error.what() << " (see --help)\n";
+    return package::kUsageError;
+  } catch (const std::exception& error) {
+    std::cerr << "calibrate_bag: " << error.what() << "\n";
+    return package::kUsageError;
+  }
+}
