@@ -89,18 +89,24 @@ std::string filled(const std::string& form, const Words& words) {
   return text;
 }
 
+/// To the micrometre and microradian: finer than anything that is built.
+std::string fine(double value) {
+  constexpr double kMicro = 1e-6;
+  return shortestText(std::round(value / kMicro) / (1.0 / kMicro));
+}
+
 Words xmlWordsOf(const SavedCalibration& calibration) {
   const Eigen::Vector3d& mount = calibration.base_from_sensor.mean;
   const UnestimatedMount& rest = calibration.unestimated;
   return {{"summary", summaryOf(calibration)},
           {"parent", escapedForXml(calibration.base_frame)},
           {"child", escapedForXml(calibration.sensor_frame)},
-          {"x", shortestText(mount.x())},
-          {"y", shortestText(mount.y())},
-          {"z", shortestText(rest.z_m)},
-          {"roll", shortestText(rest.roll_rad)},
-          {"pitch", shortestText(rest.pitch_rad)},
-          {"yaw", shortestText(mount.z())}};
+          {"x", fine(mount.x())},
+          {"y", fine(mount.y())},
+          {"z", fine(rest.z_m)},
+          {"roll", fine(rest.roll_rad)},
+          {"pitch", fine(rest.pitch_rad)},
+          {"yaw", fine(mount.z())}};
 }
 
 struct Form {

@@ -9,6 +9,7 @@ import random
 import threading
 import time
 
+import rosbag
 import rospy
 from bearing_calibration.msg import CalibrationEstimate, LightBearing, LightBearings, WheelTicks
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
@@ -109,6 +110,22 @@ class World:
         message.header.stamp = self.stamp()
         message.header.frame_id = 'camera'
         return message
+
+
+def recordBag(path, world, seconds=120.0, joints=False, look=None):
+    """A bag of the world as it drives; `look(world)` gives the candidates of an image."""
+    with rosbag.Bag(path, 'w') as bag:
+        for step in range(int(seconds * world.TICK_RATE)):
+            stamp = world.stamp()
+            if joints:
+                bag.write('/joint_states', world.joint_state(), stamp)
+            else:
+                bag.write('/wheel_ticks', world.ticks(), stamp)
+            if step % world.TICKS_PER_BEARING == 0:
+                candidates = look(world) if look else [world.candidate()]
+                bag.write('/bearings', world.bearings(*candidates), stamp)
+            world.advance()
+    return path
 
 
 class Node:

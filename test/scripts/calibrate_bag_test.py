@@ -14,7 +14,7 @@ import roslib.packages
 import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), '..', 'ros'))
-from calibration_world import World  # noqa: E402  (lies beside the tests of the node)
+from calibration_world import World, recordBag  # noqa: E402  (lies beside the tests of the node)
 
 CONVERGED, FAILED, USAGE, DEGENERATE, UNCERTAIN, DISAGREE = range(6)
 START_S = 1000.0
@@ -29,29 +29,13 @@ def worldOf(seed=1, sensor=None):
     return world
 
 
-def record(path, world, seconds=120.0, joints=False, look=None):
-    """A bag of the world as it drives; `look(world)` gives the candidates of an image."""
-    with rosbag.Bag(path, 'w') as bag:
-        for step in range(int(seconds * world.TICK_RATE)):
-            stamp = world.stamp()
-            if joints:
-                bag.write('/joint_states', world.joint_state(), stamp)
-            else:
-                bag.write('/wheel_ticks', world.ticks(), stamp)
-            if step % world.TICKS_PER_BEARING == 0:
-                candidates = look(world) if look else [world.candidate()]
-                bag.write('/bearings', world.bearings(*candidates), stamp)
-            world.advance()
-    return path
-
-
 class CalibrateBag(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
-        cls.drives = [record(os.path.join(folder.name, 'drive_%d.bag' % seed), worldOf(seed))
+        cls.drives = [recordBag(os.path.join(folder.name, 'drive_%d.bag' % seed), worldOf(seed))
                       for seed in (1, 2, 3)]
 
     def setUp(self):
@@ -65,7 +49,7 @@ class CalibrateBag(unittest.TestCase):
         return os.path.join(self.folder, name)
 
     def record(self, name, *arguments, **options):
-        return record(self.path(name), *arguments, **options)
+        return recordBag(self.path(name), *arguments, **options)
 
     def run_(self, *arguments):
         return subprocess.run([self.program] + list(arguments) + ['--output', self.output],

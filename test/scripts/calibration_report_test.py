@@ -1,0 +1,157 @@
+"""calibration_report.py: a page that holds all it shows, right in a real browser."""
+
+import html.parser
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import roslib.packages
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, '..', 'ros'))
+from calibration_world import World, recordBag  # noqa: E402  (lies beside the node's tests)
+
+REPORT = os.path.join(HERE, '..', '..', 'tools', 'calibration_report.py')
+CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
+FIGURES = ('estimates.png', 'trajectory.png', 'residuals.png', 'nis.png', 'mount.png',
+           'targets.png')
+PNG = b'\x89PNG'
+
+# Appended to a copy of the page: says what a browser made of it.
+PROBE = """<script>
+document.querySelectorAll('details').forEach(each => each.open = true);
+window.addEventListener('load', () => {
+  const images = [...document.images];
+  const boxes = images.map(each => each.getBoundingClientRect());
+  const overlaps = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 &&
+                             a.top < b.bottom - 1 && b.top < a.bottom - 1;
+  let overlapping = 0;
+  boxes.forEach((a, i) => boxes.slice(i + 1).forEach(b => { if (overlaps(a, b)) ++overlapping; }));
+  document.title = 'PROBE images=' + images.length +
+    ' broken=' + images.filter(each => each.naturalWidth < 400).length +
+    ' overlapping=' + overlapping +
+    ' overflow=' + (document.documentElement.scrollWidth - document.documentElement.clientWidth);
+});
+</script>"""
+
+
+class Page(html.parser.HTMLParser):
+    """What a page refers to, and its text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.sources, self.text = [], ''
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        self.sources += [value for name, value in attributes if name in ('src', 'href')]
+
+    def handle_data(self, text):
+        self.text += text
+
+
+class CalibrationReport(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = folder.name
+        drives = [recordBag(os.path.join(cls.folder, 'drive_%d.bag' % seed),
+                            World(1000.0, seed=seed)) for seed in (1, 2)]
+        cls.single = cls.calibrate('single', drives[0])
+        cls.double = cls.calibrate('double', *drives, '--compare')
+        straight = World(1000.0)
+        straight.STRAIGHT_S = 100.0
+        cls.line = cls.calibrate('line', recordBag(os.path.join(cls.folder, 'line.bag'), straight,
+                                                   seconds=20.0))
+        cls.pages = {each: cls.makePage(each) for each in (cls.single, cls.double, cls.line)}
+
+    @classmethod
+    def calibrate(cls, name, *arguments):
+        program = roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0]
+        output = os.path.join(cls.folder, name)
+        subprocess.run([program, *arguments, '--output', output], stdout=subprocess.DEVNULL,
+                       timeout=120)
+        return output
+
+    @classmethod
+    def makePage(cls, folder):
+        subprocess.run([sys.executable, REPORT, folder], check=True, stdout=subprocess.DEVNULL,
+                       timeout=120)
+        with open(os.path.join(folder, 'report.html'), encoding='utf-8') as file:
+            return file.read()
+
+    def testHoldsEverythingItself(self):
+        for page in self.pages.values():
+            sources = Page(page).sources
+            self.assertTrue(sources)
+            for source in sources:
+                self.assertTrue(source.startswith('data:image/png;base64,'), source[:60])
+            self.assertNotIn('http', page.replace('http://www.ros.org', ''))
+
+    def testFiguresAreFilesToo(self):
+        for name in FIGURES:
+            with open(os.path.join(self.single, name), 'rb') as file:
+                self.assertEqual(file.read(4), PNG)
+        self.assertTrue(os.path.exists(os.path.join(self.double, 'comparison.png')))
+
+    def testSaysWhatWasFoundAndHowSure(self):
+        text = Page(self.pages[self.single]).text
+        self.assertIn('CONVERGED', text)
+        self.assertRegex(text, r'\u00b1 0\.\d\d deg')
+        self.assertRegex(text, r'Known least is the light')
+        self.assertIn('Height, roll and pitch of the camera', text)
+        self.assertIn('<joint name="camera_joint" type="fixed">', text)
+        self.assertRegex(text, r'Warnings\s+None\.')
+
+    def testComparesSeveral(self):
+        text = Page(self.pages[self.double]).text
+        self.assertIn('with 3 degrees of freedom', text)
+        self.assertIn('They agree.', text)
+        self.assertIn('drive_1: CONVERGED', text)
+        self.assertIn('drive_2: CONVERGED', text)
+
+    def testADegenerateDriveIsSaidInPlainWords(self):
+        text = Page(self.pages[self.line]).text
+        self.assertIn('The robot moved in a way that cannot tell the mount', text)
+        self.assertIn('Two different curvatures are needed', text)
+        self.assertNotIn('<joint', text)
+
+    def testAFolderOfSomethingElseIsRefused(self):
+        done = subprocess.run([sys.executable, REPORT, HERE], stderr=subprocess.PIPE, timeout=60,
+                              universal_newlines=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn('nothing that calibrate_bag has written', done.stderr)
+
+    def probe(self, page, width):
+        path = os.path.join(self.folder, 'probe.html')
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write(page.replace('</body>', PROBE + '</body>'))
+        with tempfile.TemporaryDirectory() as profile:
+            done = subprocess.run(
+                [CHROMIUM, '--headless', '--no-sandbox', '--disable-gpu', '--no-first-run',
+                 '--disable-background-networking', '--disable-component-update', '--disable-sync',
+                 '--disable-quic', '--user-data-dir=' + profile, '--window-size=%d,1000' % width,
+                 '--virtual-time-budget=5000', '--dump-dom', 'file://' + path],
+                stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=90)
+        found = re.search(r'<title>PROBE ([^<]*)</title>', done.stdout)
+        self.assertTrue(found, done.stderr[-2000:])
+        return dict(pair.split('=') for pair in found.group(1).split())
+
+    @unittest.skipUnless(CHROMIUM, 'chromium is not installed: the page is not shown in a browser')
+    def testABrowserShowsEveryFigureAndNothingOverlaps(self):
+        for folder, images in ((self.single, 6), (self.double, 13), (self.line, 1)):
+            for width in (1200, 600):
+                with self.subTest(folder=folder, width=width):
+                    self.assertEqual(self.probe(self.pages[folder], width),
+                                     {'images': str(images), 'broken': '0', 'overlapping': '0',
+                                      'overflow': '0'})
+
+
+if __name__ == '__main__':
+    unittest.main()
