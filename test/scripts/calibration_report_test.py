@@ -15,7 +15,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, '..', 'ros'))
 from calibration_world import World, recordBag  # noqa: E402  (lies beside the node's tests)
 
-REPORT = os.path.join(HERE, '..', '..', 'tools', 'calibration_report.py')
+REPORT = roslib.packages.find_node('bearing_calibration', 'calibration_report.py')[0]
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
 FIGURES = ('estimates.png', 'trajectory.png', 'residuals.png', 'nis.png', 'mount.png',
            'targets.png')
