@@ -210,7 +210,7 @@ ExitStatus run(const CalibrateBagArguments& arguments) {
     statuses.insert(statusOf(done));
   }
   if (arguments.compare) statuses.insert(compare(all, arguments.output_folder));
-  std::printf("\nIn %s; a report of it: rosrun bearing_calibration calibration_report.py %s\n",
+  std::printf("\nIn %s; a report of it: rosrun bearing_calibration calibration_report %s\n",
               arguments.output_folder.c_str(), arguments.output_folder.c_str());
   return worst(statuses);
 }

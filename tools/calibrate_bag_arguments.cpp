@@ -16,7 +16,7 @@ constexpr char kUsage[] =
     "(with\n"
     "several bags or lights: into a folder for each) result.yaml, the URDF joint and the like, "
     "and\n"
-    "what calibration_report.py makes its report from.\n\n"
+    "what calibration_report makes its report from.\n\n"
     "Exit status: 0 converged; 1 failed; 2 wrong arguments or parameters; 3 the motion cannot "
     "tell\n"
     "the mount; 4 found, but less certain than the targets; 5 the estimates disagree (--compare).\n"

@@ -148,14 +148,14 @@ def makeReport(folder):
 
 
 def main(arguments):
-    parser = argparse.ArgumentParser(prog='calibration_report.py', description=__doc__)
+    parser = argparse.ArgumentParser(prog='calibration_report', description=__doc__)
     parser.add_argument('folder', help="calibrate_bag's --output")
     options = parser.parse_args(arguments)
     try:
         print('written to ' + makeReport(options.folder))
         return 0
     except (OSError, ValueError, KeyError, yaml.YAMLError) as error:
-        print('calibration_report.py: %s: %s' % (options.folder, error), file=sys.stderr)
+        print('calibration_report: %s: %s' % (options.folder, error), file=sys.stderr)
         return 1
 
 

@@ -1,4 +1,4 @@
-"""calibration_report.py: a page that holds all it shows, right in a real browser."""
+"""calibration_report: a page that holds all it shows, right in a real browser."""
 
 import html.parser
 import os
@@ -15,7 +15,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, '..', 'ros'))
 from calibration_world import World, recordBag  # noqa: E402  (lies beside the node's tests)
 
-REPORT = roslib.packages.find_node('bearing_calibration', 'calibration_report.py')[0]
+REPORT = ['rosrun', 'bearing_calibration', 'calibration_report']
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
 FIGURES = ('estimates.png', 'trajectory.png', 'residuals.png', 'nis.png', 'mount.png',
            'targets.png')
@@ -81,7 +81,7 @@ class CalibrationReport(unittest.TestCase):
 
     @classmethod
     def makePage(cls, folder):
-        subprocess.run([sys.executable, REPORT, folder], check=True, stdout=subprocess.DEVNULL,
+        subprocess.run(REPORT + [folder], check=True, stdout=subprocess.DEVNULL,
                        timeout=120)
         with open(os.path.join(folder, 'report.html'), encoding='utf-8') as file:
             return file.read()
@@ -123,7 +123,7 @@ class CalibrationReport(unittest.TestCase):
         self.assertNotIn('<joint', text)
 
     def testAFolderOfSomethingElseIsRefused(self):
-        done = subprocess.run([sys.executable, REPORT, HERE], stderr=subprocess.PIPE, timeout=60,
+        done = subprocess.run(REPORT + [HERE], stderr=subprocess.PIPE, timeout=60,
                               universal_newlines=True)
         self.assertEqual(done.returncode, 1)
         self.assertIn('nothing that calibrate_bag has written', done.stderr)
