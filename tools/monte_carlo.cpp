@@ -113,11 +113,20 @@ std::vector<Trial> runAll(const Arguments& arguments) {
   return trials;
 }
 
-void printWrong(const std::vector<Trial>& trials, std::uint64_t first_seed) {
+/// The runs that are worth a look, by their seeds.
+void printRemarkable(const std::vector<Trial>& trials, std::uint64_t first_seed) {
   for (std::size_t i = 0; i < trials.size(); ++i) {
-    if (trials[i].worst_claim > kWrongChiSquare) {
-      std::printf("wrong claim: seed %llu, chi-square %.1f\n",
-                  static_cast<unsigned long long>(first_seed + i), trials[i].worst_claim);
+    const Trial& trial = trials[i];
+    const Snapshot& end = trial.snapshots.back();
+    const auto seed = static_cast<unsigned long long>(first_seed + i);
+    if (trial.worst_claim > kWrongChiSquare) {
+      std::printf("seed %llu: wrong claim, chi-square %.1f\n", seed, trial.worst_claim);
+    }
+    if (end.possible && !end.claims) {
+      std::printf("seed %llu: possible, but %s at the end\n", seed, end.words.c_str());
+    }
+    if (!trial.alarm.empty()) {
+      std::printf("seed %llu: INCONSISTENT after %s\n", seed, trial.alarm.c_str());
     }
   }
 }
@@ -138,7 +147,7 @@ int run(int argc, char** argv) {
   const std::vector<Trial> trials = runAll(arguments);
   const std::vector<TableRow> rows = summarise(trials);
   std::cout << format(rows);
-  printWrong(trials, arguments.seed);
+  printRemarkable(trials, arguments.seed);
   if (values.count("check") == 0) return 0;
   const ClaimKind kind = arguments.trajectory == "degenerate" ? ClaimKind::kForbidden
                          : arguments.what == "calibrator"     ? ClaimKind::kVerdict

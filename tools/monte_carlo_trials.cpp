@@ -6,6 +6,7 @@
 
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/calibration/initializer.h"
+#include "tools/default_calibration.h"
 
 namespace bearing_calibration {
 namespace {
@@ -19,23 +20,6 @@ struct Targets {
   double yaw_rad;
   double light_per_range;  ///< 0: any
 };
-
-CalibratorConfig calibratorConfig(const RobotConfig& robot) {
-  CalibratorConfig config;
-  config.drive = robot.encoders.drive;
-  config.wheel_noise = robot.encoders.noise;
-  config.tick_history_s = 10.0;
-  config.bearings.max_stddev_rad = 0.35;
-  config.bearings.max_future_s = 0.2;
-  config.bearings.max_waiting = 100;
-  config.filter.gate_probability = 0.999;
-  config.filter.recovery_after = 5;
-  config.filter.recovery_bearing_stddev_rad = radiansFromDegrees(10.0);
-  config.filter.recovery_distance_stddev_m = 0.03;
-  config.converged.position_stddev_m = 0.01;
-  config.converged.yaw_stddev_rad = radiansFromDegrees(0.5);
-  return config;
-}
 
 template <class Work>
 double millisecondsOf(Work work) {
@@ -158,7 +142,8 @@ Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_
 
 Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& times_s) {
   const SightRun run = simulate(simulated);
-  const CalibratorConfig config = calibratorConfig(simulated.robot);
+  const EncoderConfig& encoders = simulated.robot.encoders;
+  const CalibratorConfig config = defaultCalibration(encoders.drive, encoders.noise);
   const Targets targets{config.converged.position_stddev_m, config.converged.yaw_stddev_rad, 0.0};
   constexpr double kAskEvery_s = 1.0;
   Calibrator calibrator(config);
@@ -187,6 +172,9 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
     snapshot.words = nameOf(result.state);
     if (result.cartesian_state) fillErrors(*result.cartesian_state, run.truth[count - 1], snapshot);
     noteClaim(snapshot, trial);
+    if (result.state == CalibrationState::kInconsistent && trial.alarm.empty()) {
+      trial.alarm = std::to_string(static_cast<int>(time_s)) + " s: " + result.advice;
+    }
     if (!due) continue;
     ++next_time;
     fillBound(run, count, targets, snapshot);

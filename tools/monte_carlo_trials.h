@@ -32,6 +32,7 @@ struct Trial {
   std::vector<Snapshot> snapshots;
   bool ever_claimed = false;
   double worst_claim = 0.0;  ///< largest chi-square(3) of the mount while claimed
+  std::string alarm;         ///< first time that it was called INCONSISTENT, and why; empty: never
 };
 
 using TrialFunction = Trial (*)(const SimulatedCase& simulated, const std::vector<double>& times_s);

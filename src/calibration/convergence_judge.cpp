@@ -110,7 +110,8 @@ Judgement ConvergenceJudge::watch(const CartesianEstimate& estimate,
   return {CalibrationState::kInconsistent,
           format("the mount seems to have moved by %.3f m and %.1f deg since it was calibrated: "
                  "call ~reset to calibrate anew",
-                 moved->head<2>().norm(), degreesFromRadians(moved->z()))};
+                 moved->head<2>().norm(), degreesFromRadians(moved->z())),
+          true};
 }
 
 std::optional<Eigen::Vector3d> ConvergenceJudge::findMove(const CartesianEstimate& estimate,

@@ -130,10 +130,20 @@ void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidate
     refineAndJudge(stamp);
     if (judge_->last().state == CalibrationState::kInconsistent) diagnose(stamp);
   }
+  if (started_ && config_.knocked.start_anew && judge_->last().knocked) return followKnock();
   if (!tracker_->isLost()) return;
   tracker_.reset();
   look->lost_light = started_;
   if (started_) startAnew();
+}
+
+/// Nothing of the old mount holds any longer.
+void MountCalibration::followKnock() {
+  knock_ = "the mount was knocked and is calibrated anew: ";
+  earlier_.reset();
+  tracker_.reset();
+  attempt_.reset();
+  startAnew();
 }
 
 /// The filter cannot take back what it has once believed: a slip that passed the gate, a bearing
@@ -225,6 +235,10 @@ void MountCalibration::describe(CalibrationResult* result) const {
   }
   if (result->state == CalibrationState::kInconsistent && !diagnosis_.empty()) {
     result->advice = diagnosis_;
+  }
+  const bool calibrated = result->state == CalibrationState::kConverged;
+  if (!knock_.empty() && !calibrated) {
+    result->advice = knock_ + (result->advice.empty() ? adviceFor(result->state) : result->advice);
   }
 }
 

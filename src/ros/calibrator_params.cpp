@@ -74,6 +74,7 @@ core::CalibratorConfig readCalibrator(ParamReader& params) {
   config.filter = readFilter(params);
   config.converged.position_stddev_m = params.number("converged/position_stddev");
   config.converged.yaw_stddev_rad = params.number("converged/yaw_stddev");
+  config.knocked.start_anew = params.boolean("knocked/start_anew");
   return config;
 }
 

@@ -110,6 +110,23 @@ INSTANTIATE_TEST_SUITE_P(Sizes, Knocked,
                            return size.param.first > 0.0 ? "TwoCentimetres" : "ThreeDegrees";
                          });
 
+TEST(States, AKnockedMountIsCalibratedAnewWhereTheOwnerWantsIt) {
+  const RobotConfig robot = paperRobot(1);
+  Pose2 knocked = robot.base_from_sensor;
+  knocked.yaw_rad += radiansFromDegrees(20.0);
+  CalibratorConfig config = calibratorConfig();
+  config.knocked.start_anew = true;
+  Calibrator calibrator(config);
+  const SimulatedRecord record = simulateKnock(robot, knocked, 60.0, 180.0);
+  const CalibrationResult before = play(record, &calibrator, {0.0}, 0.0, 60.0);
+  EXPECT_EQ(before.state, CalibrationState::kConverged) << before.advice;
+  const CalibrationResult anew = play(record, &calibrator, {0.0}, 60.0, 100.0);
+  EXPECT_NE(anew.advice.find("knocked"), std::string::npos) << anew.advice;
+  const CalibrationResult after = play(record, &calibrator, {0.0}, 100.0);
+  EXPECT_EQ(after.state, CalibrationState::kConverged) << after.advice;
+  EXPECT_LT(mountChiSquare(*after.base_from_sensor, knocked), chiSquareQuantile(0.999, 3.0));
+}
+
 TEST(States, ASoundRobotIsNeverCalledInconsistent) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     Calibrator calibrator(calibratorConfig());

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "tools/default_calibration.h"
 #include "tools/recording_csv.h"
 
 namespace bearing_calibration::testing {
@@ -71,26 +72,17 @@ std::vector<std::int32_t> landmarksOf(const RecordingSetup& setup, std::size_t f
 }
 
 CalibratorConfig configFor(const RecordingSetup& setup) {
-  CalibratorConfig config;
-  config.drive.wheel_separation_m = setup.wheel_separation_m;
-  config.drive.left_wheel_radius_m = kWheelRadius_m;
-  config.drive.right_wheel_radius_m = kWheelRadius_m;
-  config.drive.ticks_per_revolution = 2.0 * kPi * kWheelRadius_m / kMetersPerTick;
-  config.drive.counter_bits = 64;
-  config.drive.max_wheel_speed_mps = 3.0;
-  config.wheel_noise = setup.wheel_noise;
-  config.tick_history_s = 10.0;
+  DriveGeometry drive;
+  drive.wheel_separation_m = setup.wheel_separation_m;
+  drive.left_wheel_radius_m = kWheelRadius_m;
+  drive.right_wheel_radius_m = kWheelRadius_m;
+  drive.ticks_per_revolution = 2.0 * kPi * kWheelRadius_m / kMetersPerTick;
+  drive.counter_bits = 64;
+  drive.max_wheel_speed_mps = 3.0;
+  CalibratorConfig config = defaultCalibration(drive, setup.wheel_noise);
   config.bearings.latency_s = setup.latency_s;
-  config.bearings.max_stddev_rad = 0.35;
   config.bearings.max_future_s = 1.0;
-  config.bearings.max_waiting = 100;
   config.start = setup.start;
-  config.filter.gate_probability = 0.999;
-  config.filter.recovery_after = 5;
-  config.filter.recovery_bearing_stddev_rad = radiansFromDegrees(10.0);
-  config.filter.recovery_distance_stddev_m = 0.03;
-  config.converged.position_stddev_m = 0.01;
-  config.converged.yaw_stddev_rad = radiansFromDegrees(0.5);
   return config;
 }
 

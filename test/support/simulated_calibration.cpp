@@ -6,54 +6,15 @@
 #include <utility>
 
 #include "bearing_calibration/simulation/trajectory_config.h"
+#include "tools/default_calibration.h"
+#include "tools/simulated_case.h"
 
 namespace bearing_calibration::testing {
-namespace {
-
-DriveGeometry paperDrive() {
-  constexpr double kTick_m = 1e-5;
-  DriveGeometry drive;
-  drive.wheel_separation_m = 0.25;
-  drive.left_wheel_radius_m = 0.05;
-  drive.right_wheel_radius_m = 0.05;
-  drive.ticks_per_revolution = 2.0 * kPi * drive.left_wheel_radius_m / kTick_m;
-  drive.counter_bits = 32;
-  drive.max_wheel_speed_mps = 1.0;
-  return drive;
-}
-
-const WheelNoise kPaperNoise{1e-6, 0.0};
-
-}  // namespace
-
-RobotConfig paperRobot(std::uint64_t seed) {
-  constexpr double kPhi = kPi / 6.0;
-  constexpr double kRho_m = 0.1;
-  RobotConfig robot;
-  robot.encoders.drive = paperDrive();
-  robot.encoders.noise = kPaperNoise;
-  robot.base_from_sensor = {kRho_m * Eigen::Vector2d(std::cos(kPhi), std::sin(kPhi)), 2.0 * kPhi};
-  robot.world_from_start = {{2.0, 0.0}, 0.5 * kPi};
-  robot.sensor.stddev_rad = radiansFromDegrees(1.0);
-  robot.seed = seed;
-  return robot;
-}
+RobotConfig paperRobot(std::uint64_t seed) { return paperCase(seed).robot; }
 
 CalibratorConfig calibratorConfig() {
-  CalibratorConfig config;
-  config.drive = paperDrive();
-  config.wheel_noise = kPaperNoise;
-  config.tick_history_s = 5.0;
-  config.bearings.max_stddev_rad = 0.5;
-  config.bearings.max_future_s = 0.5;
-  config.bearings.max_waiting = 100;
-  config.filter.gate_probability = 0.999;
-  config.filter.recovery_after = 5;
-  config.filter.recovery_bearing_stddev_rad = radiansFromDegrees(10.0);
-  config.filter.recovery_distance_stddev_m = 0.03;
-  config.converged.position_stddev_m = 0.01;
-  config.converged.yaw_stddev_rad = radiansFromDegrees(0.5);
-  return config;
+  const EncoderConfig encoders = paperCase(1).robot.encoders;
+  return defaultCalibration(encoders.drive, encoders.noise);
 }
 
 SimulatedRecord simulate(const RobotConfig& robot, double duration_s) {

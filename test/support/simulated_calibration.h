@@ -10,7 +10,6 @@ namespace bearing_calibration::testing {
 
 /// The paper's robot (section V-A): K = 1e-6 m, encoders at 100 Hz, bearings of 1 degree at 10 Hz,
 /// rho = 0.1 m, phi = psi = 30 degrees, start at (2, 0, 90 degrees) with the light at the origin.
-/// Ticks of 0.01 mm, so that quantisation plays no part.
 RobotConfig paperRobot(std::uint64_t seed);
 
 /// The calibrator's configuration for that robot, with a start from nothing.

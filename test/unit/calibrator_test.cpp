@@ -117,7 +117,8 @@ TEST(Calibrator, ALateStampIsTakenOffByTheLatency) {
   // at 1.6 rad/s 0.1 s are 9 degrees, nine standard deviations: it does not fit, and that is seen
   const CalibrationResult wrong = play(record, &unaware);
   EXPECT_NE(wrong.state, CalibrationState::kConverged);
-  EXPECT_GT(wrong.bearings_gated, 100U);
+  constexpr std::uint32_t kMostOfASoundRobot = 5;  // of 1000 at 99.9 %, in 999 of 1000 runs
+  EXPECT_GT(wrong.bearings_gated, kMostOfASoundRobot);
 }
 
 TEST(Calibrator, PredictsTheNextBearing) {

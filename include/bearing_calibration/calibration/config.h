@@ -68,6 +68,12 @@ struct ConvergenceConfig {
   std::vector<std::string> validate() const;
 };
 
+/// What is done when the mount has moved after it was calibrated. Parameter group `knocked`.
+struct KnockConfig {
+  /// Calibrates anew by itself, from nothing; otherwise the calibration stays INCONSISTENT.
+  bool start_anew = false;
+};
+
 /// Everything that the calibrator needs to know; a plain struct without defaults worth running:
 /// they stand in config/calibration.yaml.
 struct CalibratorConfig {
@@ -79,6 +85,7 @@ struct CalibratorConfig {
   InitializerConfig initializer;  ///< not among the parameters: its values hold for every robot
   FilterConfig filter;
   ConvergenceConfig converged;
+  KnockConfig knocked;
 
   /// One sentence for each value that cannot be; empty when all is well.
   std::vector<std::string> validate() const;

@@ -15,6 +15,7 @@ namespace bearing_calibration {
 struct Judgement {
   CalibrationState state = CalibrationState::kConverging;
   std::string advice;
+  bool knocked = false;  ///< inconsistent because the mount has moved since it was converged
 };
 
 /// Decides whether a filter that carries on from a good start has converged, and whether what it is
