@@ -43,8 +43,9 @@ SmootherPrior dampedPrior(int failures) {
 /// as the fit is near; then the weights go from Huber's to plain ones without the outliers.
 class Fit {
  public:
-  Fit(const std::vector<Sight>& sights, const LightTrack& track, const BatchConfig& config)
-      : config_(config), sights_(sights), weights_(sights, track.is_plausible, config) {
+  Fit(const std::vector<Sight>& sights, const LightTrack& track, const BatchConfig& config,
+      const SlipHypothesis& slips)
+      : config_(config), sights_(sights), weights_(sights, track.is_plausible, config, slips) {
     for (const Vector5& state : track.states) path_.push_back({state, Eigen::Vector3d::Zero()});
     weights_.weighBearings(path_);
   }
@@ -123,6 +124,8 @@ void Fit::judgeInnovations(BatchEstimate& estimate) const {
   const SmootherPass& pass = settled_.sights.empty() ? pass_ : settled_;
   int used = 0;
   for (std::size_t i = 0; i < sights_.size(); ++i) {
+    estimate.mount_jumps.push_back(pass_.sights[i].mount_jump);
+    estimate.suspicion = std::max(estimate.suspicion, pass.sights[i].slip_gain);
     estimate.nis.push_back(std::numeric_limits<double>::quiet_NaN());
     if (!weights_.sights()[i].use_bearing) {
       estimate.rejected.push_back(i);
@@ -192,10 +195,14 @@ double BatchEstimate::inlierFraction() const {
 
 BatchEstimator::BatchEstimator(const BatchConfig& config) : config_(validated(config)) {}
 
-BatchEstimate BatchEstimator::estimate(const std::vector<Sight>& sights,
-                                       const RecordStart& start) const {
-  if (start.sight >= sights.size()) {
-    throw std::invalid_argument("the start of a batch estimate is not at one of its sights");
+BatchEstimate BatchEstimator::estimate(const std::vector<Sight>& sights, const RecordStart& start,
+                                       const SlipHypothesis& slips) const {
+  const auto is_outside = [&sights](std::size_t i) { return i >= sights.size(); };
+  if (is_outside(start.sight) ||
+      std::any_of(slips.given_up.begin(), slips.given_up.end(), is_outside) ||
+      std::any_of(slips.trusted.begin(), slips.trusted.end(), is_outside)) {
+    throw std::invalid_argument(
+        "the start or a supposed slip of a batch estimate is not at one of its sights");
   }
   for (const Sight& sight : sights) {
     if (!(sight.azimuth_variance_rad2 > 0.0)) {
@@ -204,7 +211,7 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Sight>& sights,
                                   " rad^2 is not positive");
     }
   }
-  return Fit(sights, trackLight(sights, start), config_).run();
+  return Fit(sights, trackLight(sights, start), config_, slips).run();
 }
 
 }  // namespace bearing_calibration

@@ -190,6 +190,7 @@ SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWei
     if (steps[i].used) future.addBearing(steps[i]);
     smoothed.point.state = steps[i].predicted + steps[i].predicted_covariance * future.r;
     if (i == 0) break;
+    smoothed.mount_jump = {future.r.tail<3>(), future.N.bottomRightCorner<3, 3>()};
     smoothed.slip_gain = weights[i].slipped ? 0.0 : future.slipGain(rangeOf(path[i].state));
     const Eigen::Vector3d pull = motions[i].J_light_error.transpose() * future.r.head<2>();
     smoothed.point.motion_error = motions[i].covariance * pull;

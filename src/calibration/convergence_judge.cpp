@@ -3,8 +3,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "bearing_calibration/calibration/mount_agreement.h"
-#include "bearing_calibration/calibration/slip_suspicion.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
 
@@ -16,14 +14,17 @@ constexpr int kFewestImages = 30;  // below it, innovations say little
 /// well; 2 leaves room for bearing noise that is correlated from image to image.
 constexpr double kLargestNisMean = 2.0;
 constexpr double kSmallestFusedShare = 0.5;
-/// False alarms of a check; there are some tens of checks in a run.
-constexpr double kHalvesFalseAlarm = 1e-4;
-constexpr double kWatchFalseAlarm = 1e-4;
-constexpr int kDisagreementsToSay = 2;
-constexpr double kMountDegrees = 3.0;
-/// Stretches of way that are held against all that came before them: a large knock shows after the
-/// first, a small one after the last.
-constexpr double kWatchedPaths_m[] = {2.5, 5.0, 9.0};
+/// False alarms of the test for a jump of the mount in a run without end: half of what all tests
+/// together may have, a thousandth.
+constexpr double kJumpFalseAlarm = 5e-4;
+/// Jumps are tested anywhere, again and again as the record grows: so many of them, at most, are
+/// independent in ten metres of way.
+constexpr double kIndependentJumps = 100.0;
+constexpr double kBlock_m = 10.0;
+/// A knock looks like a slip at first, and is given up as one. So a jump there is more likely, and
+/// there are few of them: about so many independent looks at one, as the record grows.
+constexpr double kIndependentJumpsAtSlip = 10.0;
+constexpr int kMountDegrees = 3;
 
 template <class... Numbers>
 std::string format(const char* pattern, Numbers... numbers) {
@@ -32,19 +33,57 @@ std::string format(const char* pattern, Numbers... numbers) {
   return text;
 }
 
-/// First sight of the record's last `path_m`; 0 when the record is shorter.
-std::size_t beginOfLast(double path_m, const std::vector<Sight>& record) {
-  std::size_t begin = record.size();
-  for (double covered_m = 0.0; begin > 0 && covered_m < path_m;) {
-    covered_m += record[--begin].motion.distance_m;
+/// Gain that a jump may have by chance in a record of this way. The false alarms are shared out
+/// over blocks of way, 1/2 for the first, 1/6, 1/12 and so on, which is 1 in all.
+double largestGainByChance(double way_m) {
+  const double block = 1.0 + std::floor(way_m / kBlock_m);
+  const double share = 1.0 / (block * (block + 1.0));
+  return chiSquareQuantile(1.0 - kJumpFalseAlarm * share / kIndependentJumps, kMountDegrees);
+}
+
+double largestGainAtSlip() {
+  return chiSquareQuantile(1.0 - kJumpFalseAlarm / kIndependentJumpsAtSlip, kMountDegrees);
+}
+
+const JumpTest& larger(const JumpTest& a, const JumpTest& b) { return a.gain < b.gain ? b : a; }
+
+double wayOf(const std::vector<Sight>& record) {
+  double way_m = 0.0;
+  for (const Sight& sight : record) way_m += sight.motion.distance_m;
+  return way_m;
+}
+
+/// The jump of the mount that the record tells, if any.
+std::optional<JumpTest> findJump(const BatchEstimate& fit, double way_m) {
+  JumpTest most;
+  for (const MountJump& jump : fit.mount_jumps) most = larger(most, testJump(jump));
+  if (most.gain > largestGainByChance(way_m)) return most;
+  most = {};
+  for (std::size_t slip : fit.slips) most = larger(most, testJump(fit.mount_jumps[slip]));
+  if (most.gain > largestGainAtSlip()) return most;
+  return std::nullopt;
+}
+
+/// Index of the first sight after half of the record's motion; a turn counts as the way of a point
+/// half a metre from the centre.
+std::size_t middleByMotion(const std::vector<Sight>& sights) {
+  constexpr double kLever_m = 0.5;
+  const auto length = [](const Sight& sight) {
+    return sight.motion.distance_m + kLever_m * sight.motion.rotation_rad;
+  };
+  double whole_m = 0.0;
+  for (const Sight& sight : sights) whole_m += length(sight);
+  double covered_m = 0.0;
+  std::size_t middle = 0;
+  while (middle + 1 < sights.size() && covered_m < 0.5 * whole_m) {
+    covered_m += length(sights[middle++]);
   }
-  return begin;
+  return middle;
 }
 
 }  // namespace
 
-ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config, const BatchConfig& batch)
-    : config_(config), batch_(batch) {}
+ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config) : config_(config) {}
 
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Sight>& record,
                              const std::optional<BatchEstimate>& settled) {
@@ -57,13 +96,25 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vecto
     return {CalibrationState::kInconsistent, *why};
   }
   const CartesianEstimate estimate = tracker.filter().cartesian();
-  if (!settled || !meetsTargets(mountFromCartesian(estimate))) return stillConverging(estimate);
-  if (hidesSlip(record, *settled, batch_)) {
-    return {CalibrationState::kConverging,
-            "known well enough unless a wheel has slipped unnoticed: drive on to tell"};
+  if (knock_) return *knock_;
+  if (!settled) return stillConverging(estimate);
+  const std::optional<JumpTest> jump = findJump(*settled, wayOf(record));
+  if (jump && confirmed_) {
+    knock_ = sayKnock(*jump);
+    return *knock_;
   }
-  if (confirmed_) return watch(estimate, record);
-  return confirm(estimate, record);
+  if (!meetsTargets(mountFromCartesian(estimate))) return stillConverging(estimate);
+  if (jump) {
+    return {CalibrationState::kInconsistent,
+            "two parts of the drive give different mounts: check the latency and the wheels' "
+            "parameters, and whether mount and light are fixed"};
+  }
+  if (testJump(settled->mount_jumps[middleByMotion(record)]).directions < kMountDegrees) {
+    return {CalibrationState::kConverging,
+            "known well enough, but not yet confirmed: drive straight and turn once more"};
+  }
+  confirmed_ = true;
+  return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
 }
 
 std::optional<std::string> ConvergenceJudge::inconsistency(const Consistency& recent) const {
@@ -84,49 +135,12 @@ std::optional<std::string> ConvergenceJudge::inconsistency(const Consistency& re
   return std::nullopt;
 }
 
-Judgement ConvergenceJudge::confirm(const CartesianEstimate& estimate,
-                                    const std::vector<Sight>& record) {
-  const std::optional<double> chi_square = halvesDisagreement(record, estimate.mean, batch_);
-  if (!chi_square) {
-    return {CalibrationState::kConverging,
-            "known well enough, but not yet confirmed: drive straight and turn once more"};
-  }
-  if (*chi_square > chiSquareQuantile(1.0 - kHalvesFalseAlarm, kMountDegrees)) {
-    return {CalibrationState::kInconsistent,
-            "the two halves of the drive give different mounts: check the latency and the wheels' "
-            "parameters, and whether mount and light are fixed"};
-  }
-  confirmed_ = true;
-  return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
-}
-
-Judgement ConvergenceJudge::watch(const CartesianEstimate& estimate,
-                                  const std::vector<Sight>& record) {
-  const std::optional<Eigen::Vector3d> moved = findMove(estimate, record);
-  disagreements_in_a_row_ = moved ? disagreements_in_a_row_ + 1 : 0;
-  if (disagreements_in_a_row_ < kDisagreementsToSay) {
-    return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
-  }
+Judgement ConvergenceJudge::sayKnock(const JumpTest& jump) {
   return {CalibrationState::kInconsistent,
           format("the mount seems to have moved by %.3f m and %.1f deg since it was calibrated: "
                  "call ~reset to calibrate anew",
-                 moved->head<2>().norm(), degreesFromRadians(moved->z())),
+                 jump.jump.head<2>().norm(), degreesFromRadians(jump.jump.z())),
           true};
-}
-
-std::optional<Eigen::Vector3d> ConvergenceJudge::findMove(const CartesianEstimate& estimate,
-                                                          const std::vector<Sight>& record) const {
-  const double limit = chiSquareQuantile(1.0 - kWatchFalseAlarm, kMountDegrees);
-  for (double path_m : kWatchedPaths_m) {
-    const std::size_t begin = beginOfLast(path_m, record);
-    const auto before = estimatePart(record, estimate.mean, 0, begin, batch_);
-    const auto recent = estimatePart(record, estimate.mean, begin, record.size(), batch_);
-    if (!before || !recent || disagreement(*before, *recent) <= limit) continue;
-    Eigen::Vector3d moved = recent->mean - before->mean;
-    moved.z() = wrapAngle(moved.z());
-    return moved;
-  }
-  return std::nullopt;
 }
 
 bool ConvergenceJudge::meetsTargets(const MountEstimate& mount) const {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "bearing_calibration/calibration/closed_form.h"
-#include "bearing_calibration/calibration/slip_suspicion.h"
+#include "bearing_calibration/calibration/slip_rivals.h"
 #include "bearing_calibration/calibration/start_candidates.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
@@ -202,9 +202,10 @@ StartAttempt findStart(const std::vector<Sight>& sights, const InitializerConfig
   attempt.slips = static_cast<int>(batch.slips.size());
   attempt.bearing_correlation = batch.correlation;
   attempt.obstacle = answerObstacle(attempt, batch, config);
-  if (attempt.ready() && hidesSlip(sights, batch, config.batch)) {
-    attempt.obstacle = StartObstacle::kAmbiguous;
-  }
+  if (!attempt.ready()) return attempt;
+  attempt.estimate = averageOverSlips(sights, batch, config.batch).estimate;
+  attempt.weakest = weakestDirection(attempt.estimate);
+  attempt.obstacle = answerObstacle(attempt, batch, config);
   return attempt;
 }
 

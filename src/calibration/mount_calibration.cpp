@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "bearing_calibration/calibration/driver_advice.h"
 #include "bearing_calibration/calibration/fault_finder.h"
 #include "bearing_calibration/calibration/light_start.h"
 #include "bearing_calibration/calibration/mount_agreement.h"
+#include "bearing_calibration/calibration/slip_rivals.h"
 #include "bearing_calibration/common/chi_square.h"
 
 namespace bearing_calibration {
@@ -92,7 +94,7 @@ void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates
   if (!attempt_->ready()) return;
   diagnosis_.clear();
   tracker_.emplace(config_.filter, withEarlier(attempt_->estimate), attempt_->bearing_correlation);
-  judge_.emplace(config_.converged, config_.initializer.batch);
+  judge_.emplace(config_.converged);
   started_ = true;
 }
 
@@ -152,16 +154,15 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
   if (stamp < next_refinement_) return;
   const std::vector<Sight>& sights = initializer_.record().sights();
   next_refinement_ = nextTime(kRefinements, sights);
-  std::optional<BatchEstimate> batch =
+  const BatchEstimate batch =
       batch_.estimate(sights, {tracker_->filter().cartesian().mean, sights.size() - 1});
-  const bool settled =
-      batch->converged && batch->inlierFraction() >= config_.initializer.min_inlier_fraction;
-  if (settled) {
-    tracker_->rebase(withEarlier(batch->at_last_sight), batch->correlation);
-  } else {
-    batch.reset();
+  std::optional<BatchEstimate> settled;
+  if (batch.converged && batch.inlierFraction() >= config_.initializer.min_inlier_fraction) {
+    SlipAverage average = averageOverSlips(sights, batch, config_.initializer.batch);
+    tracker_->rebase(withEarlier(average.estimate), average.best.correlation);
+    settled = std::move(average.best);
   }
-  judge_->judge(*tracker_, sights, batch);
+  judge_->judge(*tracker_, sights, settled);
 }
 
 /// An estimate from the sights, with the earlier calibration unless they contradict it: then that

@@ -19,13 +19,15 @@ constexpr Duration kSlipReach = std::chrono::milliseconds(250);
 }  // namespace
 
 RecordWeights::RecordWeights(const std::vector<Sight>& sights,
-                             const std::vector<bool>& is_plausible, const BatchConfig& config)
-    : records_(sights), config_(config), huber_(config.huber_sigmas > 0.0) {
+                             const std::vector<bool>& is_plausible, const BatchConfig& config,
+                             const SlipHypothesis& slips)
+    : records_(sights), config_(config), supposed_(slips), huber_(config.huber_sigmas > 0.0) {
   const bool may_reject = config.reject_sigmas > 0.0;
   for (std::size_t i = 0; i < sights.size(); ++i) {
     const double variance = sights[i].azimuth_variance_rad2;
     weights_.push_back({variance, variance, is_plausible[i] || !may_reject});
   }
+  for (std::size_t slip : slips.given_up) giveUp(slip);
 }
 
 double RecordWeights::sigmas(std::size_t i, const std::vector<PathPoint>& path) const {
@@ -63,24 +65,37 @@ bool RecordWeights::rejectOutliers(const SmootherPass& pass) {
   return changed;
 }
 
-bool RecordWeights::giveUpSlip(const SmootherPass& pass) {
-  const bool may_slip =
-      config_.slip_gain > 0.0 && static_cast<int>(slips_.size()) < config_.max_slips;
-  if (!may_slip) return false;
-  const auto worst = std::max_element(
-      pass.sights.begin(), pass.sights.end(),
-      [](const SmoothedSight& a, const SmoothedSight& b) { return a.slip_gain < b.slip_gain; });
-  if (worst->slip_gain < config_.slip_gain) return false;
-  const auto at = static_cast<std::size_t>(worst - pass.sights.begin());
-  slips_.push_back(at);
+bool RecordWeights::isNear(std::size_t i, std::size_t slip) const {
+  const Duration apart = records_[i].stamp - records_[slip].stamp;
+  return (apart < Duration::zero() ? -apart : apart) <= kSlipReach;
+}
+
+void RecordWeights::giveUp(std::size_t slip) {
+  slips_.push_back(slip);
   for (std::size_t i = 1; i < weights_.size(); ++i) {
-    const Duration apart =
-        i < at ? records_[at].stamp - records_[i].stamp : records_[i].stamp - records_[at].stamp;
-    if (apart <= kSlipReach) weights_[i].slipped = true;
+    if (isNear(i, slip)) weights_[i].slipped = true;
   }
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     if (isInsideSlip(i)) weights_[i].use_bearing = false;
   }
+}
+
+bool RecordWeights::giveUpSlip(const SmootherPass& pass) {
+  const auto all = static_cast<int>(slips_.size());
+  const auto further = all - static_cast<int>(supposed_.given_up.size());
+  const bool may_slip =
+      config_.slip_gain > 0.0 && all < config_.max_slips && further < supposed_.most_further;
+  if (!may_slip) return false;
+  const double least = supposed_.least_gain > 0.0 ? supposed_.least_gain : config_.slip_gain;
+  std::size_t worst = 0;  // the record's first motion is not used
+  for (std::size_t i = 1; i < weights_.size(); ++i) {
+    if (pass.sights[i].slip_gain <= pass.sights[worst].slip_gain) continue;
+    const bool trusted = std::any_of(supposed_.trusted.begin(), supposed_.trusted.end(),
+                                     [&](std::size_t slip) { return isNear(i, slip); });
+    if (!trusted) worst = i;
+  }
+  if (pass.sights[worst].slip_gain < least) return false;
+  giveUp(worst);
   return true;
 }
 
@@ -111,10 +126,13 @@ double RecordWeights::bearingCost(const std::vector<PathPoint>& path) const {
 }
 
 double RecordWeights::costOfDisbelief() const {
-  const auto left_out = std::count_if(weights_.begin(), weights_.end(),
-                                      [](const SightWeight& w) { return !w.use_bearing; });
-  return config_.reject_sigmas * config_.reject_sigmas * static_cast<double>(left_out) +
-         config_.slip_gain * static_cast<double>(slips_.size());
+  const double cost_of_outlier = config_.reject_sigmas * config_.reject_sigmas;
+  double cost = config_.slip_gain * static_cast<double>(slips_.size());
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    if (weights_[i].use_bearing) continue;
+    cost += isInsideSlip(i) ? 1.0 : cost_of_outlier;  // a bearing in use costs 1 on the average
+  }
+  return cost;
 }
 
 double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWeight>& weights) {

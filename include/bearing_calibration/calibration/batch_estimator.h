@@ -7,6 +7,7 @@
 
 #include "bearing_calibration/calibration/cartesian_smoother.h"
 #include "bearing_calibration/calibration/light_track.h"
+#include "bearing_calibration/calibration/mount_jump.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 
 namespace bearing_calibration {
@@ -29,6 +30,14 @@ struct BatchConfig {
   std::vector<std::string> validate() const;
 };
 
+/// What is supposed about slips before a fit: it looks for further ones by itself.
+struct SlipHypothesis {
+  std::vector<std::size_t> given_up;  ///< sights whose motions are given up
+  std::vector<std::size_t> trusted;   ///< sights whose motions, and those near, are not
+  double least_gain = 0.0;            ///< of a further slip; 0: BatchConfig::slip_gain
+  int most_further = std::numeric_limits<int>::max();
+};
+
 /// What a record of sights says about the mount and the light.
 struct BatchEstimate {
   CartesianEstimate at_last_sight;
@@ -38,11 +47,13 @@ struct BatchEstimate {
   int degrees_of_freedom = 0;  ///< of chi_square: sights used - 5
   double cost = std::numeric_limits<double>::infinity();  ///< robust cost of all sights and slips:
                                                           ///< what two fits compare by
-  std::vector<double> nis;            ///< of each sight given those before it, by the variance
-                                      ///< that the sensor says; NaN where left out
-  std::vector<PathPoint> path;        ///< smoothed, at each sight
-  std::vector<std::size_t> rejected;  ///< indices of sights left out
-  std::vector<std::size_t> slips;     ///< indices of sights whose motion was given up
+  std::vector<double> nis;             ///< of each sight given those before it, by the variance
+                                       ///< that the sensor says; NaN where left out
+  std::vector<PathPoint> path;         ///< smoothed, at each sight
+  std::vector<std::size_t> rejected;   ///< indices of sights left out
+  std::vector<std::size_t> slips;      ///< indices of sights whose motion was given up
+  std::vector<MountJump> mount_jumps;  ///< before each sight
+  double suspicion = 0.0;              ///< largest gain that giving up one more would have
   double correlation = 0.0;  ///< lag-1 correlation of the innovations, 0 where insignificant
 
   double inlierFraction() const;
@@ -57,8 +68,10 @@ class BatchEstimator {
   explicit BatchEstimator(const BatchConfig& config);
 
   /// @param sights in the order of time; the motion of the first is not used.
-  /// @throws std::invalid_argument when the start is at no sight or a variance is not positive.
-  BatchEstimate estimate(const std::vector<Sight>& sights, const RecordStart& start) const;
+  /// @throws std::invalid_argument when the start or a supposed slip is at no sight, or a variance
+  ///   is not positive.
+  BatchEstimate estimate(const std::vector<Sight>& sights, const RecordStart& start,
+                         const SlipHypothesis& slips = {}) const;
 
  private:
   BatchConfig config_;

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "bearing_calibration/calibration/mount_jump.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 
 namespace bearing_calibration {
@@ -31,6 +32,7 @@ struct SmoothedSight {
   double left_out_variance_rad2 = 0.0;
   /// What giving up the motion to this sight would take off the cost: chi-square(2) without slip.
   double slip_gain = 0.0;
+  MountJump mount_jump;  ///< between the sight before and this one
 };
 
 /// A whole record, smoothed once about a given path of states.

@@ -20,11 +20,12 @@ struct Judgement {
 
 /// Decides whether a filter that carries on from a good start has converged, and whether what it is
 /// fed still fits. Converged needs all of: standard deviations within the targets, innovations that
-/// are consistent, and two halves of the record that give the same mount, each for itself. From
-/// then on the most recent motion is held against that mount, so that a knock is noticed.
+/// are consistent, and one mount in all of the record: neither its two halves nor any other two
+/// parts of it say different ones. That test goes on after convergence, so that a knock is noticed;
+/// a knocked mount stays inconsistent.
 class ConvergenceJudge {
  public:
-  ConvergenceJudge(const ConvergenceConfig& config, const BatchConfig& batch);
+  explicit ConvergenceJudge(const ConvergenceConfig& config);
 
   /// @param record  the sights so far, thinned or not
   /// @param settled  the batch over them, which the tracker has just taken up; none when it did not
@@ -37,19 +38,14 @@ class ConvergenceJudge {
   std::optional<std::string> inconsistency(const Consistency& recent) const;
   Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record,
                    const std::optional<BatchEstimate>& settled);
-  Judgement confirm(const CartesianEstimate& estimate, const std::vector<Sight>& record);
-  Judgement watch(const CartesianEstimate& estimate, const std::vector<Sight>& record);
-  /// By what the last stretch of way contradicts all before it; none when it does not.
-  std::optional<Eigen::Vector3d> findMove(const CartesianEstimate& estimate,
-                                          const std::vector<Sight>& record) const;
+  static Judgement sayKnock(const JumpTest& jump);
   bool meetsTargets(const MountEstimate& mount) const;
   Judgement stillConverging(const CartesianEstimate& estimate) const;
 
   ConvergenceConfig config_;
-  BatchConfig batch_;
   Judgement last_;
-  bool confirmed_ = false;  ///< it was called converged
-  int disagreements_in_a_row_ = 0;
+  bool confirmed_ = false;          ///< it was called converged
+  std::optional<Judgement> knock_;  ///< once the mount has moved after that
 };
 
 }  // namespace bearing_calibration

@@ -65,7 +65,7 @@ class MountCalibration {
   std::optional<MountTracker> tracker_;
   std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
   bool started_ = false;                   ///< tracker_ carries on from the initialiser
-  std::string knock_;      ///< why the calibration began anew; empty unless the mount was knocked
+  std::string knock_;  ///< why the calibration began anew; empty unless the mount was knocked
   std::optional<std::int32_t> light_id_;
   std::uint32_t bearings_used_ = 0;
   std::uint32_t bearings_gated_ = 0;

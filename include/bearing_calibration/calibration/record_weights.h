@@ -15,7 +15,7 @@ class RecordWeights {
  public:
   /// @param is_plausible  of each sight: false for one that is set aside from the outset
   RecordWeights(const std::vector<Sight>& sights, const std::vector<bool>& is_plausible,
-                const BatchConfig& config);
+                const BatchConfig& config, const SlipHypothesis& slips);
 
   const std::vector<SightWeight>& sights() const { return weights_; }
   const std::vector<std::size_t>& slips() const { return slips_; }
@@ -40,10 +40,13 @@ class RecordWeights {
  private:
   double sigmas(std::size_t i, const std::vector<PathPoint>& path) const;
   bool isInsideSlip(std::size_t i) const;
+  bool isNear(std::size_t i, std::size_t slip) const;
+  void giveUp(std::size_t slip);
 
   const std::vector<Sight>& records_;
   const BatchConfig& config_;
   std::vector<SightWeight> weights_;
+  SlipHypothesis supposed_;
   std::vector<std::size_t> slips_;
   bool huber_;
   double widening_ = 1.0;  ///< of all bearing variances

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "bearing_calibration/calibration/batch_estimator.h"
+
+namespace bearing_calibration {
+
+/// What a record says when nobody knows where wheels slipped. A slip shows by what giving up a
+/// motion takes off the cost; another place, or one slip more, may explain the record almost as
+/// well, with another mount. Then the truth is with one of them, and nothing narrower than all of
+/// them together may be believed.
+struct SlipAverage {
+  BatchEstimate best;          ///< of all suppositions, the one of least cost
+  CartesianEstimate estimate;  ///< mean and covariance over all, weighted by exp(-cost / 2)
+};
+
+/// Tries rivals of a fit: each of its slips elsewhere, and one slip more.
+/// @param batch  a fit of `sights` that has settled
+SlipAverage averageOverSlips(const std::vector<Sight>& sights, const BatchEstimate& batch,
+                             const BatchConfig& config);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,73 @@
+#include "bearing_calibration/calibration/slip_rivals.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <stdexcept>
+
+#include "bearing_calibration/common/angle.h"
+#include "tools/simulated_case.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// Three slips in 100 s, of which the record sees those of its first seconds.
+SightRun slippingRun(std::uint64_t seed, TrajectoryConfig::Kind kind, double seen_s) {
+  SimulatedCase simulated = randomCase(seed, kind, RandomCaseRange());
+  addSlips(simulated, 3, seed);
+  simulated.duration_s = seen_s;
+  return simulate(simulated);
+}
+
+BatchEstimate fit(const SightRun& run, const SlipHypothesis& slips = {}) {
+  const std::size_t last = run.sights.size() - 1;
+  return BatchEstimator(BatchConfig()).estimate(run.sights, {run.truth[last], last}, slips);
+}
+
+double mountChiSquare(const CartesianEstimate& estimate, const Vector5& truth) {
+  Eigen::Vector3d error = (estimate.mean - truth).tail<3>();
+  error.z() = wrapAngle(error.z());
+  const Eigen::Matrix3d covariance = estimate.covariance.bottomRightCorner<3, 3>();
+  return error.dot(covariance.ldlt().solve(error));
+}
+
+// Seed 174 slips in its first second: the record then explains it by a slip six seconds later.
+TEST(SlipRivals, ASlipAtTheWrongPlaceIsNotBelieved) {
+  constexpr double kWrong = 25.0;  // chi-square beyond which a claim counts as wrong
+  const SightRun run = slippingRun(174, TrajectoryConfig::Kind::kTurns, 20.0);
+  const BatchEstimate batch = fit(run);
+  ASSERT_TRUE(batch.converged);
+  ASSERT_GT(mountChiSquare(batch.at_last_sight, run.truth.back()), kWrong);
+  const SlipAverage average = averageOverSlips(run.sights, batch, BatchConfig());
+  EXPECT_LT(mountChiSquare(average.estimate, run.truth.back()), kWrong);
+  EXPECT_LE(average.best.cost, batch.cost);
+}
+
+TEST(SlipRivals, ARecordWithoutSuspicionIsLeftAsItIs) {
+  SimulatedCase simulated = paperCase(3);
+  simulated.duration_s = 20.0;
+  const SightRun run = simulate(simulated);
+  const BatchEstimate batch = fit(run);
+  ASSERT_TRUE(batch.slips.empty());
+  ASSERT_LT(batch.suspicion, 9.0);
+  const SlipAverage average = averageOverSlips(run.sights, batch, BatchConfig());
+  EXPECT_TRUE(average.estimate.mean.isApprox(batch.at_last_sight.mean));
+  EXPECT_TRUE(average.estimate.covariance.isApprox(batch.at_last_sight.covariance));
+}
+
+TEST(SlipRivals, SuppositionsAreFollowed) {
+  const SightRun run = slippingRun(157, TrajectoryConfig::Kind::kDance, 40.0);
+  const std::size_t slip = fit(run).slips.at(0);
+  SlipHypothesis elsewhere;
+  elsewhere.trusted = {slip};
+  for (std::size_t other : fit(run, elsewhere).slips) EXPECT_NE(other, slip);
+  SlipHypothesis given;
+  given.given_up = {slip + 100};
+  given.most_further = 0;
+  EXPECT_EQ(fit(run, given).slips, given.given_up);
+  given.given_up = {run.sights.size()};
+  EXPECT_THROW(fit(run, given), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace bearing_calibration
