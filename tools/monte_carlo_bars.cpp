@@ -22,6 +22,19 @@ Bar atMost(const std::string& sentence, double value, double limit) {
   return {sentence, value, limit, value <= limit};
 }
 
+/// All tests together may be wrong in one sound run of a thousand.
+void judgeAlarms(const std::vector<Trial>& trials, std::vector<Bar>& bars) {
+  constexpr double kAlarms = 1e-3;
+  const auto sound = std::count_if(trials.begin(), trials.end(),
+                                   [](const Trial& trial) { return trial.is_sound; });
+  const auto alarms = std::count_if(trials.begin(), trials.end(), [](const Trial& trial) {
+    return trial.is_sound && !trial.alarm.empty();
+  });
+  if (sound == 0) return;
+  bars.push_back(atMost("sound runs called INCONSISTENT at any time", static_cast<double>(alarms),
+                        mostOf(static_cast<int>(sound), kAlarms)));
+}
+
 void judgeRow(const TableRow& row, std::vector<Bar>& bars) {
   constexpr double kMissedShare = 0.005;  // of the possible ones
   constexpr double kBeyondShare = 0.018;
@@ -64,6 +77,7 @@ std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<T
       kind == ClaimKind::kVerdict ? 0.0 : mostOf(static_cast<int>(trials.size()), kWrongEstimates);
   bars.push_back(
       atMost("runs with a wrong claim at any time", static_cast<double>(wrong), most_wrong));
+  judgeAlarms(trials, bars);
   if (!rows.empty()) judgeRow(rows.back(), bars);
   return bars;
 }

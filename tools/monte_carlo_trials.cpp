@@ -74,6 +74,11 @@ void fillBound(const SightRun& run, std::size_t count, const Targets& targets, S
                        stddev.head<2>().maxCoeff() < targets.light_per_range * range);
 }
 
+bool isSound(const RobotConfig& robot) {
+  return robot.faults.slips.empty() && robot.sensor.outlier_probability == 0.0 &&
+         robot.sensor.correlation == 0.0;
+}
+
 void noteClaim(const Snapshot& snapshot, Trial& trial) {
   if (!snapshot.claims) return;
   trial.ever_claimed = true;
@@ -148,6 +153,7 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
   constexpr double kAskEvery_s = 1.0;
   Calibrator calibrator(config);
   Trial trial;
+  trial.is_sound = isSound(simulated.robot);
   auto bearings = run.record.bearings.begin();
   auto next_time = times_s.begin();
   double next_question_s = kAskEvery_s;

@@ -32,6 +32,7 @@ struct Trial {
   std::vector<Snapshot> snapshots;
   bool ever_claimed = false;
   double worst_claim = 0.0;  ///< largest chi-square(3) of the mount while claimed
+  bool is_sound = false;     ///< neither slips nor false or correlated bearings
   std::string alarm;         ///< first time that it was called INCONSISTENT, and why; empty: never
 };
 

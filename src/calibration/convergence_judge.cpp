@@ -13,6 +13,8 @@ constexpr int kFewestImages = 30;  // below it, innovations say little
 /// Mean of up to 100 NIS, each chi-square of one degree: 1 with a deviation of 0.14 when all is
 /// well; 2 leaves room for bearing noise that is correlated from image to image.
 constexpr double kLargestNisMean = 2.0;
+/// Of the mean of a few, which scatters more: one in a million looks.
+constexpr double kNisFalseAlarm = 1e-6;
 constexpr double kSmallestFusedShare = 0.5;
 /// False alarms of the test for a jump of the mount in a run without end: half of what all tests
 /// together may have, a thousandth.
@@ -24,6 +26,9 @@ constexpr double kBlock_m = 10.0;
 /// A knock looks like a slip at first, and is given up as one. So a jump there is more likely, and
 /// there are few of them: about so many independent looks at one, as the record grows.
 constexpr double kIndependentJumpsAtSlip = 10.0;
+/// The first verdict is given when nothing has spoken against it over so much motion, which is a
+/// straight metre and a turn: on a record of a few seconds the covariance is least certain.
+constexpr double kHeldOver_m = 3.0;
 constexpr int kMountDegrees = 3;
 
 template <class... Numbers>
@@ -64,21 +69,29 @@ std::optional<JumpTest> findJump(const BatchEstimate& fit, double way_m) {
   return std::nullopt;
 }
 
-/// Index of the first sight after half of the record's motion; a turn counts as the way of a point
-/// half a metre from the centre.
-std::size_t middleByMotion(const std::vector<Sight>& sights) {
+/// Way to a sight with its turns: those of a point half a metre from the centre.
+double motionTo(const Sight& sight) {
   constexpr double kLever_m = 0.5;
-  const auto length = [](const Sight& sight) {
-    return sight.motion.distance_m + kLever_m * sight.motion.rotation_rad;
-  };
-  double whole_m = 0.0;
-  for (const Sight& sight : sights) whole_m += length(sight);
-  double covered_m = 0.0;
+  return sight.motion.distance_m + kLever_m * sight.motion.rotation_rad;
+}
+
+double motionOf(const std::vector<Sight>& record) {
+  double motion_m = 0.0;
+  for (const Sight& sight : record) motion_m += motionTo(sight);
+  return motion_m;
+}
+
+/// Index of the first sight after half of the record's motion.
+std::size_t middleByMotion(const std::vector<Sight>& record) {
+  double rest_m = 0.5 * motionOf(record);
   std::size_t middle = 0;
-  while (middle + 1 < sights.size() && covered_m < 0.5 * whole_m) {
-    covered_m += length(sights[middle++]);
-  }
+  while (middle + 1 < record.size() && rest_m > 0.0) rest_m -= motionTo(record[middle++]);
   return middle;
+}
+
+/// Mean of so many NIS that a consistent filter does not exceed.
+double largestNisMean(int count) {
+  return std::max(kLargestNisMean, chiSquareQuantile(1.0 - kNisFalseAlarm, count) / count);
 }
 
 }  // namespace
@@ -88,6 +101,17 @@ ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config) : config_(co
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Sight>& record,
                              const std::optional<BatchEstimate>& settled) {
   last_ = decide(tracker, record, settled);
+  if (confirmed_) return;
+  if (last_.state != CalibrationState::kConverged) {
+    good_since_m_.reset();
+    return;
+  }
+  const double motion_m = motionOf(record);
+  if (!good_since_m_) good_since_m_ = motion_m;
+  confirmed_ = motion_m - *good_since_m_ >= kHeldOver_m;
+  if (confirmed_) return;
+  last_ = {CalibrationState::kConverging,
+           "known well enough: the next metre and turn must confirm it"};
 }
 
 Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vector<Sight>& record,
@@ -113,7 +137,6 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vecto
     return {CalibrationState::kConverging,
             "known well enough, but not yet confirmed: drive straight and turn once more"};
   }
-  confirmed_ = true;
   return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
 }
 
@@ -126,7 +149,7 @@ std::optional<std::string> ConvergenceJudge::inconsistency(const Consistency& re
         "move, does a wheel slip, are the wheels' parameters right?",
         recent.not_fused, images);
   }
-  if (recent.nis_mean > kLargestNisMean) {
+  if (recent.fused > 0 && recent.nis_mean > largestNisMean(recent.fused)) {
     return format(
         "the bearings scatter %.1f times as much as they should: check the latency, the "
         "wheels' parameters, or raise bearings/extra_stddev",

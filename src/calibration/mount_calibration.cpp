@@ -24,6 +24,9 @@ constexpr Schedule kAttempts{std::chrono::seconds(1), 0.05};      // tens of mil
 constexpr Schedule kRefinements{std::chrono::seconds(1), 0.005};  // tens of milliseconds
 constexpr Schedule kDiagnoses{std::chrono::seconds(20), 1.0};     // up to a second
 
+/// A light that is passed closely, or a slip, can make one attempt fail; not so many in a row.
+constexpr int kMisfitsToSay = 5;
+
 Stamp nextTime(const Schedule& schedule, const std::vector<Sight>& record) {
   const Duration length = record.back().stamp - record.front().stamp;
   const Duration grown = durationFromSeconds(schedule.growth * secondsFromDuration(length));
@@ -90,7 +93,8 @@ void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates
   if (attempt_ && stamp < next_attempt_) return;
   next_attempt_ = nextTime(kAttempts, initializer_.record().sights());
   attempt_ = initializer_.attempt();
-  if (doesNotFit(*attempt_)) diagnose(stamp);
+  misfits_ = doesNotFit(*attempt_) ? misfits_ + 1 : 0;
+  if (misfits_ >= kMisfitsToSay) diagnose(stamp);
   if (!attempt_->ready()) return;
   diagnosis_.clear();
   tracker_.emplace(config_.filter, withEarlier(attempt_->estimate), attempt_->bearing_correlation);
@@ -229,7 +233,7 @@ void MountCalibration::describe(CalibrationResult* result) const {
     result->state = judge_->last().state;
     result->advice = judge_->last().advice;
   } else if (attempt_) {
-    result->state = doesNotFit(*attempt_)     ? CalibrationState::kInconsistent
+    result->state = misfits_ >= kMisfitsToSay ? CalibrationState::kInconsistent
                     : isDegenerate(*attempt_) ? CalibrationState::kDegenerateMotion
                                               : CalibrationState::kInitialising;
     result->advice = adviceFor(*attempt_);

@@ -21,8 +21,9 @@ struct Judgement {
 /// Decides whether a filter that carries on from a good start has converged, and whether what it is
 /// fed still fits. Converged needs all of: standard deviations within the targets, innovations that
 /// are consistent, and one mount in all of the record: neither its two halves nor any other two
-/// parts of it say different ones. That test goes on after convergence, so that a knock is noticed;
-/// a knocked mount stays inconsistent.
+/// parts of it say different ones; for the first time, all of them over a metre and a turn. The
+/// last test goes on after convergence, so that a knock is noticed; a knocked mount stays
+/// inconsistent.
 class ConvergenceJudge {
  public:
   explicit ConvergenceJudge(const ConvergenceConfig& config);
@@ -44,8 +45,9 @@ class ConvergenceJudge {
 
   ConvergenceConfig config_;
   Judgement last_;
-  bool confirmed_ = false;          ///< it was called converged
-  std::optional<Judgement> knock_;  ///< once the mount has moved after that
+  std::optional<double> good_since_m_;  ///< motion of the record when nothing more was amiss
+  bool confirmed_ = false;              ///< it was called converged
+  std::optional<Judgement> knock_;      ///< once the mount has moved after that
 };
 
 }  // namespace bearing_calibration

@@ -58,6 +58,7 @@ class MountCalibration {
   BatchEstimator batch_;
   OdometryIncrement motion_since_sight_;  ///< since the record's last one
   std::optional<StartAttempt> attempt_;   ///< the initialiser's last one
+  int misfits_ = 0;                       ///< attempts in a row after which nothing fitted
   Stamp next_attempt_;
   Stamp next_refinement_;
   Stamp next_diagnosis_;
