@@ -120,17 +120,22 @@ SightRun simulate(const SimulatedCase& simulated) {
 }
 
 SightRun simulateAlong(const SimulatedCase& simulated, std::unique_ptr<Trajectory> trajectory) {
+  RobotSimulator simulator(simulated.robot, simulated.lights, std::move(trajectory));
+  return runFromRecord(simulated, record(&simulator, simulated.duration_s));
+}
+
+SightRun runFromRecord(const SimulatedCase& simulated, SimulatedRecord record) {
   const RobotConfig& robot = simulated.robot;
-  RobotSimulator simulator(robot, simulated.lights, std::move(trajectory));
   SightRun run;
-  run.record = record(&simulator, simulated.duration_s);
+  run.record = std::move(record);
   run.sights = sightsFromRecord(run.record, robot.encoders.drive, robot.encoders.noise);
   for (std::size_t i = 0; i < run.record.bearings.size(); ++i) {
     if (run.record.bearings[i].candidates.empty()) continue;
-    const Eigen::Vector2d light =
-        run.record.world_from_base[i].inverse() * simulated.lights.front().position_m;
+    const Pose2& world_from_base = run.record.world_from_base[i];
+    const Eigen::Vector2d light = world_from_base.inverse() * simulated.lights.front().position_m;
     run.truth.emplace_back();
     run.truth.back() << light, robot.base_from_sensor.position_m, robot.base_from_sensor.yaw_rad;
+    run.world_from_base.push_back(world_from_base);
   }
   return run;
 }

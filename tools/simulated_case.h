@@ -41,14 +41,18 @@ void addSlips(SimulatedCase& simulated, int count, std::uint64_t seed);
 
 /// What an estimator gets of a run, and the truth.
 struct SightRun {
-  SimulatedRecord record;      ///< raw: ticks and bearings
-  std::vector<Sight> sights;   ///< one candidate per image, with the motion between them
-  std::vector<Vector5> truth;  ///< Cartesian state at each sight
+  SimulatedRecord record;              ///< raw: ticks and bearings
+  std::vector<Sight> sights;           ///< one candidate per image, with the motion between them
+  std::vector<Vector5> truth;          ///< Cartesian state at each sight
+  std::vector<Pose2> world_from_base;  ///< true pose at each sight
 };
 
 SightRun simulate(const SimulatedCase& simulated);
 /// The same along another trajectory than the case's own.
 SightRun simulateAlong(const SimulatedCase& simulated, std::unique_ptr<Trajectory> trajectory);
+
+/// A record as the estimators get it, with its truth.
+SightRun runFromRecord(const SimulatedCase& simulated, SimulatedRecord record);
 
 /// The sights of a record: each bearing of the first candidate with the motion since the last.
 std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGeometry& drive,

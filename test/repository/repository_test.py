@@ -12,7 +12,7 @@ import roslib.packages
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 DOCUMENTS = [os.path.join(REPOSITORY, name) for name in ('README.md', 'CONTRIBUTING.md')] + sorted(
-    glob.glob(os.path.join(REPOSITORY, 'doc', '*.md')))
+    glob.glob(os.path.join(REPOSITORY, 'doc', '**', '*.md'), recursive=True))
 
 # What catkin_lint asks for and this package has reason not to do.
 IGNORED_CHECKS = [
