@@ -52,6 +52,10 @@ std::string sizeText(std::size_t width, std::size_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
+bool isEightBits(const Encoding& encoding) {
+  return encoding.to_grey != kNoConversion || encoding.bytes_per_pixel == 1;
+}
+
 std::optional<ImageRefusal> layoutRefusal(const sensor_msgs::Image& image) {
   if (image.width == 0 || image.height == 0 || image.data.empty()) {
     return ImageRefusal{"empty", "it is " + sizeText(image.width, image.height) + " with " +
@@ -68,6 +72,11 @@ std::optional<ImageRefusal> layoutRefusal(const sensor_msgs::Image& image) {
     return ImageRefusal{"short rows", "step " + std::to_string(image.step) + " is less than the " +
                                           std::to_string(row_bytes) + " bytes of a row"};
   }
+  if (!isEightBits(*encoding) && image.step % 2 != 0) {
+    return ImageRefusal{"odd rows", "step " + std::to_string(image.step) +
+                                        " is odd, but encoding '" + image.encoding +
+                                        "' has two bytes in a pixel"};
+  }
   const std::size_t wanted_bytes = static_cast<std::size_t>(image.step) * image.height;
   if (image.data.size() != wanted_bytes) {
     return ImageRefusal{"truncated",
@@ -77,8 +86,15 @@ std::optional<ImageRefusal> layoutRefusal(const sensor_msgs::Image& image) {
   return std::nullopt;
 }
 
-bool isEightBits(const Encoding& encoding) {
-  return encoding.to_grey != kNoConversion || encoding.bytes_per_pixel == 1;
+/// Pixels of two bytes, the high one first. (cv_bridge 1.16 makes two channels of them.)
+void readBigEndian(const sensor_msgs::Image& image, cv::Mat* grey) {
+  grey->create(static_cast<int>(image.height), static_cast<int>(image.width), CV_16UC1);
+  for (int v = 0; v < grey->rows; ++v) {
+    const std::uint8_t* bytes = &image.data[static_cast<std::size_t>(v) * image.step];
+    for (int u = 0; u < grey->cols; ++u, bytes += 2) {
+      grey->at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(bytes[0] << 8U | bytes[1]);
+    }
+  }
 }
 
 }  // namespace
@@ -110,6 +126,10 @@ const cv::Mat& GreyConverter::convert(const sensor_msgs::ImageConstPtr& image) {
   const Encoding* encoding = find(image->encoding);
   if (encoding == nullptr) {
     throw std::invalid_argument("unsupported image encoding '" + image->encoding + "'");
+  }
+  if (!isEightBits(*encoding) && image->is_bigendian != 0) {
+    readBigEndian(*image, &converted_);
+    return converted_;
   }
   shared_ = cv_bridge::toCvShare(image);
   if (encoding->to_grey == kNoConversion) return shared_->image;

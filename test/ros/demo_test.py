@@ -52,6 +52,14 @@ class Demo(unittest.TestCase):
         self.assertIn('right: converged', output)
         self.assertNotRegex(self.nodes, CRASH)
 
+    def testConvergesAmongClutterFromAColourCamera(self):
+        scene = os.path.join(REPOSITORY, 'config', 'scene.yaml')
+        output, code = self.finish(self.start('scene:=' + scene, 'rate:=3.0'), DEMO_DEADLINE_S)
+        print(output)
+        self.assertEqual(code, 0, output + self.nodes)
+        self.assertIn('right: converged', output)
+        self.assertNotRegex(self.nodes, CRASH)
+
     def testFailsWithoutTheDetector(self):
         output, code = self.finish(self.start('--no-detector', '--seconds', '15'), 60)
         self.assertEqual(code, 1, output + self.nodes)

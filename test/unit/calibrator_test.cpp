@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/simulation/trajectory_config.h"
 #include "support/simulated_calibration.h"
 
 namespace bearing_calibration {
@@ -119,6 +120,33 @@ TEST(Calibrator, ALateStampIsTakenOffByTheLatency) {
   EXPECT_NE(wrong.state, CalibrationState::kConverged);
   constexpr std::uint32_t kMostOfASoundRobot = 5;  // of 1000 at 99.9 %, in 999 of 1000 runs
   EXPECT_GT(wrong.bearings_gated, kMostOfASoundRobot);
+}
+
+// The same drive and noise, with spins at 1 rad/s: the offset, once set, costs the bearings of its
+// own length at the end and nothing else.
+TEST(Calibrator, AKnownLateStampCostsNothing) {
+  constexpr double kLatency_s = 0.1;
+  constexpr double kSpin_radps = 1.0;
+  RobotConfig robot = paperRobot(9);
+  const double separation_m = robot.encoders.drive.wheel_separation_m;
+  TrajectoryConfig dance;
+  dance.wheel_speed_mps = 0.5 * separation_m * kSpin_radps;
+  CalibratorConfig config = calibratorConfig();
+  std::vector<MountEstimate> mounts;
+  for (double latency_s : {0.0, kLatency_s}) {
+    robot.stamp_latency_s = latency_s;
+    config.bearings.latency_s = latency_s;
+    RobotSimulator simulator(robot, {Light{}}, makeTrajectory(dance, separation_m));
+    Calibrator calibrator(config);
+    const CalibrationResult result = play(record(&simulator, 100.0), &calibrator);
+    EXPECT_EQ(result.state, CalibrationState::kConverged);
+    ASSERT_TRUE(result.base_from_sensor);
+    mounts.push_back(*result.base_from_sensor);
+  }
+  const Pose2 in_time{mounts[0].mean.head<2>(), mounts[0].mean.z()};
+  EXPECT_LT(mountChiSquare(mounts[1], in_time), 0.01);  // a tenth of a standard deviation
+  // One second of a hundred less information.
+  EXPECT_LT(mounts[1].covariance.trace(), 1.01 * mounts[0].covariance.trace());
 }
 
 TEST(Calibrator, PredictsTheNextBearing) {

@@ -91,6 +91,7 @@ TEST(ImageConversion, TheOrderOfBytesIsTheMessages) {
   sensor_msgs::Image image = imageOf(encodings::MONO16, {0x01, 0x02});
   EXPECT_EQ(greyOf(image).at<std::uint16_t>(2, 2), 0x0201);
   image.is_bigendian = 1;
+  ASSERT_EQ(greyOf(image).type(), CV_16UC1);
   EXPECT_EQ(greyOf(image).at<std::uint16_t>(2, 2), 0x0102);
 }
 
@@ -109,6 +110,9 @@ TEST(ImageConversion, EachFaultHasItsName) {
   image = good;
   image.encoding = "bgr16";
   EXPECT_EQ(refusedAs(image), "unsupported encoding");
+  image = imageOf(encodings::MONO16, {0x01, 0x02});
+  image.step += 1;
+  EXPECT_EQ(refusedAs(image), "odd rows");
   image = good;
   image.width = kWidth - 1;
   EXPECT_EQ(refusedAs(image), "wrong size");

@@ -1,0 +1,80 @@
+#include "fuzz/detection_fuzzer.h"
+
+#include <boost/make_shared.hpp>
+#include <cmath>
+#include <stdexcept>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/annotation.h"
+#include "bearing_calibration/vision/light_bearings.h"
+#include "fuzz/image_input.h"
+#include "support/synthetic_spot.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+
+/// The default rig behind a sensor of the image's size, which must be able to be one.
+core::DetectorConfig configFor(const sensor_msgs::Image& image) {
+  core::DetectorConfig config = core::test::defaultDetector();
+  config.sensor.width_px = static_cast<int>(image.width);
+  config.sensor.height_px = static_cast<int>(image.height);
+  config.view.centre_u_px = 0.5 * (config.sensor.width_px - 1.0);
+  config.view.centre_v_px = 0.5 * (config.sensor.height_px - 1.0);
+  config.mask.last_row = config.sensor.height_px - 1;
+  config.threshold.min_contrast_levels = 1.0;  // more to look at
+  return config;
+}
+
+void require(bool holds, const char* sentence) {
+  if (!holds) throw std::logic_error(sentence);
+}
+
+void requireMeaning(const core::DetectionResult& result) {
+  for (const core::Detection& light : result.lights) {
+    const core::Bearing& bearing = light.bearing;
+    require(std::abs(bearing.azimuth_rad) <= core::kPi, "an azimuth is no angle in [-pi, pi]");
+    require(std::isfinite(bearing.azimuth_variance_rad2) && bearing.azimuth_variance_rad2 > 0.0,
+            "a variance is not positive and finite");
+    require(bearing.quality >= 0.0 && bearing.quality <= 1.0, "a quality is not in [0, 1]");
+  }
+}
+
+}  // namespace
+
+core::LightDetector& DetectionFuzzer::detectorFor(const sensor_msgs::Image& image) {
+  auto& detector = detectors_[{image.width, image.height}];
+  if (!detector) detector = std::make_unique<core::LightDetector>(configFor(image));
+  return *detector;
+}
+
+bool DetectionFuzzer::run(const sensor_msgs::Image& image) {
+  core::ImageSensor sensor;
+  sensor.width_px = static_cast<int>(image.width);  // of any size: the detector fits itself to it
+  sensor.height_px = static_cast<int>(image.height);
+  sensor.saturation_level = 255.0;
+  if (const auto refusal = refusalOf(image, sensor)) {
+    require(!refusal->kind.empty() && !refusal->text.empty(), "a refusal says nothing");
+    return false;
+  }
+  core::LightDetector& detector = detectorFor(image);
+  const cv::Mat& grey = converter_.convert(boost::make_shared<sensor_msgs::Image>(image));
+  constexpr double kPredicted_rad = 1.0;
+  constexpr double kHalfWidth_rad = 0.2;
+  requireMeaning(detector.detect(grey, core::AzimuthSector{kPredicted_rad, kHalfWidth_rad}));
+  const core::DetectionResult& result = detector.detect(grey);
+  requireMeaning(result);
+  core::ShutterConfig shutter;
+  shutter.row_time_s = 1e-5;
+  core::bearingsFromLights(result.lights, shutter, core::stampFromSeconds(1.0), grey.rows);
+  core::annotate(grey, result, detector.config());
+  return true;
+}
+
+bool DetectionFuzzer::run(const std::uint8_t* data, std::size_t size) {
+  ByteReader bytes(data, size);
+  return run(imageFrom(&bytes));
+}
+
+}  // namespace bearing_calibration_ros
