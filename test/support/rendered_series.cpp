@@ -126,11 +126,14 @@ RenderedSeries renderedSeries(const std::string& name) {
 }
 
 BearingErrors errorsOf(const RenderedSeries& series, int images, unsigned seed) {
+  return errorsOf(series, randomSights(images, series.brightness, seed));
+}
+
+BearingErrors errorsOf(const RenderedSeries& series, const std::vector<Sight>& sights) {
   Camera camera(series);
   LightDetector detector(series.detector);
   const Stamp stamp = stampFromSeconds(1.0);
   BearingErrors errors;
-  const std::vector<Sight> sights = randomSights(images, series.brightness, seed);
   for (std::size_t i = 0; i < sights.size(); ++i) {
     const SensorMotion motion{sights[i].worldFromSensor(), Eigen::Vector2d::Zero(),
                               series.turn_radps};

@@ -30,6 +30,7 @@ RenderedSeries renderedSeries(const std::string& name);
 /// light's azimuth at the moment that the bearing's stamp names. Images in which the light is not
 /// the only one found are left out.
 BearingErrors errorsOf(const RenderedSeries& series, int images, unsigned seed);
+BearingErrors errorsOf(const RenderedSeries& series, const std::vector<Sight>& sights);
 
 }  // namespace test
 }  // namespace bearing_calibration

@@ -62,6 +62,12 @@ std::vector<Sight> randomSights(int count, double brightness, unsigned seed) {
   return sights;
 }
 
+std::vector<Sight> sightsAt(double distance_m, int count, double brightness, unsigned seed) {
+  std::vector<Sight> sights = randomSights(count, brightness, seed);
+  for (Sight& sight : sights) sight.distance_m = distance_m;
+  return sights;
+}
+
 cv::Mat imageOf(const MonoImage& image) {
   cv::Mat copy(image.height_px, image.width_px, CV_8UC1);
   std::copy(image.values.begin(), image.values.end(), copy.data);
@@ -74,10 +80,15 @@ void BearingErrors::add(const Bearing& bearing, double true_azimuth_rad) {
   sum_rad += error;
   sum_square_rad2 += error * error;
   sum_nees += error * error / bearing.azimuth_variance_rad2;
+  sum_variance_rad2 += bearing.azimuth_variance_rad2;
 }
 
 double BearingErrors::rmse_deg() const {
   return degreesFromRadians(std::sqrt(sum_square_rad2 / found));
+}
+
+double BearingErrors::predicted_deg() const {
+  return degreesFromRadians(std::sqrt(sum_variance_rad2 / found));
 }
 
 double BearingErrors::bias_deg() const { return degreesFromRadians(sum_rad / found); }

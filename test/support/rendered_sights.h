@@ -34,6 +34,9 @@ struct Sight {
 /// Azimuths all around, distances of 0.5 to 5 m evenly in their logarithm.
 std::vector<Sight> randomSights(int count, double brightness, unsigned seed);
 
+/// Azimuths all around at one distance.
+std::vector<Sight> sightsAt(double distance_m, int count, double brightness, unsigned seed);
+
 cv::Mat imageOf(const MonoImage& image);
 
 /// Errors of a series of bearings.
@@ -42,10 +45,12 @@ struct BearingErrors {
   double sum_rad = 0.0;
   double sum_square_rad2 = 0.0;
   double sum_nees = 0.0;
+  double sum_variance_rad2 = 0.0;  ///< as the bearings say of themselves
 
   void add(const Bearing& bearing, double true_azimuth_rad);
   double rmse_deg() const;
   double bias_deg() const;
+  double predicted_deg() const;  ///< root of the mean variance
   double nees() const { return sum_nees / found; }
 };
 
