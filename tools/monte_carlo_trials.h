@@ -4,9 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/calibration/config.h"
 #include "tools/simulated_case.h"
 
 namespace bearing_calibration {
+
+/// The calibration of a simulated robot that is what its owner believes, from nothing.
+CalibratorConfig calibratorConfig(const RobotConfig& robot);
 
 /// What an estimator says of one run at one moment, beside the truth and the bound.
 struct Snapshot {

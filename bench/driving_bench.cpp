@@ -1,0 +1,23 @@
+// Cost of one decision of the planner: the bar is 5 ms on one core. Nothing is asserted.
+#include <benchmark/benchmark.h>
+
+#include "bearing_calibration/planning/hop_planner.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// A decision at the light's distance of `range(0)` centimetres.
+void decision(benchmark::State& state) {
+  const HopPlanner planner({PlannerConfig::Block::kMount, 0.5, 2.0, 0.1, 1.0}, {0.25, 0.2, 0.5},
+                           {{1e-6, 0.0}, 0.0175, 10.0}, {4.0, {}});
+  CartesianEstimate estimate;
+  estimate.mean << 0.01 * static_cast<double>(state.range(0)), 0.0, 0.08, 0.05, 1.0;
+  estimate.covariance = 1e-4 * Matrix5::Identity();
+  for (auto _ : state) benchmark::DoNotOptimize(planner.plan(estimate, {}));
+}
+BENCHMARK(decision)->Arg(60)->Arg(100)->Arg(300)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace bearing_calibration
+
+BENCHMARK_MAIN();

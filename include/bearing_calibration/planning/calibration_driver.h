@@ -1,0 +1,91 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/odometry/wheel_readings.h"
+#include "bearing_calibration/planning/drive_end.h"
+#include "bearing_calibration/planning/drive_motion.h"
+#include "bearing_calibration/planning/hop_follower.h"
+#include "bearing_calibration/planning/hop_planner.h"
+
+namespace bearing_calibration {
+
+/// How long an input may be silent before the robot stops. Parameter group `timeouts`.
+struct DriveTimeouts {
+  double ticks_s = 0.0;
+  double bearings_s = 0.0;
+  double estimate_s = 0.0;
+
+  std::vector<std::string> validate() const;
+};
+
+/// Everything that a drive needs to know but what one is asked for.
+struct DriveConfig {
+  WheelLimits limits;
+  SensingModel sensing;
+  PlannerConfig planner;
+  Region region;
+  DriveTimeouts timeouts;
+
+  std::vector<std::string> validate() const;
+};
+
+/// What is asked for.
+struct DriveGoal {
+  DriveMotion motion = DriveMotion::kOptimal;
+  double max_time_s = 0.0;
+  double max_path_m = 0.0;
+
+  std::vector<std::string> validate() const;
+};
+
+/// What the calibration last said, as far as driving needs it.
+struct DriveEstimate {
+  Stamp stamp;  ///< of the last fused bearing
+  CalibrationState state = CalibrationState::kWaitingForTicks;
+  std::optional<CartesianEstimate> cartesian;  ///< at that stamp
+
+  static DriveEstimate from(const CalibrationResult& result);
+};
+
+/// One drive of a robot that calibrates its sensor: wheel readings and the calibration's estimates
+/// in, wheel speeds out, until the calibration has converged or something forbids to go on. Then it
+/// brakes and stays. Reads no clock: every input comes with the time of its receipt.
+class CalibrationDriver {
+ public:
+  /// @throws std::invalid_argument with every sentence of validate().
+  CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now);
+  ~CalibrationDriver();
+  CalibrationDriver(CalibrationDriver&&) noexcept;
+  CalibrationDriver& operator=(CalibrationDriver&&) noexcept;
+
+  void addTravel(const WheelTravel& travel, Stamp received);
+  void noteBearing(Stamp received);  ///< the light was seen
+  void addEstimate(const DriveEstimate& estimate, Stamp received);
+
+  /// Ends the drive for a reason from outside; the first reason stays.
+  void end(DriveEnd reason);
+
+  /// The command for the next moment. To be called at a steady rate of some 10 Hz or more.
+  WheelSpeeds steer(Stamp now);
+
+  DriveEnd ended() const;
+  bool standing() const;  ///< the last command was to stand
+  double timeSeconds() const;
+  double pathMeters() const;
+  const Pose2& startFromBase() const;
+  /// Corners of the way ahead, in the frame of the start; the base's place now is the first.
+  std::vector<Pose2> wayAhead() const;
+  /// What the plan promises; none in the opening and in scripted motions.
+  const std::optional<PlannedHop>& plan() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+
+namespace bearing_calibration {
+
+/// Why a drive has ended; the values are those of CalibrationDrive.action.
+enum class DriveEnd : std::uint8_t {
+  kNone,       ///< it goes on
+  kConverged,  ///< the calibration called itself converged
+  kCancelled,
+  kDisabled,         ///< the enabling input says no
+  kObstacle,         ///< the obstacle input says yes
+  kTicksLost,        ///< no wheel readings for too long
+  kLightLost,        ///< no bearing for too long
+  kEstimateLost,     ///< the calibration is silent
+  kClockLost,        ///< time stands still
+  kLeftRegion,       ///< the base's centre is outside of the region
+  kNoWay,            ///< every way would lead too near to the light or out of the region
+  kWheelsDisobeyed,  ///< they do not roll as commanded
+  kTimeOver,
+  kPathOver,
+};
+
+/// "CONVERGED" and so on.
+const char* nameOf(DriveEnd end);
+/// A sentence for the driver: what happened, and what to do.
+const char* describe(DriveEnd end);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/geometry/pose2.h"
+#include "bearing_calibration/planning/hop_prediction.h"
+#include "bearing_calibration/planning/region.h"
+
+namespace bearing_calibration {
+
+/// Parameter group `planner`.
+struct PlannerConfig {
+  /// What is to become well known: the determinant of this block's covariance is made small.
+  enum class Block : std::uint8_t {
+    kMount,     ///< x, y and yaw of the sensor
+    kPosition,  ///< x and y alone
+    kYaw,
+  };
+  Block block = Block::kMount;
+  double light_distance_m = 0.0;  ///< of the base's centre to the light, at least ...
+  double light_sigmas = 0.0;      ///< ... with so many standard deviations to spare
+  double region_margin_m = 0.0;   ///< planned ways keep this distance from the region's border
+  double max_hop_m = 0.0;         ///< longest straight way between two decisions
+
+  std::vector<std::string> validate() const;
+};
+
+/// A hop with what it is expected to bring.
+struct PlannedHop {
+  Hop hop;
+  Hop next;                    ///< the one that is thought of after it; decided anew by then
+  CartesianEstimate expected;  ///< after both
+};
+
+/// Everything that a robot must know of itself to plan. What hops are allowed, and which is best.
+class HopPlanner {
+ public:
+  /// @throws std::invalid_argument with every sentence of the parts' validate().
+  HopPlanner(const PlannerConfig& config, const WheelLimits& limits, const SensingModel& sensing,
+             const Region& region);
+
+  /// The next hop: the first of the pair of hops that lowers the log det of the block's covariance
+  /// fastest. None when no way is allowed.
+  std::optional<PlannedHop> plan(const CartesianEstimate& estimate,
+                                 const Pose2& start_from_base) const;
+
+  /// Whether a hop keeps away from the light and inside the region, or at least comes no nearer to
+  /// either than the robot is.
+  bool isAllowed(const Hop& hop, const CartesianEstimate& estimate,
+                 const Pose2& start_from_base) const;
+  /// The same for the region alone, while nothing is known of the light.
+  bool staysInside(const Hop& hop, const Pose2& start_from_base) const;
+
+  const WheelLimits& limits() const { return limits_; }
+
+ private:
+  struct Candidate;
+  std::vector<Hop> proposals(const CartesianEstimate& estimate) const;
+  std::vector<Candidate> candidatesAt(const CartesianEstimate& estimate,
+                                      const Pose2& start_from_base) const;
+  double logDet(const CartesianEstimate& estimate) const;
+
+  PlannerConfig config_;
+  WheelLimits limits_;
+  SensingModel sensing_;
+  Region region_;
+};
+
+/// The base's pose after a hop, in the frame that `frame_from_base` is given in.
+Pose2 poseAfter(const Hop& hop, const Pose2& frame_from_base);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,231 @@
+#include "bearing_calibration/planning/calibration_driver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/odometry/odometry_track.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// Estimates are at most so old when they are carried on to now: what comes later is no estimate.
+constexpr double kTrack_s = 10.0;
+/// Courses that are tried when the one that a script wants is not allowed.
+constexpr double kCourseStep = 0.25 * kPi;
+constexpr int kCourses = 8;
+
+bool isOver(Stamp last, double timeout_s, Stamp now) {
+  return secondsFromDuration(now - last) > timeout_s;
+}
+
+}  // namespace
+
+std::vector<std::string> DriveTimeouts::validate() const {
+  Requirements require;
+  require.positive("timeouts/ticks", ticks_s);
+  require.positive("timeouts/bearings", bearings_s);
+  require.positive("timeouts/estimate", estimate_s);
+  return require.errors();
+}
+
+std::vector<std::string> DriveConfig::validate() const {
+  Requirements require;
+  require.add(limits.validate());
+  require.add(sensing.validate());
+  require.add(planner.validate());
+  require.add(region.validate());
+  require.add(timeouts.validate());
+  return require.errors();
+}
+
+std::vector<std::string> DriveGoal::validate() const {
+  Requirements require;
+  require.positive("max_time_s", max_time_s);
+  require.positive("max_path_m", max_path_m);
+  return require.errors();
+}
+
+DriveEstimate DriveEstimate::from(const CalibrationResult& result) {
+  return {result.stamp, result.state, result.cartesian_state};
+}
+
+class CalibrationDriver::Impl {
+ public:
+  Impl(const DriveConfig& config, const DriveGoal& goal, Stamp now)
+      : config_(validated(config)),
+        goal_(validated(goal)),
+        planner_(config.planner, config.limits, config.sensing, config.region),
+        script_(goal.motion == DriveMotion::kOptimal ? openingHops() : scriptedHops(goal.motion)),
+        track_(config.limits.wheel_separation_m, config.sensing.wheel_noise,
+               durationFromSeconds(kTrack_s)),
+        began_(now),
+        last_steered_(now),
+        last_travel_(now),
+        last_bearing_(now),
+        last_estimate_(now) {}
+
+  void addTravel(const WheelTravel& travel, Stamp received) {
+    last_travel_ = received;
+    if (!track_.empty() && travel.stamp <= track_.newest()) return;
+    if (!track_.empty()) {
+      const WheelDisplacement wheels{travel.left_m - travelled_.left_m,
+                                     travel.right_m - travelled_.right_m};
+      const Arc arc = arcFromWheels(wheels, config_.limits.wheel_separation_m);
+      start_from_base_ = start_from_base_ * arc.start_from_end;
+      path_m_ += 0.5 * std::abs(wheels.left_m + wheels.right_m);
+    }
+    travelled_ = {travel.left_m, travel.right_m};
+    track_.add(travel);
+    takeUpEstimate();
+  }
+
+  void noteBearing(Stamp received) { last_bearing_ = received; }
+
+  void addEstimate(const DriveEstimate& estimate, Stamp received) {
+    last_estimate_ = received;
+    if (estimate.state == CalibrationState::kConverged) end(DriveEnd::kConverged);
+    if (!estimate.cartesian) known_.reset();
+    const bool is_news = estimate.cartesian && (!known_ || estimate.stamp > known_->stamp);
+    if (!is_news) return;
+    waiting_ = estimate;
+    takeUpEstimate();
+  }
+
+  void end(DriveEnd reason) {
+    if (ended_ == DriveEnd::kNone) ended_ = reason;
+  }
+
+  WheelSpeeds steer(Stamp now) {
+    const double period_s = std::max(0.0, secondsFromDuration(now - last_steered_));
+    last_steered_ = now;
+    watch(now);
+    if (ended_ == DriveEnd::kNone) {
+      if (follower_ && follower_->done()) follower_.reset();
+      if (!follower_) decide();
+      keepAway();
+    }
+    command_ = ended_ == DriveEnd::kNone && follower_
+                   ? follower_->steer(travelled_, command_, period_s)
+                   : braked(command_, config_.limits, period_s);
+    return command_;
+  }
+
+  std::vector<Pose2> wayAhead() const {
+    std::vector<Pose2> way{start_from_base_};
+    if (!follower_ || ended_ != DriveEnd::kNone) return way;
+    way.push_back(poseAfter(follower_->remaining(travelled_), way.back()));
+    if (plan_) way.push_back(poseAfter(plan_->next, way.back()));
+    return way;
+  }
+
+  DriveEnd ended_ = DriveEnd::kNone;
+  WheelSpeeds command_;
+  Pose2 start_from_base_;
+  double path_m_ = 0.0;
+  std::optional<PlannedHop> plan_;
+  double timeSeconds() const { return secondsFromDuration(last_steered_ - began_); }
+
+ private:
+  void watch(Stamp now) {
+    if (isOver(last_travel_, config_.timeouts.ticks_s, now)) end(DriveEnd::kTicksLost);
+    if (isOver(last_bearing_, config_.timeouts.bearings_s, now)) end(DriveEnd::kLightLost);
+    if (isOver(last_estimate_, config_.timeouts.estimate_s, now)) end(DriveEnd::kEstimateLost);
+    if (config_.region.clearance(start_from_base_.position_m) < 0.0) end(DriveEnd::kLeftRegion);
+    if (follower_ && follower_->isDisobeyed(travelled_)) end(DriveEnd::kWheelsDisobeyed);
+    if (secondsFromDuration(now - began_) > goal_.max_time_s) end(DriveEnd::kTimeOver);
+    if (path_m_ > goal_.max_path_m) end(DriveEnd::kPathOver);
+  }
+
+  /// An estimate may be ahead of the wheel readings that have come here: it waits for them.
+  void takeUpEstimate() {
+    if (!waiting_ || !track_.covers(waiting_->stamp)) return;
+    track_.anchorAt(waiting_->stamp);
+    known_ = waiting_;
+    waiting_.reset();
+  }
+
+  /// The estimate carried on to now.
+  std::optional<CartesianEstimate> estimateNow() const {
+    if (!known_) return std::nullopt;
+    return movedBy(track_.motionTo(track_.newest()), *known_->cartesian);
+  }
+
+  bool isAllowed(const Hop& hop, const std::optional<CartesianEstimate>& estimate) const {
+    return estimate ? planner_.isAllowed(hop, *estimate, start_from_base_)
+                    : planner_.staysInside(hop, start_from_base_);
+  }
+
+  void decide() {
+    plan_.reset();
+    if (track_.empty()) return;  // the first reading says where the wheels stand
+    const std::optional<CartesianEstimate> estimate = estimateNow();
+    if (goal_.motion == DriveMotion::kOptimal && estimate) {
+      plan_ = planner_.plan(*estimate, start_from_base_);
+      if (plan_) follower_.emplace(plan_->hop, config_.limits, travelled_);
+    } else if (const auto hop = scriptedHop(estimate)) {
+      follower_.emplace(*hop, config_.limits, travelled_);
+    }
+    if (!follower_) end(DriveEnd::kNoWay);
+  }
+
+  /// The script's next hop. The opening turns to where there is room, and goes half the way where
+  /// there is not; other scripts are driven as they are printed.
+  std::optional<Hop> scriptedHop(const std::optional<CartesianEstimate>& estimate) {
+    const Hop wanted = script_.at(next_in_script_++);
+    if (isAllowed(wanted, estimate)) return wanted;
+    if (goal_.motion != DriveMotion::kOptimal) return std::nullopt;
+    for (const double length_m : {wanted.length_m, 0.5 * wanted.length_m}) {
+      for (int i = 0; i < kCourses; ++i) {
+        const Hop other{wanted.turn_rad + i * kCourseStep, length_m};
+        if (isAllowed(other, estimate)) return other;
+      }
+    }
+    return std::nullopt;
+  }
+
+  /// The estimate goes on growing during a hop: what is left of it must still be allowed.
+  void keepAway() {
+    const std::optional<CartesianEstimate> estimate = estimateNow();
+    if (!follower_ || !estimate) return;
+    if (!isAllowed(follower_->remaining(travelled_), estimate)) follower_->abandon();
+  }
+
+  DriveConfig config_;
+  DriveGoal goal_;
+  HopPlanner planner_;
+  HopSequence script_;
+  std::size_t next_in_script_ = 0;
+  OdometryTrack track_;  ///< anchored at known_'s stamp
+  WheelDisplacement travelled_;
+  std::optional<DriveEstimate> waiting_;  ///< for the readings that cover it
+  std::optional<DriveEstimate> known_;
+  std::optional<HopFollower> follower_;
+  Stamp began_, last_steered_, last_travel_, last_bearing_, last_estimate_;
+};
+
+CalibrationDriver::CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now)
+    : impl_(std::make_unique<Impl>(config, goal, now)) {}
+CalibrationDriver::~CalibrationDriver() = default;
+CalibrationDriver::CalibrationDriver(CalibrationDriver&&) noexcept = default;
+CalibrationDriver& CalibrationDriver::operator=(CalibrationDriver&&) noexcept = default;
+
+void CalibrationDriver::addTravel(const WheelTravel& travel, Stamp received) {
+  impl_->addTravel(travel, received);
+}
+void CalibrationDriver::noteBearing(Stamp received) { impl_->noteBearing(received); }
+void CalibrationDriver::addEstimate(const DriveEstimate& estimate, Stamp received) {
+  impl_->addEstimate(estimate, received);
+}
+void CalibrationDriver::end(DriveEnd reason) { impl_->end(reason); }
+WheelSpeeds CalibrationDriver::steer(Stamp now) { return impl_->steer(now); }
+DriveEnd CalibrationDriver::ended() const { return impl_->ended_; }
+bool CalibrationDriver::standing() const { return isStanding(impl_->command_); }
+double CalibrationDriver::timeSeconds() const { return impl_->timeSeconds(); }
+double CalibrationDriver::pathMeters() const { return impl_->path_m_; }
+const Pose2& CalibrationDriver::startFromBase() const { return impl_->start_from_base_; }
+std::vector<Pose2> CalibrationDriver::wayAhead() const { return impl_->wayAhead(); }
+const std::optional<PlannedHop>& CalibrationDriver::plan() const { return impl_->plan_; }
+
+}  // namespace bearing_calibration

@@ -1,0 +1,62 @@
+#include "bearing_calibration/planning/drive_motion.h"
+
+#include <stdexcept>
+
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration {
+namespace {
+
+constexpr double kSide_m = 1.0;           // the paper's
+constexpr double kDanceTurn = 2.5 * kPi;  // 450 degrees, the paper's
+constexpr double kFullTurn = 2.0 * kPi;
+
+}  // namespace
+
+const std::vector<std::string>& motionNames() {
+  static const std::vector<std::string> names = {"optimal", "dance", "corner_light"};
+  return names;
+}
+
+const Hop& HopSequence::at(std::size_t i) const {
+  if (i < hops.size()) return hops[i];
+  return hops[repeat_from + (i - repeat_from) % (hops.size() - repeat_from)];
+}
+
+HopSequence openingHops() {
+  return {{{kFullTurn, 0.0}, {0.0, kSide_m}, {kFullTurn, 0.0}, {kDanceTurn, kSide_m}}, 3};
+}
+
+HopSequence scriptedHops(DriveMotion motion) {
+  if (motion == DriveMotion::kOptimal) {
+    throw std::invalid_argument("the optimal motion has no script");
+  }
+  return {{{0.0, kSide_m}, {kDanceTurn, kSide_m}}, 1};
+}
+
+std::vector<std::string> instructionsFor(DriveMotion motion) {
+  const std::vector<std::string> dance = {
+      "Drive 1 m straight on.",
+      "Turn on the spot to the left by one turn and a quarter (450 degrees).",
+      "Do both again, slowly and with the light in view, until the calibration says CONVERGED."};
+  std::vector<std::string> steps;
+  switch (motion) {
+    case DriveMotion::kOptimal:
+      return {"This motion is planned while it is driven, by the robot itself."};
+    case DriveMotion::kDance:
+      steps = {
+          "Put the light to the robot's left, one to three metres away: the robot will drive "
+          "a square of 1 m, always turning left."};
+      break;
+    case DriveMotion::kCornerLight:
+      steps = {
+          "The robot will drive a square of 1 m, always turning left. Put the light inside of "
+          "it, half a metre ahead of the robot and as near to its first side as you dare: "
+          "how well the mount gets known is nearly proportional to the light's distance."};
+      break;
+  }
+  steps.insert(steps.end(), dance.begin(), dance.end());
+  return steps;
+}
+
+}  // namespace bearing_calibration

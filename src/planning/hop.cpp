@@ -1,0 +1,50 @@
+#include "bearing_calibration/planning/hop.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/common/requirement.h"
+
+namespace bearing_calibration {
+
+std::vector<std::string> WheelLimits::validate() const {
+  Requirements require;
+  require.positive("wheels/separation", wheel_separation_m);
+  require.positive("limits/wheel_speed", max_speed_mps);
+  require.positive("limits/wheel_acceleration", max_acceleration_mps2);
+  return require.errors();
+}
+
+WheelDisplacement turningWheels(const Hop& hop, double wheel_separation_m) {
+  const double way_m = 0.5 * wheel_separation_m * hop.turn_rad;
+  return {-way_m, way_m};
+}
+
+WheelDisplacement straightWheels(const Hop& hop) { return {hop.length_m, hop.length_m}; }
+
+double travelTime(double distance_m, const WheelLimits& limits) {
+  const double way_m = std::abs(distance_m);
+  const double ramps_m = limits.max_speed_mps * limits.max_speed_mps / limits.max_acceleration_mps2;
+  if (way_m < ramps_m) return 2.0 * std::sqrt(way_m / limits.max_acceleration_mps2);
+  return way_m / limits.max_speed_mps + limits.max_speed_mps / limits.max_acceleration_mps2;
+}
+
+double travelAt(double time_s, double distance_m, const WheelLimits& limits) {
+  const double whole_s = travelTime(distance_m, limits);
+  const double ramp_s =
+      std::min(0.5 * whole_s, limits.max_speed_mps / limits.max_acceleration_mps2);
+  const double half_a = 0.5 * limits.max_acceleration_mps2;
+  const double time = std::clamp(time_s, 0.0, whole_s);
+  const double way_m = std::abs(distance_m);
+  double travel_m = half_a * ramp_s * ramp_s + 2.0 * half_a * ramp_s * (time - ramp_s);
+  if (time < ramp_s) travel_m = half_a * time * time;
+  if (time > whole_s - ramp_s) travel_m = way_m - half_a * (whole_s - time) * (whole_s - time);
+  return std::copysign(travel_m, distance_m);
+}
+
+double durationOf(const Hop& hop, const WheelLimits& limits) {
+  return travelTime(turningWheels(hop, limits.wheel_separation_m).right_m, limits) +
+         travelTime(hop.length_m, limits);
+}
+
+}  // namespace bearing_calibration

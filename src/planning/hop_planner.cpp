@@ -1,0 +1,159 @@
+#include "bearing_calibration/planning/hop_planner.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/validated.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// How many of the best first hops are followed further.
+constexpr std::size_t kBeam = 6;
+/// Aim so much farther from the light than allowed, so that a hop's rounding does not forbid it.
+constexpr double kSpare_m = 0.005;
+constexpr double kShortestHop_m = 0.05;  // shorter ways teach less than their ramps cost
+/// A side of the polygon about the light that the best drives known are made of (doc/driving.md).
+constexpr double kChord_m = 0.4;
+
+/// All ways to turn so that the base then goes along `course_rad`, forward or backwards.
+void addTurns(double course_rad, double length_m, std::vector<Hop>* hops) {
+  for (const double sense : {1.0, -1.0}) {
+    const double turn = wrapAngle(sense > 0.0 ? course_rad : course_rad + kPi);
+    const double other_way_round = turn - std::copysign(2.0 * kPi, turn);
+    hops->push_back({turn, sense * length_m});
+    hops->push_back({other_way_round, sense * length_m});
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> PlannerConfig::validate() const {
+  Requirements require;
+  require.positive("planner/light_distance", light_distance_m);
+  require.notNegative("planner/light_sigmas", light_sigmas);
+  require.notNegative("planner/region_margin", region_margin_m);
+  require.that(std::isfinite(max_hop_m) && max_hop_m >= 2.0 * kShortestHop_m,
+               "planner/max_hop must be at least 0.1, but is " + std::to_string(max_hop_m));
+  return require.errors();
+}
+
+Pose2 poseAfter(const Hop& hop, const Pose2& frame_from_base) {
+  const Pose2 turned{frame_from_base.position_m, wrapAngle(frame_from_base.yaw_rad + hop.turn_rad)};
+  return turned * Pose2{{hop.length_m, 0.0}, 0.0};
+}
+
+/// A hop, where it leads, and what it brings.
+struct HopPlanner::Candidate {
+  Hop hop;
+  CartesianEstimate expected;
+  Pose2 start_from_base;
+  double duration_s = 0.0;
+  double gain = 0.0;  ///< by how much the log det falls
+  double rate() const { return gain / duration_s; }
+};
+
+HopPlanner::HopPlanner(const PlannerConfig& config, const WheelLimits& limits,
+                       const SensingModel& sensing, const Region& region)
+    : config_(validated(config)),
+      limits_(validated(limits)),
+      sensing_(validated(sensing)),
+      region_(validated(region)) {}
+
+double HopPlanner::logDet(const CartesianEstimate& estimate) const {
+  const auto log_det = [](const auto& covariance) {
+    return 2.0 * covariance.llt().matrixLLT().diagonal().array().log().sum();
+  };
+  switch (config_.block) {
+    case PlannerConfig::Block::kMount:
+      return log_det(Eigen::Matrix3d(estimate.covariance.bottomRightCorner<3, 3>()));
+    case PlannerConfig::Block::kPosition:
+      return log_det(Eigen::Matrix2d(estimate.covariance.block<2, 2>(2, 2)));
+    case PlannerConfig::Block::kYaw:
+      break;
+  }
+  return std::log(estimate.covariance(CartesianIndex::kSensorYaw, CartesianIndex::kSensorYaw));
+}
+
+bool HopPlanner::staysInside(const Hop& hop, const Pose2& start_from_base) const {
+  const Eigen::Vector2d& from = start_from_base.position_m;
+  const double needed_m = std::min(config_.region_margin_m, region_.clearance(from));
+  return region_.clearance(from, poseAfter(hop, start_from_base).position_m) >= needed_m;
+}
+
+bool HopPlanner::isAllowed(const Hop& hop, const CartesianEstimate& estimate,
+                           const Pose2& start_from_base) const {
+  const double here_m = lightClearance({}, estimate, config_.light_sigmas);
+  const double needed_m = std::min(config_.light_distance_m, here_m);
+  return lightClearance(hop, estimate, config_.light_sigmas) >= needed_m &&
+         staysInside(hop, start_from_base);
+}
+
+/// Courses by where the light is: chords that pass it as near as allowed, a way straight to the
+/// nearest place allowed, and ways past and away from it.
+std::vector<Hop> HopPlanner::proposals(const CartesianEstimate& estimate) const {
+  const Eigen::Vector2d light = estimate.lightInBase();
+  const double distance_m = light.norm();
+  const double to_light_rad = std::atan2(light.y(), light.x());
+  const double sigmas_m = distance_m - lightClearance({}, estimate, config_.light_sigmas);
+  const double limit_m = config_.light_distance_m + sigmas_m + kSpare_m;
+  const double tangent_rad = std::asin(std::min(1.0, limit_m / distance_m));
+  const double to_tangent_m = distance_m * std::cos(tangent_rad);
+
+  std::vector<Hop> hops;
+  const auto add = [&](double from_light_rad, double length_m) {
+    const double length = std::min(length_m, config_.max_hop_m);
+    if (length >= kShortestHop_m) addTurns(to_light_rad + from_light_rad, length, &hops);
+  };
+  add(0.0, distance_m - limit_m);
+  for (const double side : {1.0, -1.0}) {
+    add(side * tangent_rad, 2.0 * to_tangent_m);
+    add(side * tangent_rad, to_tangent_m);
+    add(side * tangent_rad, to_tangent_m + 0.5 * kChord_m);
+    add(side * 0.5 * (tangent_rad + 0.5 * kPi), 0.5 * config_.max_hop_m);
+    add(side * 0.5 * kPi, 0.5 * config_.max_hop_m);
+  }
+  add(kPi, 0.5 * config_.max_hop_m);
+  return hops;
+}
+
+std::vector<HopPlanner::Candidate> HopPlanner::candidatesAt(const CartesianEstimate& estimate,
+                                                            const Pose2& start_from_base) const {
+  const double log_det = logDet(estimate);
+  std::vector<Candidate> candidates;
+  for (const Hop& hop : proposals(estimate)) {
+    if (!isAllowed(hop, estimate, start_from_base)) continue;
+    Candidate candidate{hop, predictAfter(hop, estimate, limits_, sensing_),
+                        poseAfter(hop, start_from_base), durationOf(hop, limits_), 0.0};
+    candidate.gain = log_det - logDet(candidate.expected);
+    if (std::isfinite(candidate.gain)) candidates.push_back(candidate);
+  }
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& a, const Candidate& b) { return a.rate() > b.rate(); });
+  return candidates;
+}
+
+std::optional<PlannedHop> HopPlanner::plan(const CartesianEstimate& estimate,
+                                           const Pose2& start_from_base) const {
+  const std::vector<Candidate> firsts = candidatesAt(estimate, start_from_base);
+  if (firsts.empty()) return std::nullopt;
+  PlannedHop best{firsts.front().hop, {}, firsts.front().expected};
+  double best_rate = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < std::min(kBeam, firsts.size()); ++i) {
+    const Candidate& first = firsts[i];
+    for (const Candidate& second : candidatesAt(first.expected, first.start_from_base)) {
+      // Pairs are compared with pairs: a short hop that gains much at once may end where nothing
+      // more is to be gained.
+      const double rate = (first.gain + second.gain) / (first.duration_s + second.duration_s);
+      if (rate <= best_rate) continue;
+      best_rate = rate;
+      best = {first.hop, second.hop, second.expected};
+    }
+  }
+  return best;
+}
+
+}  // namespace bearing_calibration

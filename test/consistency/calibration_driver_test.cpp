@@ -1,0 +1,181 @@
+// A robot that drives its own calibration: when it stops, and that it arrives.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "tools/drive_summary.h"
+
+namespace bearing_calibration {
+namespace {
+
+constexpr double kPeriod_s = 0.05;
+const DriveGoal kLongDrive{DriveMotion::kDance, 1000.0, 1000.0};
+
+/// A robot whose wheels do what they are told at once, and whose inputs can be taken away.
+class Robot {
+ public:
+  explicit Robot(const DriveGoal& goal = kLongDrive, const DriveConfig& config = paperDrive())
+      : separation_m_(config.limits.wheel_separation_m), driver_(config, goal, now_) {}
+
+  bool has_ticks = true, sees_light = true, has_estimate = true;
+  bool wheels_roll = true;
+  CalibrationState state = CalibrationState::kInitialising;
+
+  /// Drives for a while; the speeds that were commanded are kept.
+  void drive(double time_s) {
+    for (double end_s = time_s; end_s > 0.0; end_s -= kPeriod_s) {
+      now_ += durationFromSeconds(kPeriod_s);
+      if (has_ticks) driver_.addTravel({now_, travel_.left_m, travel_.right_m, 0.0}, now_);
+      if (sees_light) driver_.noteBearing(now_);
+      if (has_estimate) driver_.addEstimate({now_, state, std::nullopt}, now_);
+      commands.push_back(driver_.steer(now_));
+      if (!wheels_roll) continue;
+      travel_.left_m += kPeriod_s * commands.back().left_mps;
+      travel_.right_m += kPeriod_s * commands.back().right_mps;
+    }
+  }
+
+  /// Drives on and expects the end for this reason, within a time, and to stand from then on.
+  void expectEnd(DriveEnd reason, double within_s) {
+    const std::size_t before = commands.size();
+    drive(within_s);
+    EXPECT_STREQ(nameOf(driver_.ended()), nameOf(reason));
+    // 0.2 m/s at 0.5 m/s^2
+    drive(0.45);
+    EXPECT_TRUE(driver_.standing());
+    drive(1.0);
+    EXPECT_TRUE(isStanding(commands.back()));
+    for (std::size_t i = before; i < commands.size(); ++i) {
+      EXPECT_LE(std::abs(commands[i].right_mps - commands[i - 1].right_mps),
+                0.5 * kPeriod_s + 1e-9);
+      EXPECT_LE(std::abs(commands[i].left_mps - commands[i - 1].left_mps), 0.5 * kPeriod_s + 1e-9);
+    }
+  }
+
+  CalibrationDriver& driver() { return driver_; }
+  std::vector<WheelSpeeds> commands;
+
+ private:
+  double separation_m_;
+  Stamp now_ = stampFromSeconds(100.0);
+  CalibrationDriver driver_;
+  WheelDisplacement travel_;
+};
+
+TEST(CalibrationDriver, StandsUntilItKnowsWhereTheWheelsStand) {
+  Robot robot;
+  robot.has_ticks = false;
+  robot.drive(0.4);
+  for (const WheelSpeeds& command : robot.commands) EXPECT_TRUE(isStanding(command));
+  robot.has_ticks = true;
+  robot.drive(1.0);
+  EXPECT_FALSE(robot.driver().standing());
+}
+
+TEST(CalibrationDriver, StopsWhenAnInputFallsSilent) {
+  Robot ticks, light, estimate;
+  for (Robot* robot : {&ticks, &light, &estimate}) {
+    robot->drive(2.0);
+    ASSERT_FALSE(robot->driver().standing());
+  }
+  ticks.has_ticks = false;
+  ticks.expectEnd(DriveEnd::kTicksLost, 0.6);
+  light.sees_light = false;
+  light.expectEnd(DriveEnd::kLightLost, 2.1);
+  estimate.has_estimate = false;
+  estimate.expectEnd(DriveEnd::kEstimateLost, 3.1);
+}
+
+TEST(CalibrationDriver, StopsWhenToldToAndKeepsTheFirstReason) {
+  for (const DriveEnd reason : {DriveEnd::kCancelled, DriveEnd::kDisabled, DriveEnd::kObstacle}) {
+    Robot robot;
+    robot.drive(2.0);
+    robot.driver().end(reason);
+    robot.driver().end(DriveEnd::kTimeOver);
+    robot.expectEnd(reason, 0.1);
+  }
+}
+
+TEST(CalibrationDriver, StopsWhenConverged) {
+  Robot robot;
+  robot.drive(2.0);
+  robot.state = CalibrationState::kConverged;
+  robot.expectEnd(DriveEnd::kConverged, 0.1);
+}
+
+TEST(CalibrationDriver, StopsAtTheEndOfItsBudgets) {
+  Robot in_time({DriveMotion::kDance, 3.0, 1000.0});
+  in_time.expectEnd(DriveEnd::kTimeOver, 3.1);
+  Robot on_path({DriveMotion::kDance, 1000.0, 0.5});
+  on_path.expectEnd(DriveEnd::kPathOver, 4.0);
+}
+
+TEST(CalibrationDriver, DrivesNoWayOutOfItsRegion) {
+  DriveConfig config = paperDrive();
+  config.region.radius_m = 1.2;  // the first metre fits, the second side's end does not
+  Robot robot(kLongDrive, config);
+  robot.expectEnd(DriveEnd::kNoWay, 12.0);
+  EXPECT_GT(config.region.clearance(robot.driver().startFromBase().position_m), 0.1);
+}
+
+/// Somebody pushes it on where the first metre ends: it is the border itself that stops it.
+TEST(CalibrationDriver, StopsOutsideOfItsRegion) {
+  DriveConfig config = paperDrive();
+  config.region.radius_m = 1.12;
+  CalibrationDriver driver(config, kLongDrive, stampFromSeconds(1.0));
+  Stamp now = stampFromSeconds(1.0);
+  for (double pushed_m = 0.0; pushed_m < 1.3; pushed_m += 0.0625) {
+    now += durationFromSeconds(kPeriod_s);
+    driver.addTravel({now, pushed_m, pushed_m, 0.0}, now);
+    driver.noteBearing(now);
+    driver.addEstimate({now, CalibrationState::kInitialising, std::nullopt}, now);
+    driver.steer(now);
+  }
+  EXPECT_STREQ(nameOf(driver.ended()), "LEFT_REGION");
+}
+
+TEST(CalibrationDriver, StopsWhenTheWheelsDoNotRoll) {
+  Robot robot;
+  robot.wheels_roll = false;
+  robot.expectEnd(DriveEnd::kWheelsDisobeyed, 25.0);
+}
+
+TEST(CalibrationDriver, NamesWhatIsWrongWithItsConfiguration) {
+  DriveConfig config = paperDrive();
+  config.limits.max_speed_mps = 0.0;
+  config.timeouts.ticks_s = std::nan("");
+  EXPECT_EQ(config.validate().size(), 2u);
+  EXPECT_THROW(CalibrationDriver(config, kLongDrive, Stamp()), std::invalid_argument);
+  EXPECT_THROW(CalibrationDriver(paperDrive(), {DriveMotion::kDance, 0.0, 1.0}, Stamp()),
+               std::invalid_argument);
+}
+
+/// The table of doc/driving.md on a sample that a build can afford; drive_table runs it in full.
+TEST(CalibrationDriver, TeachesMoreThanThePapersDance) {
+  const auto summaryOf = [](const DrivenMotion& motion) {
+    std::vector<DriveRecord> records;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      records.push_back(drive(motionCase(motion, seed, 100.0)));
+    }
+    return summarise(records);
+  };
+  const MotionSummaryRow planned = summaryOf(comparedMotions()[0]);
+  const std::vector<Bar> bars = judgeBars(planned);
+  EXPECT_TRUE(allReached(bars)) << format(bars);
+  const MotionSummaryRow dance = summaryOf(comparedMotions()[1]);
+  EXPECT_NEAR(dance.figure, 0.745, 0.06);  // the bound along it, without ramps (doc/driving.md)
+  EXPECT_LT(3.0 * planned.figure, dance.figure);
+}
+
+TEST(CalibrationDriver, ConvergesFromNothing) {
+  std::vector<DriveRecord> records;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) records.push_back(drive(roomCase(seed)));
+  const std::vector<Bar> bars = judgeBars(summariseRooms(records));
+  EXPECT_TRUE(allReached(bars)) << format(bars);
+}
+
+}  // namespace
+}  // namespace bearing_calibration

@@ -1,0 +1,249 @@
+// The parts of a drive: hops, their prediction, the region, the planner, and the follower.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <deque>
+#include <random>
+
+#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/planning/drive_motion.h"
+#include "bearing_calibration/planning/hop_follower.h"
+#include "bearing_calibration/planning/hop_planner.h"
+
+namespace bearing_calibration {
+namespace {
+
+constexpr double kSeparation_m = 0.25;
+const WheelLimits kLimits{kSeparation_m, 0.2, 0.5};
+const SensingModel kSensing{{1e-6, 0.0}, kPi / 180.0, 10.0};
+const PlannerConfig kPlanner{PlannerConfig::Block::kMount, 0.5, 2.0, 0.1, 1.0};
+
+CartesianEstimate estimateAt(double light_x_m, double light_y_m, double stddev) {
+  CartesianEstimate estimate;
+  estimate.mean << light_x_m, light_y_m, 0.08, 0.05, 1.0;
+  estimate.covariance = stddev * stddev * Matrix5::Identity();
+  return estimate;
+}
+
+double logDetOfMount(const CartesianEstimate& estimate) {
+  return std::log(estimate.covariance.bottomRightCorner<3, 3>().determinant());
+}
+
+TEST(Hop, TravelsByTrapezoidWithinTheLimits) {
+  // long way: cruise; ramps of 0.4 s and 0.04 m each
+  EXPECT_DOUBLE_EQ(travelTime(1.0, kLimits), 1.0 / 0.2 + 0.4);
+  EXPECT_DOUBLE_EQ(travelAt(0.2, 1.0, kLimits), 0.5 * 0.5 * 0.2 * 0.2);
+  EXPECT_DOUBLE_EQ(travelAt(0.4 + 1.0, 1.0, kLimits), 0.04 + 0.2);
+  // short way: a triangle
+  EXPECT_DOUBLE_EQ(travelTime(0.02, kLimits), 2.0 * std::sqrt(0.02 / 0.5));
+  EXPECT_DOUBLE_EQ(travelAt(0.5 * travelTime(0.02, kLimits), 0.02, kLimits), 0.01);
+  for (const double way_m : {1.0, -1.0, 0.02, -0.08}) {
+    const double whole_s = travelTime(way_m, kLimits);
+    EXPECT_NEAR(travelAt(whole_s, way_m, kLimits), way_m, 1e-12);
+    EXPECT_DOUBLE_EQ(travelAt(0.0, way_m, kLimits), 0.0);
+    constexpr double kStep_s = 1e-3;
+    double speed_before = 0.0;
+    for (double time_s = 0.0; time_s < whole_s; time_s += kStep_s) {
+      const double speed =
+          (travelAt(time_s + kStep_s, way_m, kLimits) - travelAt(time_s, way_m, kLimits)) / kStep_s;
+      EXPECT_LE(std::abs(speed), kLimits.max_speed_mps + 1e-9);
+      EXPECT_LE(std::abs(speed - speed_before), kLimits.max_acceleration_mps2 * kStep_s + 1e-9);
+      speed_before = speed;
+    }
+  }
+}
+
+/// The filter itself, fed with every bearing along the hop, is what the prediction stands for.
+TEST(HopPrediction, IsWhatTheFilterWillSay) {
+  const CartesianEstimate start = estimateAt(0.7, 0.4, 0.02);
+  for (const Hop hop : {Hop{0.0, 0.6}, Hop{-4.5, 0.0}, Hop{1.2, -0.8}, Hop{7.0, 0.5}}) {
+    const auto filter = makeCartesianFilter(start);
+    for (const WheelDisplacement& whole :
+         {turningWheels(hop, kSeparation_m), straightWheels(hop)}) {
+      const double period_s = 1.0 / kSensing.bearing_rate_hz;
+      double before = 0.0;
+      const double whole_s = travelTime(whole.right_m, kLimits);
+      for (double time_s = period_s; time_s <= whole_s + 0.5 * period_s; time_s += period_s) {
+        const double now = travelAt(time_s, whole.right_m, kLimits) / whole.right_m;
+        const double part = now - before;
+        before = now;
+        filter->predict(append({}, {part * whole.left_m, part * whole.right_m}, kSeparation_m,
+                               kSensing.wheel_noise, 0.0));
+        const AzimuthPrediction expected = filter->predictAzimuth();
+        filter->update(expected.azimuth_rad, std::pow(kSensing.bearing_stddev_rad, 2));
+      }
+    }
+    const CartesianEstimate predicted = predictAfter(hop, start, kLimits, kSensing);
+    const CartesianEstimate filtered = filter->cartesian();
+    EXPECT_LT((predicted.mean - filtered.mean).norm(), 0.01) << hop.turn_rad;
+    // steps of up to a quarter of a second instead of a tenth: a few percent of each deviation
+    EXPECT_NEAR(logDetOfMount(predicted), logDetOfMount(filtered), 0.2) << hop.turn_rad;
+  }
+}
+
+TEST(LightClearance, IsTheLeastDistanceMinusItsOwnDeviations) {
+  CartesianEstimate estimate = estimateAt(1.0, 0.5, 0.0);
+  EXPECT_DOUBLE_EQ(lightClearance({0.0, 2.0}, estimate, 2.0), 0.5);                    // passes it
+  EXPECT_DOUBLE_EQ(lightClearance({0.0, -2.0}, estimate, 2.0), std::hypot(1.0, 0.5));  // leaves
+  EXPECT_NEAR(lightClearance({0.5 * kPi, 0.2}, estimate, 2.0), std::hypot(1.0, 0.3), 1e-12);
+  estimate.covariance(0, 0) = 0.01;  // along the way: no matter for the place beside the light
+  EXPECT_DOUBLE_EQ(lightClearance({0.0, 2.0}, estimate, 2.0), 0.5);
+  estimate.covariance(1, 1) = 0.01;
+  EXPECT_NEAR(lightClearance({0.0, 2.0}, estimate, 2.0), 0.3, 1e-12);
+}
+
+TEST(Region, DiscAndPolygonKnowTheirBorders) {
+  const Region disc{2.0, {}};
+  EXPECT_DOUBLE_EQ(disc.clearance({0.0, 0.0}, {1.5, 0.0}), 0.5);
+  EXPECT_DOUBLE_EQ(disc.clearance({0.0, 2.5}), -0.5);
+  // an L: the straight way between its arms leaves it
+  const Region corner{0.0, {{-1, -1}, {3, -1}, {3, 1}, {1, 1}, {1, 3}, {-1, 3}}};
+  EXPECT_TRUE(corner.validate().empty());
+  EXPECT_DOUBLE_EQ(corner.clearance({0.0, 0.0}), 1.0);
+  EXPECT_DOUBLE_EQ(corner.clearance({0.0, 0.0}, {2.5, 0.0}), 0.5);
+  EXPECT_LE(corner.clearance({0.0, 2.5}, {2.5, 0.0}), 0.0);
+  EXPECT_DOUBLE_EQ(corner.clearance({2.0, 2.0}), -1.0);
+  EXPECT_FALSE((Region{0.0, {{1, 1}, {2, 1}, {2, 2}}}).validate().empty());
+  EXPECT_FALSE((Region{0.0, {{-1, -1}, {1, 1}, {1, -1}, {-1, 1}}}).validate().empty());
+  EXPECT_FALSE((Region{0.0, {}}).validate().empty());
+}
+
+/// Whatever it knows, it neither comes too near to the light nor leaves the region, and it learns.
+TEST(HopPlanner, PlansOnlyWhatIsAllowed) {
+  std::mt19937_64 engine(1);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const Region region{2.0, {}};
+  const HopPlanner planner(kPlanner, kLimits, kSensing, region);
+  for (int i = 0; i < 50; ++i) {
+    const double distance_m = 0.55 + 2.5 * uniform(engine);
+    const Eigen::Vector2d light =
+        rotation2(2.0 * kPi * uniform(engine)) * Eigen::Vector2d(distance_m, 0.0);
+    const CartesianEstimate estimate =
+        estimateAt(light.x(), light.y(), std::pow(10.0, -3.0 + 1.2 * uniform(engine)));
+    const Pose2 start_from_base{1.8 * Eigen::Vector2d(uniform(engine), 0.0),
+                                2.0 * kPi * uniform(engine)};
+    const auto plan = planner.plan(estimate, start_from_base);
+    ASSERT_TRUE(plan) << i;
+    const double here_m = lightClearance({}, estimate, 2.0);
+    EXPECT_GE(lightClearance(plan->hop, estimate, 2.0), std::min(0.5, here_m)) << i;
+    const Pose2 there = poseAfter(plan->hop, start_from_base);
+    EXPECT_GE(region.clearance(start_from_base.position_m, there.position_m), 0.1 - 1e-12) << i;
+    EXPECT_LT(logDetOfMount(plan->expected), logDetOfMount(estimate)) << i;
+  }
+}
+
+TEST(HopPlanner, LeavesALightThatIsTooNear) {
+  const HopPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+  const auto plan = planner.plan(estimateAt(0.25, 0.1, 0.01), {});
+  ASSERT_TRUE(plan);
+  EXPECT_GE(lightClearance(plan->hop, estimateAt(0.25, 0.1, 0.0), 0.0),
+            std::hypot(0.25, 0.1) - 1e-9);
+}
+
+TEST(HopPlanner, HasNoPlanWithoutRoom) {
+  const HopPlanner planner(kPlanner, kLimits, kSensing, {0.11, {}});
+  EXPECT_FALSE(planner.plan(estimateAt(1.0, 0.0, 0.01), {}));
+}
+
+/// A chosen block is served better than by a plan for another one.
+TEST(HopPlanner, ServesTheChosenBlock) {
+  const CartesianEstimate estimate = estimateAt(0.7, 0.3, 0.02);
+  const auto stddevOfYaw = [&](PlannerConfig::Block block) {
+    PlannerConfig config = kPlanner;
+    config.block = block;
+    const HopPlanner planner(config, kLimits, kSensing, {4.0, {}});
+    CartesianEstimate now = estimate;
+    Pose2 pose;
+    double time_s = 0.0;
+    while (time_s < 30.0) {
+      const auto plan = planner.plan(now, pose);
+      time_s += durationOf(plan->hop, kLimits);
+      now = predictAfter(plan->hop, now, kLimits, kSensing);
+      pose = poseAfter(plan->hop, pose);
+    }
+    return std::sqrt(now.covariance(4, 4));
+  };
+  EXPECT_LT(stddevOfYaw(PlannerConfig::Block::kYaw), stddevOfYaw(PlannerConfig::Block::kPosition));
+}
+
+/// Wheels that do what they are told, some time later, read back some time later.
+class LateWheels {
+ public:
+  explicit LateWheels(int late_periods) : commands_(static_cast<std::size_t>(late_periods)) {}
+
+  WheelDisplacement drive(const WheelSpeeds& command, double period_s) {
+    commands_.push_back(command);
+    travelled_.left_m += period_s * commands_.front().left_mps;
+    travelled_.right_m += period_s * commands_.front().right_mps;
+    commands_.pop_front();
+    return travelled_;
+  }
+
+ private:
+  std::deque<WheelSpeeds> commands_;
+  WheelDisplacement travelled_;
+};
+
+TEST(HopFollower, ArrivesWithinTheLimitsWithLateWheels) {
+  constexpr double kPeriod_s = 0.05;
+  for (const Hop hop : {Hop{0.0, 1.0}, Hop{-5.0, -0.4}, Hop{2.0 * kPi, 0.0}, Hop{0.01, 0.02}}) {
+    LateWheels wheels(2);
+    WheelDisplacement travelled;
+    HopFollower follower(hop, kLimits, travelled);
+    WheelSpeeds before;
+    int steps = 0;
+    while (!follower.done() && steps++ < 2000) {
+      const WheelSpeeds next = follower.steer(travelled, before, kPeriod_s);
+      for (const auto& [now, last] : {std::pair{next.left_mps, before.left_mps},
+                                      std::pair{next.right_mps, before.right_mps}}) {
+        EXPECT_LE(std::abs(now), kLimits.max_speed_mps + 1e-12);
+        EXPECT_LE(std::abs(now - last), kLimits.max_acceleration_mps2 * kPeriod_s + 1e-12);
+      }
+      EXPECT_FALSE(follower.isDisobeyed(travelled));
+      before = next;
+      travelled = wheels.drive(next, kPeriod_s);
+    }
+    ASSERT_TRUE(follower.done()) << hop.turn_rad;
+    EXPECT_TRUE(isStanding(before));
+    const double turned_rad = (travelled.right_m - travelled.left_m) / kSeparation_m;
+    EXPECT_NEAR(0.5 * (travelled.right_m + travelled.left_m), hop.length_m, 0.01);
+    EXPECT_NEAR(turned_rad, hop.turn_rad, 0.06);
+  }
+}
+
+TEST(HopFollower, StandsAsSoonAsItCanWhenAbandoned) {
+  constexpr double kPeriod_s = 0.05;
+  HopFollower follower({0.0, 1.0}, kLimits, {});
+  WheelSpeeds before{0.2, 0.2};
+  follower.abandon();
+  int steps = 0;
+  while (!follower.done() && steps++ < 100) before = follower.steer({0.1, 0.1}, before, kPeriod_s);
+  EXPECT_EQ(steps, 8);  // 0.2 m/s at 0.5 m/s^2 is 0.4 s
+  EXPECT_TRUE(isStanding(before));
+}
+
+TEST(HopFollower, NoticesWheelsThatDisobey) {
+  HopFollower reversed({0.0, 1.0}, kLimits, {});
+  EXPECT_FALSE(reversed.isDisobeyed({-0.05, -0.05}));
+  EXPECT_TRUE(reversed.isDisobeyed({-0.15, -0.15}));
+  HopFollower stuck({0.0, 0.1}, kLimits, {});
+  WheelSpeeds command;
+  for (int i = 0; i < 200 && !stuck.isDisobeyed({}); ++i) command = stuck.steer({}, command, 0.05);
+  EXPECT_TRUE(stuck.isDisobeyed({}));
+}
+
+TEST(DriveMotion, ScriptsAreThePapersAndHaveWords) {
+  const HopSequence dance = scriptedHops(DriveMotion::kDance);
+  EXPECT_DOUBLE_EQ(dance.at(0).turn_rad, 0.0);
+  for (std::size_t i = 0; i < 10; ++i) EXPECT_DOUBLE_EQ(dance.at(i).length_m, 1.0);
+  for (std::size_t i = 1; i < 10; ++i) EXPECT_DOUBLE_EQ(dance.at(i).turn_rad, 2.5 * kPi);
+  EXPECT_THROW(scriptedHops(DriveMotion::kOptimal), std::invalid_argument);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_FALSE(instructionsFor(static_cast<DriveMotion>(i)).empty());
+  }
+}
+
+}  // namespace
+}  // namespace bearing_calibration

@@ -1,0 +1,185 @@
+#include "tools/best_drive.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <utility>
+
+namespace bearing_calibration {
+namespace {
+
+/// So little is known before the drive: the bound is that of the drive alone.
+constexpr double kIgnorance = 100.0;
+
+CartesianEstimate truthOf(const DrivenCase& driven) {
+  const RobotConfig& robot = driven.simulated.robot;
+  CartesianEstimate truth;
+  truth.mean << robot.world_from_start.inverse() * driven.simulated.lights.front().position_m,
+      robot.base_from_sensor.position_m, robot.base_from_sensor.yaw_rad;
+  truth.covariance = kIgnorance * Matrix5::Identity();
+  return truth;
+}
+
+/// The part of a hop that can be driven in `time_s`.
+Hop cutTo(const Hop& hop, double time_s, const WheelLimits& limits) {
+  constexpr int kHalvings = 30;
+  const auto part = [&hop](double share) {  // the first half of the shares turns
+    return Hop{hop.turn_rad * std::min(1.0, 2.0 * share),
+               hop.length_m * std::max(0.0, 2.0 * share - 1.0)};
+  };
+  double low = 0.0;
+  double high = 1.0;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (durationOf(part(middle), limits) > time_s ? high : low) = middle;
+  }
+  return part(low);
+}
+
+class Search {
+ public:
+  Search(const DrivenCase& driven, double duration_s, std::uint64_t seed)
+      : driven_(driven), duration_s_(duration_s), truth_(truthOf(driven)), engine_(seed) {
+    // Room for one more hop than fits, so that a change that saves time finds something to do.
+    constexpr double kMargin_s = 20.0;
+    best_cost_ = std::numeric_limits<double>::infinity();
+    consider(evaluated(plannedHops(duration_s + kMargin_s)));
+    for (const double chord_m : {0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.2}) {
+      for (const int turns : {-2, -1, 0, 1}) {
+        consider(evaluated(polygonHops(chord_m, turns, duration_s + kMargin_s)));
+      }
+    }
+  }
+
+  BestDrive run(int changes) {
+    for (int i = 0; i < changes; ++i) {
+      // changes of all sizes, the smaller ones towards the end
+      const double size = std::pow(10.0, -2.0 * uniform() * i / changes);
+      consider(evaluated(changed(size)));
+    }
+    return best_;
+  }
+
+ private:
+  double uniform() { return std::uniform_real_distribution<double>(0.0, 1.0)(engine_); }
+  double gaussian(double stddev) { return std::normal_distribution<double>(0.0, stddev)(engine_); }
+  std::size_t index(std::size_t count) {
+    return std::uniform_int_distribution<std::size_t>(0, count - 1)(engine_);
+  }
+
+  std::vector<Hop> plannedHops(double until_s) const {
+    const DriveConfig& drive = driven_.drive;
+    PlannerConfig config = drive.planner;
+    config.light_sigmas = 0.0;  // the light is known here
+    const HopPlanner planner(config, drive.limits, drive.sensing, drive.region);
+    std::vector<Hop> hops;
+    CartesianEstimate estimate = truth_;
+    Pose2 start_from_base;
+    for (double time_s = 0.0; time_s < until_s; time_s += durationOf(hops.back(), drive.limits)) {
+      const auto plan = planner.plan(estimate, start_from_base);
+      if (!plan) break;
+      hops.push_back(plan->hop);
+      estimate = predictAfter(plan->hop, estimate, drive.limits, drive.sensing);
+      start_from_base = poseAfter(plan->hop, start_from_base);
+    }
+    return hops;
+  }
+
+  void consider(BestDrive candidate) {
+    const double cost = costOf(candidate);
+    if (cost >= best_cost_) return;
+    best_ = std::move(candidate);
+    best_cost_ = cost;
+  }
+
+  /// Straight to the nearest place allowed, passing the light on the left; from there on a regular
+  /// polygon about it with so many full turns at each corner beside its own.
+  std::vector<Hop> polygonHops(double chord_m, int turns, double until_s) const {
+    constexpr double kSpare_m = 1e-4;
+    const double inner_m = driven_.drive.planner.light_distance_m + kSpare_m;
+    const Eigen::Vector2d light = truth_.lightInBase();
+    const double to_tangent_m = std::sqrt(light.squaredNorm() - inner_m * inner_m);
+    std::vector<Hop> hops{{std::atan2(light.y(), light.x()) - std::asin(inner_m / light.norm()),
+                           to_tangent_m + 0.5 * chord_m}};
+    const Hop corner{2.0 * std::atan(0.5 * chord_m / inner_m) + 2.0 * kPi * turns, chord_m};
+    const double corner_s = durationOf(corner, driven_.drive.limits);
+    for (double time_s = 0.0; time_s < until_s; time_s += corner_s) hops.push_back(corner);
+    return hops;
+  }
+
+  BestDrive evaluated(std::vector<Hop> hops) const {
+    const DriveConfig& drive = driven_.drive;
+    BestDrive result{std::move(hops), {}, std::numeric_limits<double>::infinity()};
+    CartesianEstimate estimate = truth_;
+    double left_s = duration_s_;
+    for (const Hop& hop : result.hops) {
+      if (left_s <= 0.0) break;
+      const double needed_s = durationOf(hop, drive.limits);
+      const Hop driveable = needed_s <= left_s ? hop : cutTo(hop, left_s, drive.limits);
+      left_s -= needed_s;
+      result.least_distance_m =
+          std::min(result.least_distance_m, lightClearance(driveable, estimate, 0.0));
+      estimate = predictAfter(driveable, estimate, drive.limits, drive.sensing);
+    }
+    result.covariance = estimate.covariance;
+    return result;
+  }
+
+  double costOf(const BestDrive& candidate) const {
+    if (candidate.least_distance_m < driven_.drive.planner.light_distance_m) {
+      return std::numeric_limits<double>::infinity();
+    }
+    return candidate.covariance.bottomRightCorner<3, 3>().determinant();
+  }
+
+  /// Another drive: one hop turned or made longer, with or without what follows turning along.
+  std::vector<Hop> changed(double size) {
+    constexpr double kTurnStddev = 1.0;
+    constexpr double kLengthStddev_m = 0.5;
+    std::vector<Hop> hops = best_.hops;
+    const std::size_t i = index(hops.size());
+    switch (index(5)) {
+      case 0:
+        hops[i].turn_rad += gaussian(kTurnStddev * size);
+        break;
+      case 1: {
+        const double turn = gaussian(kTurnStddev * size);
+        hops[i].turn_rad += turn;
+        if (i + 1 < hops.size()) hops[i + 1].turn_rad -= turn;
+        break;
+      }
+      case 2:
+        hops[i].length_m += gaussian(kLengthStddev_m * size);
+        break;
+      case 3:
+        hops[i].turn_rad += std::copysign(2.0 * kPi, gaussian(1.0));
+        break;
+      default:
+        if (uniform() < 0.5) {
+          hops.insert(hops.begin() + static_cast<std::ptrdiff_t>(i),
+                      {gaussian(kTurnStddev), gaussian(kLengthStddev_m)});
+        } else if (hops.size() > 1) {
+          hops.erase(hops.begin() + static_cast<std::ptrdiff_t>(i));
+        }
+    }
+    return hops;
+  }
+
+  const DrivenCase& driven_;
+  double duration_s_;
+  CartesianEstimate truth_;
+  std::mt19937_64 engine_;
+  BestDrive best_;
+  double best_cost_ = 0.0;
+};
+
+}  // namespace
+
+BestDrive findBestDrive(const DrivenCase& driven, double duration_s, int changes,
+                        std::uint64_t seed) {
+  return Search(driven, duration_s, seed).run(changes);
+}
+
+}  // namespace bearing_calibration

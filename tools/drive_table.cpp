@@ -1,0 +1,141 @@
+// What a calibration drive brings: planned by the robot, scripted, and the best that is known.
+// drive_table --help
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <atomic>
+#include <boost/program_options.hpp>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <iostream>
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tools/best_drive.h"
+#include "tools/drive_summary.h"
+#include "tools/monte_carlo_bars.h"
+
+namespace bearing_calibration {
+namespace {
+
+namespace options = boost::program_options;
+
+constexpr int kUsageError = 2;
+constexpr int kBarMissed = 1;
+
+struct Arguments {
+  std::string what;
+  int runs = 0;
+  int changes = 0;
+  int threads = 0;
+  double duration_s = 0.0;
+};
+
+options::options_description describeOptions(Arguments* arguments) {
+  options::options_description description(
+      "drive_table [--what motions|best|rooms|all] [options]\n\n"
+      "Exit status 1 when a bar of doc/driving.md is missed");
+  auto add = description.add_options();
+  add("help,h", "print this");
+  add("what", options::value(&arguments->what)->default_value("all"),
+      "motions: the same time driven in different ways, from random mounts; best: the best drive "
+      "that is found by somebody who knows mount and light; rooms: from nothing until converged, "
+      "the light anywhere in 0.5 to 3 m");
+  add("runs", options::value(&arguments->runs)->default_value(100), "of each motion, and rooms");
+  add("changes", options::value(&arguments->changes)->default_value(20000),
+      "tried in the search for the best drive");
+  add("threads", options::value(&arguments->threads)->default_value(2), "at work");
+  add("duration", options::value(&arguments->duration_s)->default_value(100.0),
+      "of a drive of motions and best [s]");
+  return description;
+}
+
+std::vector<DriveRecord> driveAll(const Arguments& arguments,
+                                  const std::function<DrivenCase(std::uint64_t)>& caseOf) {
+  std::vector<DriveRecord> records(static_cast<std::size_t>(arguments.runs));
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < records.size(); i = next++) records[i] = drive(caseOf(i + 1));
+  };
+  std::vector<std::thread> threads;
+  for (int i = 0; i < arguments.threads; ++i) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  return records;
+}
+
+/// The ways to drive for the same time, with the bars of the planned one.
+bool printMotions(const Arguments& arguments) {
+  std::printf("%s", motionHeader().c_str());
+  bool all_reached = true;
+  for (const DrivenMotion& motion : comparedMotions()) {
+    const MotionSummaryRow row = summarise(driveAll(arguments, [&](std::uint64_t seed) {
+      return motionCase(motion, seed, arguments.duration_s);
+    }));
+    std::printf("%s", format(motion.name, row).c_str());
+    std::fflush(stdout);
+    if (motion.motion != DriveMotion::kOptimal) continue;
+    const std::vector<Bar> bars = judgeBars(row);
+    std::printf("%s", format(bars).c_str());
+    all_reached = allReached(bars);
+  }
+  return all_reached;
+}
+
+void printBest(const Arguments& arguments) {
+  const DrivenCase driven = motionCase(comparedMotions().front(), 1, arguments.duration_s);
+  const BestDrive best = findBestDrive(driven, arguments.duration_s, arguments.changes, 1);
+  std::printf("best found offline: figure %.3f, nearest %.2f m\n",
+              polarFigure(best.covariance.bottomRightCorner<3, 3>(), kPaperRho_m),
+              best.least_distance_m);
+  for (const Hop& hop : best.hops) {
+    std::printf("  turn %5.0f deg, go %5.2f m\n", degreesFromRadians(hop.turn_rad), hop.length_m);
+  }
+}
+
+bool printRooms(const Arguments& arguments) {
+  const RoomSummary summary = summariseRooms(driveAll(arguments, roomCase));
+  std::printf("%s", format(summary).c_str());
+  const std::vector<Bar> bars = judgeBars(summary);
+  std::printf("%s", format(bars).c_str());
+  return allReached(bars);
+}
+
+int run(int argc, char** argv) {
+  Arguments arguments;
+  const options::options_description description = describeOptions(&arguments);
+  options::variables_map values;
+  options::store(options::parse_command_line(argc, argv, description), values);
+  if (values.count("help") > 0) {
+    std::cout << description << "\n";
+    return 0;
+  }
+  options::notify(values);
+  const std::vector<std::string> known = {"all", "motions", "best", "rooms"};
+  if (std::find(known.begin(), known.end(), arguments.what) == known.end()) {
+    throw std::invalid_argument("--what must be all, motions, best or rooms, but is " +
+                                arguments.what);
+  }
+  const auto wants = [&](const char* what) {
+    return arguments.what == "all" || arguments.what == what;
+  };
+  bool all_reached = true;
+  if (wants("motions")) all_reached = printMotions(arguments) && all_reached;
+  if (wants("best")) printBest(arguments);
+  if (wants("rooms")) all_reached = printRooms(arguments) && all_reached;
+  return all_reached ? 0 : kBarMissed;
+}
+
+}  // namespace
+}  // namespace bearing_calibration
+
+int main(int argc, char** argv) {
+  try {
+    return bearing_calibration::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "drive_table: " << error.what() << " (see --help)\n";
+    return bearing_calibration::kUsageError;
+  }
+}

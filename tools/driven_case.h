@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+
+#include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/planning/calibration_driver.h"
+#include "tools/simulated_case.h"
+
+namespace bearing_calibration {
+
+/// A robot that drives its own calibration, from the simulator's sensors to its wheels.
+struct DrivenCase {
+  SimulatedCase simulated;  ///< its trajectory plays no part
+  DriveConfig drive;
+  DriveGoal goal;
+  bool stops_when_converged = true;  ///< else it drives on until the goal's time is over
+};
+
+/// The drive's parameters as config/drive.yaml has them, for the paper's robot.
+DriveConfig paperDrive();
+
+/// With a limit of 0.5 m for the estimate, the true distance must not fall below this one.
+inline constexpr double kNear_m = 0.45;
+
+/// How a drive went.
+struct DriveRecord {
+  DriveEnd end = DriveEnd::kNone;
+  double time_s = 0.0;
+  double path_m = 0.0;
+  double least_distance_m = 0.0;  ///< of the base's centre to the light, truly
+  /// The same from the moment on at which the driver had an estimate and was no nearer than
+  /// kNear_m: what the opening has done, when nothing was known, is not the planner's.
+  double least_kept_distance_m = 0.0;
+  CalibrationResult result;
+  Vector5 truth = Vector5::Zero();  ///< at the last bearing
+  double worst_decision_ms = 0.0;   ///< processor time of the longest call of steer()
+};
+
+DriveRecord drive(const DrivenCase& driven);
+
+/// det cov(phi deg, rho mm, psi deg)^(1/6) of a mount's covariance, the measure of doc/driving.md.
+double polarFigure(const Eigen::Matrix3d& mount_covariance, double rho_m);
+
+}  // namespace bearing_calibration
