@@ -14,7 +14,8 @@ import subprocess
 import sys
 import tempfile
 
-PROGRAMS = ('filter_bench', 'ceres_bench', 'estimation_bench', 'detection_bench')
+PROGRAMS = ('filter_bench', 'ceres_bench', 'estimation_bench', 'detection_bench',
+            'driving_bench')
 REPETITIONS = 15
 QUICK_REPETITIONS = 3
 MIN_TIME_S = 0.05        # of one repetition: thousands of filter steps, some of the slowest batch

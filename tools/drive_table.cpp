@@ -16,6 +16,7 @@
 
 #include "tools/best_drive.h"
 #include "tools/drive_summary.h"
+#include "tools/image_look.h"
 #include "tools/monte_carlo_bars.h"
 
 namespace bearing_calibration {
@@ -36,14 +37,15 @@ struct Arguments {
 
 options::options_description describeOptions(Arguments* arguments) {
   options::options_description description(
-      "drive_table [--what motions|best|rooms|all] [options]\n\n"
+      "drive_table [--what motions|best|rooms|images|all] [options]\n\n"
       "Exit status 1 when a bar of doc/driving.md is missed");
   auto add = description.add_options();
   add("help,h", "print this");
   add("what", options::value(&arguments->what)->default_value("all"),
       "motions: the same time driven in different ways, from random mounts; best: the best drive "
       "that is found by somebody who knows mount and light; rooms: from nothing until converged, "
-      "the light anywhere in 0.5 to 3 m");
+      "the light anywhere in 0.5 to 3 m; images: ten such rooms with rendered images and the "
+      "detector");
   add("runs", options::value(&arguments->runs)->default_value(100), "of each motion, and rooms");
   add("changes", options::value(&arguments->changes)->default_value(20000),
       "tried in the search for the best drive");
@@ -95,12 +97,26 @@ void printBest(const Arguments& arguments) {
   }
 }
 
-bool printRooms(const Arguments& arguments) {
-  const RoomSummary summary = summariseRooms(driveAll(arguments, roomCase));
+bool printRooms(const Arguments& arguments,
+                const std::function<DrivenCase(std::uint64_t)>& caseOf) {
+  const RoomSummary summary = summariseRooms(driveAll(arguments, caseOf));
   std::printf("%s", format(summary).c_str());
   const std::vector<Bar> bars = judgeBars(summary);
   std::printf("%s", format(bars).c_str());
   return allReached(bars);
+}
+
+DrivenCase roomWithImages(std::uint64_t seed) {
+  DrivenCase driven = roomCase(seed);
+  driven.look = imageLook(seed);
+  return driven;
+}
+
+bool printImages(Arguments arguments) {
+  constexpr int kMostRuns = 10;  // a minute each
+  arguments.runs = std::min(arguments.runs, kMostRuns);
+  std::printf("with images, ");
+  return printRooms(arguments, roomWithImages);
 }
 
 int run(int argc, char** argv) {
@@ -113,9 +129,9 @@ int run(int argc, char** argv) {
     return 0;
   }
   options::notify(values);
-  const std::vector<std::string> known = {"all", "motions", "best", "rooms"};
+  const std::vector<std::string> known = {"all", "motions", "best", "rooms", "images"};
   if (std::find(known.begin(), known.end(), arguments.what) == known.end()) {
-    throw std::invalid_argument("--what must be all, motions, best or rooms, but is " +
+    throw std::invalid_argument("--what must be all, motions, best, rooms or images, but is " +
                                 arguments.what);
   }
   const auto wants = [&](const char* what) {
@@ -124,7 +140,8 @@ int run(int argc, char** argv) {
   bool all_reached = true;
   if (wants("motions")) all_reached = printMotions(arguments) && all_reached;
   if (wants("best")) printBest(arguments);
-  if (wants("rooms")) all_reached = printRooms(arguments) && all_reached;
+  if (wants("rooms")) all_reached = printRooms(arguments, roomCase) && all_reached;
+  if (wants("images")) all_reached = printImages(arguments) && all_reached;
   return all_reached ? 0 : kBarMissed;
 }
 

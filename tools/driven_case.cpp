@@ -8,6 +8,7 @@
 #include <ctime>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "bearing_calibration/calibration/calibrator.h"
@@ -64,7 +65,8 @@ class Loop {
       odometer_.add(*ticks);
       driver_.addTravel(*odometer_.travel(), now);
     }
-    if (const auto bearings = simulator_->readBearings()) {
+    const auto bearings = look();
+    if (bearings) {
       calibrator_.addBearings(*bearings, now);
       if (!bearings->candidates.empty()) driver_.noteBearing(now);
       tell(now);
@@ -75,6 +77,12 @@ class Loop {
     if (is_kept_) {
       record_.least_kept_distance_m = std::min(record_.least_kept_distance_m, distance_m);
     }
+  }
+
+  std::optional<BearingSet> look() {
+    if (!driven_.look) return simulator_->readBearings();
+    if (!simulator_->bearingsDue()) return std::nullopt;
+    return driven_.look(*simulator_);
   }
 
   void tell(Stamp now) {
@@ -120,11 +128,11 @@ class Loop {
 
 DriveConfig paperDrive() {
   DriveConfig drive;
-  drive.limits = {0.25, 0.2, 0.5};
+  drive.limits = {0.25, 0.2, 1.0};
   drive.sensing = {{1e-6, 0.0}, radiansFromDegrees(1.0), 10.0};
   drive.planner = {PlannerConfig::Block::kMount, 0.5, 2.0, 0.1, 1.0};
   drive.region.radius_m = 4.0;
-  drive.timeouts = {0.5, 2.0, 3.0};
+  drive.timeouts = {0.5, 3.0, 3.0};
   return drive;
 }
 

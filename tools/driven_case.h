@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <functional>
 
 #include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/planning/calibration_driver.h"
@@ -14,9 +14,11 @@ struct DrivenCase {
   DriveConfig drive;
   DriveGoal goal;
   bool stops_when_converged = true;  ///< else it drives on until the goal's time is over
+  /// What sees the light when bearings are due; the simulator's own bearing sensor when empty.
+  std::function<BearingSet(const RobotSimulator&)> look;
 };
 
-/// The drive's parameters as config/drive.yaml has them, for the paper's robot.
+/// The parameters of config/drive.yaml for the paper's robot, in a room of 4 m about its start.
 DriveConfig paperDrive();
 
 /// With a limit of 0.5 m for the estimate, the true distance must not fall below this one.

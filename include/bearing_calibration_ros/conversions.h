@@ -62,6 +62,10 @@ bearing_calibration::CalibrationEstimate messageFromResult(
     const bearing_calibration::CalibrationResult& result, std::uint32_t joint_states_without_wheels,
     const std::string& base_frame);
 
+/// Light and mount of such a message; none where it has no estimate yet.
+std::optional<bearing_calibration::CartesianEstimate> cartesianFromMessage(
+    const bearing_calibration::CalibrationEstimate& message);
+
 /// The sensor's pose in the base frame; 6x6 covariance row-major in (x, y, z, roll, pitch, yaw)
 /// (REP 103). What is not estimated enters with its configured variance, uncorrelated.
 geometry_msgs::PoseWithCovarianceStamped poseFromMount(

@@ -16,6 +16,14 @@ constexpr double kTrack_s = 10.0;
 constexpr double kCourseStep = 0.25 * kPi;
 constexpr int kCourses = 8;
 
+/// Scripts are driven as they are printed, past a light that a person has put there: its estimate's
+/// mean guards them, not its deviations, which are large in the beginning.
+PlannerConfig guardOf(const PlannerConfig& config, DriveMotion motion) {
+  PlannerConfig guard = config;
+  if (motion != DriveMotion::kOptimal) guard.light_sigmas = 0.0;
+  return guard;
+}
+
 bool isOver(Stamp last, double timeout_s, Stamp now) {
   return secondsFromDuration(now - last) > timeout_s;
 }
@@ -56,7 +64,8 @@ class CalibrationDriver::Impl {
   Impl(const DriveConfig& config, const DriveGoal& goal, Stamp now)
       : config_(validated(config)),
         goal_(validated(goal)),
-        planner_(config.planner, config.limits, config.sensing, config.region),
+        planner_(guardOf(config.planner, goal.motion), config.limits, config.sensing,
+                 config.region),
         script_(goal.motion == DriveMotion::kOptimal ? openingHops() : scriptedHops(goal.motion)),
         track_(config.limits.wheel_separation_m, config.sensing.wheel_noise,
                durationFromSeconds(kTrack_s)),

@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration_ros/wheel_params.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -11,17 +12,6 @@ namespace core = bearing_calibration;
 
 FrameNames readFrames(ParamReader& params) {
   return {params.text("frames/base"), params.text("frames/sensor")};
-}
-
-core::DriveGeometry readDrive(ParamReader& params) {
-  core::DriveGeometry drive;
-  drive.wheel_separation_m = params.number("wheels/separation");
-  drive.left_wheel_radius_m = params.number("wheels/left_radius");
-  drive.right_wheel_radius_m = params.number("wheels/right_radius");
-  drive.ticks_per_revolution = params.number("wheels/ticks_per_revolution");
-  drive.counter_bits = params.integer("wheels/counter_bits");
-  drive.max_wheel_speed_mps = params.number("wheels/max_speed");
-  return drive;
 }
 
 core::BearingInputConfig readBearings(ParamReader& params) {
@@ -63,12 +53,11 @@ core::FilterConfig readFilter(ParamReader& params) {
   return filter;
 }
 
-core::CalibratorConfig readCalibrator(ParamReader& params) {
+core::CalibratorConfig readCalibrator(const WheelParams& wheels, ParamReader& params) {
   core::CalibratorConfig config;
-  config.drive = readDrive(params);
-  config.wheel_noise.independent_k_m = params.number("wheels/noise_independent");
-  config.wheel_noise.common_k_m = params.number("wheels/noise_common");
-  config.tick_history_s = params.number("wheels/history");
+  config.drive = wheels.drive;
+  config.wheel_noise = wheels.noise;
+  config.tick_history_s = wheels.history_s;
   config.bearings = readBearings(params);
   config.start = readStart(params);
   config.filter = readFilter(params);
@@ -141,9 +130,10 @@ std::vector<std::string> OutputConfig::validate(const FrameNames& frames) const 
 CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params) {
   CalibrationNodeConfig config;
   config.frames = readFrames(params);
-  config.wheels_from_joint_states = params.choice("wheels/source", {"ticks", "joint_states"}) == 1;
-  config.joints = {params.text("wheels/left_joint"), params.text("wheels/right_joint")};
-  config.calibrator = readCalibrator(params);
+  const WheelParams wheels = readWheels(params);
+  config.wheels_from_joint_states = wheels.from_joint_states;
+  config.joints = wheels.joints;
+  config.calibrator = readCalibrator(wheels, params);
   config.unestimated_mount = readUnestimatedMount(params);
   config.output = readOutput(params);
   config.input_timeout_s = params.number("diagnostics/input_timeout");
@@ -155,9 +145,7 @@ CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params) {
   require.add(config.unestimated_mount.validate());
   require.add(config.output.validate(config.frames));
   require.positive("diagnostics/input_timeout", config.input_timeout_s);
-  require.that(config.joints.left != config.joints.right,
-               "wheels/left_joint must not be wheels/right_joint, but both are '" +
-                   config.joints.left + "'");
+  require.add(wheels.validate());
   params.addErrors(require.errors());
   params.throwIfAnyError();
   return config;

@@ -61,6 +61,16 @@ void fillMount(const std::optional<core::MountEstimate>& estimate,
   fillRowMajor(mount.covariance, &message->covariance_x_y_yaw);
 }
 
+void fillCartesianState(const std::optional<core::CartesianEstimate>& estimate,
+                        core::CalibrationEstimate* message) {
+  const core::CartesianEstimate none{core::Vector5::Constant(kNone),
+                                     core::Matrix5::Constant(kNone)};
+  const core::CartesianEstimate& cartesian = estimate ? *estimate : none;
+  message->light_x_m = cartesian.lightInBase().x();
+  message->light_y_m = cartesian.lightInBase().y();
+  fillRowMajor(cartesian.covariance, &message->covariance_light_x_y_yaw);
+}
+
 void fillPaperState(const std::optional<core::PaperEstimate>& estimate,
                     core::CalibrationEstimate* message) {
   const core::PaperEstimate none{core::Vector5::Constant(kNone), core::Matrix5::Constant(kNone),
@@ -167,6 +177,7 @@ core::CalibrationEstimate messageFromResult(const core::CalibrationResult& resul
   message.state = static_cast<std::uint8_t>(result.state);
   message.state_text = std::string(core::nameOf(result.state)) + ": " + result.advice;
   fillMount(result.base_from_sensor, &message);
+  fillCartesianState(result.cartesian_state, &message);
   fillPaperState(result.paper_state, &message);
   message.nis = result.nis;
   message.nis_mean = result.nis_mean;
@@ -180,6 +191,18 @@ core::CalibrationEstimate messageFromResult(const core::CalibrationResult& resul
   message.ticks_rejected = result.tick_inputs.badInputs() + joint_states_without_wheels;
   message.rejections = rejectionsText(result, joint_states_without_wheels);
   return message;
+}
+
+std::optional<core::CartesianEstimate> cartesianFromMessage(
+    const core::CalibrationEstimate& message) {
+  core::CartesianEstimate estimate;
+  estimate.mean << message.light_x_m, message.light_y_m, message.x_m, message.y_m, message.yaw_rad;
+  for (Eigen::Index i = 0; i < estimate.covariance.size(); ++i) {
+    estimate.covariance(i / 5, i % 5) =
+        message.covariance_light_x_y_yaw[static_cast<std::size_t>(i)];
+  }
+  if (!estimate.mean.allFinite() || !estimate.covariance.allFinite()) return std::nullopt;
+  return estimate;
 }
 
 geometry_msgs::PoseWithCovarianceStamped poseFromMount(const core::MountEstimate& base_from_sensor,

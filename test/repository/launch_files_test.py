@@ -7,6 +7,7 @@ import unittest
 import xml.etree.ElementTree as ElementTree
 
 import roslaunch.config
+import roslaunch.core
 import roslaunch.xmlloader
 import roslib.packages
 import yaml
@@ -14,7 +15,8 @@ import yaml
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 LAUNCH_FILES = sorted(glob.glob(os.path.join(REPOSITORY, 'launch', '*.launch')))
 CONFIG_FILES = sorted(glob.glob(os.path.join(REPOSITORY, 'config', '*.yaml')))
-EXPECTED_LAUNCH_FILES = {'calibrate.launch', 'demo.launch', 'detect.launch', 'replay.launch'}
+EXPECTED_LAUNCH_FILES = {'calibrate.launch', 'demo.launch', 'detect.launch', 'drive.launch',
+                         'replay.launch'}
 
 # Arguments that have no default because only the user knows them.
 REQUIRED_ARGUMENTS = {'replay.launch': ['bag:=/tmp/some.bag']}
@@ -51,6 +53,18 @@ class LaunchFiles(unittest.TestCase):
                 for node in config.nodes:
                     self.assertTrue(roslib.packages.find_node(node.package, node.type),
                                     '%s/%s is not there' % (node.package, node.type))
+
+    def testTheDemoDrivesInEveryWayItNames(self):
+        demo = os.path.join(REPOSITORY, 'launch', 'demo.launch')
+        for drive, motion in (('optimal', 'optimal'), ('paper', 'dance')):
+            nodes = {node.name: node for node in load(demo, 'drive:=' + drive).nodes}
+            self.assertIn('calibration_drive', nodes)
+            self.assertEqual(nodes['start_drive'].args, motion)
+        for arguments in (['drive:=manual'], []):
+            names = {node.name for node in load(demo, *arguments).nodes}
+            self.assertNotIn('calibration_drive', names)
+        with self.assertRaises(roslaunch.core.RLException):
+            load(demo, 'drive:=fast')
 
     def testTheirNodeletsAreDeclared(self):
         loaded = set()

@@ -60,6 +60,13 @@ class Demo(unittest.TestCase):
         self.assertIn('right: converged', output)
         self.assertNotRegex(self.nodes, CRASH)
 
+    def testTheRobotDrivesItself(self):
+        output, code = self.finish(self.start('drive:=optimal'), DEMO_DEADLINE_S)
+        print(output)
+        self.assertEqual(code, 0, output + self.nodes)
+        self.assertIn('right: converged', output)
+        self.assertNotRegex(self.nodes, CRASH)
+
     def testFailsWithoutTheDetector(self):
         output, code = self.finish(self.start('--no-detector', '--seconds', '15'), 60)
         self.assertEqual(code, 1, output + self.nodes)

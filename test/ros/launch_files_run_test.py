@@ -114,6 +114,9 @@ class LaunchFilesRun(unittest.TestCase):
     def testDemo(self):
         self.assertRuns('demo.launch')
 
+    def testDrive(self):
+        self.assertRuns('drive.launch', 'start_manager:=true')
+
     def testReplay(self):
         bag_path = os.path.join(self.folder, 'ticks.bag')
         with rosbag.Bag(bag_path, 'w') as bag:

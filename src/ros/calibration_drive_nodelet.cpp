@@ -1,0 +1,319 @@
+#include <actionlib/server/simple_action_server.h>
+#include <bearing_calibration/CalibrationDriveAction.h>
+#include <bearing_calibration/CalibrationEstimate.h>
+#include <bearing_calibration/LightBearings.h>
+#include <bearing_calibration/StartDrive.h>
+#include <bearing_calibration/WheelTicks.h>
+#include <geometry_msgs/Twist.h>
+#include <nodelet/nodelet.h>
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
+#include <std_msgs/Bool.h>
+#include <std_srvs/Trigger.h>
+
+#include <memory>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+#include <string>
+
+#include "bearing_calibration/odometry/wheel_odometer.h"
+#include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/drive_params.h"
+#include "bearing_calibration_ros/drive_publisher.h"
+#include "bearing_calibration_ros/input_watch.h"
+#include "bearing_calibration_ros/log_throttle.h"
+
+namespace bearing_calibration_ros {
+
+namespace core = bearing_calibration;
+
+/// Drives the robot so that its calibration learns fast: wheel readings, bearings and the estimate
+/// in, cmd_vel out. It speaks on cmd_vel only while a goal is active (action ~drive, service
+/// ~start), and its last word there is to stand.
+///
+/// Threading: as in CalibrationNodelet: everything hangs on getNodeHandle()'s queue, one callback
+/// at a time, and nothing is locked. The action server locks its own calls. The control loop goes
+/// by real time, so that the robot is stopped even when ROS time stands still.
+class CalibrationDriveNodelet : public nodelet::Nodelet {
+ public:
+  ~CalibrationDriveNodelet() override;
+
+ private:
+  using ActionServer = actionlib::SimpleActionServer<core::CalibrationDriveAction>;
+
+  void onInit() override;
+  void advertise();
+  void subscribe();
+
+  void onTicks(const core::WheelTicksConstPtr& message);
+  void onJointStates(const sensor_msgs::JointStateConstPtr& message);
+  void onBearings(const core::LightBearingsConstPtr& message);
+  void onEstimate(const core::CalibrationEstimateConstPtr& message);
+  void onObstacle(const std_msgs::BoolConstPtr& message);
+  void onEnable(const std_msgs::BoolConstPtr& message);
+  void onActionGoal();
+  void onActionCancel() { end(core::DriveEnd::kCancelled); }
+  bool onStart(core::StartDrive::Request& request, core::StartDrive::Response& response);
+  bool onStop(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  void onControl(const ros::WallTimerEvent& event);
+
+  void addTravel(const core::InputOutcome& outcome);
+  std::string begin(const std::string& motion, double max_time_s, double max_path_m);
+  void end(core::DriveEnd reason);
+  void steer();
+  bool timeStandsStill(const ros::Time& now);
+  void finish();
+  void reportActionEnd(const core::CalibrationDriveResult& result);
+  void stand() { command_publisher_.publish(geometry_msgs::Twist()); }
+
+  template <typename Work>
+  void guarded(const char* callback, Work work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.what());
+      if (driver_) stand();
+    }
+  }
+
+  DriveNodeConfig config_;
+  std::optional<core::WheelOdometer> odometer_;
+  std::optional<core::CalibrationDriver> driver_;  ///< while a goal is active
+  core::CalibrationEstimate estimate_;             ///< the last one
+  bool is_enabled_ = true;
+  bool has_obstacle_ = false;
+  ClockWatch clock_watch_;
+  ros::Time last_time_;
+  ros::SteadyTime last_time_moved_;
+  int controls_ = 0;
+
+  std::unique_ptr<DrivePublisher> publisher_;
+  std::unique_ptr<ActionServer> action_server_;
+  ros::Publisher command_publisher_;
+  ros::ServiceServer start_service_, stop_service_;
+  ros::Subscriber wheel_subscriber_, bearing_subscriber_, estimate_subscriber_;
+  ros::Subscriber obstacle_subscriber_, enable_subscriber_;
+  ros::WallTimer timer_;
+  LogThrottle throttle_{kWarningPeriod_s};
+
+  static constexpr double kWarningPeriod_s = 5.0;
+};
+
+CalibrationDriveNodelet::~CalibrationDriveNodelet() {
+  if (driver_) stand();  // at once: nobody is left to brake
+}
+
+void CalibrationDriveNodelet::onInit() {
+  try {
+    config_ = readDriveNodeConfig(ParamReader(getPrivateNodeHandle()));
+    odometer_.emplace(config_.wheels.drive);
+    advertise();
+    subscribe();
+  } catch (const std::exception& error) {
+    NODELET_FATAL("not started: %s", error.what());
+    throw;  // tells the nodelet loader, which says nothing by itself
+  }
+}
+
+void CalibrationDriveNodelet::advertise() {
+  ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
+  publisher_ = std::make_unique<DrivePublisher>(private_node_handle, config_.start_frame);
+  command_publisher_ = getNodeHandle().advertise<geometry_msgs::Twist>("cmd_vel", 1);
+  constexpr bool kLater = false;
+  action_server_ = std::make_unique<ActionServer>(private_node_handle, "drive", kLater);
+  action_server_->registerGoalCallback([this] { guarded("goal", [this] { onActionGoal(); }); });
+  action_server_->registerPreemptCallback([this] { onActionCancel(); });
+  action_server_->start();
+  start_service_ =
+      private_node_handle.advertiseService("start", &CalibrationDriveNodelet::onStart, this);
+  stop_service_ =
+      private_node_handle.advertiseService("stop", &CalibrationDriveNodelet::onStop, this);
+}
+
+void CalibrationDriveNodelet::subscribe() {
+  constexpr std::uint32_t kWheelQueue = 200;  // 2 s at 100 Hz
+  constexpr std::uint32_t kQueue = 10;
+  const auto hints = ros::TransportHints().tcpNoDelay();
+  ros::NodeHandle& node_handle = getNodeHandle();
+  wheel_subscriber_ =
+      config_.wheels.from_joint_states
+          ? node_handle.subscribe("joint_states", kWheelQueue,
+                                  &CalibrationDriveNodelet::onJointStates, this, hints)
+          : node_handle.subscribe("wheel_ticks", kWheelQueue, &CalibrationDriveNodelet::onTicks,
+                                  this, hints);
+  bearing_subscriber_ =
+      node_handle.subscribe("bearings", kQueue, &CalibrationDriveNodelet::onBearings, this, hints);
+  estimate_subscriber_ =
+      node_handle.subscribe("estimate", kQueue, &CalibrationDriveNodelet::onEstimate, this, hints);
+  obstacle_subscriber_ =
+      node_handle.subscribe("obstacle", kQueue, &CalibrationDriveNodelet::onObstacle, this, hints);
+  enable_subscriber_ = getPrivateNodeHandle().subscribe(
+      "enable", kQueue, &CalibrationDriveNodelet::onEnable, this, hints);
+  timer_ = node_handle.createWallTimer(ros::WallDuration(1.0 / config_.control_rate_hz),
+                                       &CalibrationDriveNodelet::onControl, this);
+}
+
+void CalibrationDriveNodelet::onTicks(const core::WheelTicksConstPtr& message) {
+  guarded("wheel ticks", [&] { addTravel(odometer_->add(countsFromMessage(*message))); });
+}
+
+void CalibrationDriveNodelet::onJointStates(const sensor_msgs::JointStateConstPtr& message) {
+  guarded("joint states", [&] {
+    const auto angles = anglesFromMessage(*message, config_.wheels.joints);
+    if (angles) addTravel(odometer_->add(*angles));
+  });
+}
+
+void CalibrationDriveNodelet::addTravel(const core::InputOutcome& outcome) {
+  if (!outcome.accepted() || !driver_) return;  // bad readings are no readings: TICKS_LOST
+  driver_->addTravel(*odometer_->travel(), stampFromRos(ros::Time::now()));
+}
+
+void CalibrationDriveNodelet::onBearings(const core::LightBearingsConstPtr& message) {
+  if (driver_ && !message->candidates.empty()) {
+    driver_->noteBearing(stampFromRos(ros::Time::now()));
+  }
+}
+
+void CalibrationDriveNodelet::onEstimate(const core::CalibrationEstimateConstPtr& message) {
+  guarded("estimate", [&] {
+    estimate_ = *message;
+    if (!driver_) return;
+    driver_->addEstimate(
+        {stampFromRos(message->header.stamp), static_cast<core::CalibrationState>(message->state),
+         cartesianFromMessage(*message)},
+        stampFromRos(ros::Time::now()));
+  });
+}
+
+void CalibrationDriveNodelet::onObstacle(const std_msgs::BoolConstPtr& message) {
+  has_obstacle_ = message->data;
+  if (has_obstacle_) end(core::DriveEnd::kObstacle);
+}
+
+void CalibrationDriveNodelet::onEnable(const std_msgs::BoolConstPtr& message) {
+  is_enabled_ = message->data;
+  if (!is_enabled_) end(core::DriveEnd::kDisabled);
+}
+
+/// A goal replaces the one before it: that one is cancelled, and this one begins when it stands.
+void CalibrationDriveNodelet::onActionGoal() {
+  if (driver_) {
+    end(core::DriveEnd::kCancelled);
+    return;
+  }
+  const core::CalibrationDriveGoalConstPtr goal = action_server_->acceptNewGoal();
+  const std::string error = begin(goal->motion, goal->max_time_s, goal->max_path_m);
+  if (!error.empty()) action_server_->setAborted({}, error);
+}
+
+bool CalibrationDriveNodelet::onStart(core::StartDrive::Request& request,
+                                      core::StartDrive::Response& response) {
+  response.message = driver_ ? "a drive is under way: ~stop ends it"
+                             : begin(request.motion, request.max_time_s, request.max_path_m);
+  response.success = response.message.empty();
+  if (response.success) response.message = "the drive begins; ~stop ends it";
+  return true;
+}
+
+bool CalibrationDriveNodelet::onStop(std_srvs::Trigger::Request&,
+                                     std_srvs::Trigger::Response& response) {
+  response.success = true;
+  response.message = driver_ ? "the robot stops" : "there was no drive";
+  end(core::DriveEnd::kCancelled);
+  return true;
+}
+
+/// @returns why it cannot; empty when the drive begins.
+std::string CalibrationDriveNodelet::begin(const std::string& motion, double max_time_s,
+                                           double max_path_m) {
+  std::string error;
+  const ros::WallDuration clock_patience(config_.clock_timeout_s);
+  ros::Time::waitForValid(clock_patience);  // whoever starts all nodes at once is ahead of /clock
+  const ros::Time now = ros::Time::now();
+  if (now.isZero()) error = "/clock has not begun (use_sim_time is set)";
+  if (has_obstacle_) error = core::describe(core::DriveEnd::kObstacle);
+  if (!is_enabled_) error = core::describe(core::DriveEnd::kDisabled);
+  if (error.empty()) {
+    try {
+      const core::DriveGoal goal = goalFrom(motion, max_time_s, max_path_m, config_.default_goal);
+      driver_.emplace(config_.drive, goal, stampFromRos(now));
+      publisher_->restart();
+      last_time_ = now;
+      last_time_moved_ = ros::SteadyTime::now();
+      NODELET_INFO("drive '%s' begins: at most %.0f s and %.0f m",
+                   core::motionNames().at(static_cast<std::size_t>(goal.motion)).c_str(),
+                   goal.max_time_s, goal.max_path_m);
+    } catch (const std::exception& exception) {
+      error = exception.what();
+    }
+  }
+  if (!error.empty()) NODELET_WARN("no drive: %s", error.c_str());
+  return error;
+}
+
+void CalibrationDriveNodelet::end(core::DriveEnd reason) {
+  if (driver_) driver_->end(reason);
+}
+
+void CalibrationDriveNodelet::onControl(const ros::WallTimerEvent&) {
+  guarded("control", [this] {
+    if (driver_) steer();
+  });
+}
+
+void CalibrationDriveNodelet::steer() {
+  const ros::Time now = ros::Time::now();
+  if (timeStandsStill(now)) end(core::DriveEnd::kClockLost);
+  const core::WheelSpeeds speeds = driver_->steer(stampFromRos(now));
+  const bool is_without_time = driver_->ended() == core::DriveEnd::kClockLost;
+  if (is_without_time || (driver_->ended() != core::DriveEnd::kNone && driver_->standing())) {
+    finish();
+    return;
+  }
+  command_publisher_.publish(twistFrom(speeds, config_.drive.limits.wheel_separation_m));
+  constexpr int kControlsPerReport = 4;
+  if (++controls_ % kControlsPerReport != 0) return;
+  publisher_->publish(*driver_, estimate_.header.frame_id, now);
+  if (action_server_->isActive())
+    action_server_->publishFeedback(feedbackFrom(*driver_, estimate_));
+}
+
+bool CalibrationDriveNodelet::timeStandsStill(const ros::Time& now) {
+  const ros::SteadyTime steady_now = ros::SteadyTime::now();
+  if (now != last_time_) last_time_moved_ = steady_now;
+  last_time_ = now;
+  return clock_watch_.hasJumpedBack(now) ||
+         (steady_now - last_time_moved_).toSec() > config_.clock_timeout_s;
+}
+
+void CalibrationDriveNodelet::finish() {
+  stand();
+  const core::CalibrationDriveResult result = resultFrom(*driver_, estimate_);
+  publisher_->publish(*driver_, estimate_.header.frame_id, ros::Time::now());
+  driver_.reset();
+  const bool is_good = result.end == core::CalibrationDriveResult::CONVERGED;
+  if (is_good) {
+    NODELET_INFO("the drive ended after %.1f s and %.2f m: %s", result.time_s, result.path_m,
+                 result.end_text.c_str());
+  } else {
+    NODELET_WARN("the drive ended after %.1f s and %.2f m: %s", result.time_s, result.path_m,
+                 result.end_text.c_str());
+  }
+  if (action_server_->isActive()) reportActionEnd(result);
+  if (action_server_->isNewGoalAvailable()) onActionGoal();
+}
+
+void CalibrationDriveNodelet::reportActionEnd(const core::CalibrationDriveResult& result) {
+  if (result.end == core::CalibrationDriveResult::CONVERGED) {
+    action_server_->setSucceeded(result, result.end_text);
+  } else if (result.end == core::CalibrationDriveResult::CANCELLED) {
+    action_server_->setPreempted(result, result.end_text);
+  } else {
+    action_server_->setAborted(result, result.end_text);
+  }
+}
+
+}  // namespace bearing_calibration_ros
+
+PLUGINLIB_EXPORT_CLASS(bearing_calibration_ros::CalibrationDriveNodelet, nodelet::Nodelet)

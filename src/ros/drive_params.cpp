@@ -1,0 +1,99 @@
+#include "bearing_calibration_ros/drive_params.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/validated.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+
+core::PlannerConfig readPlanner(ParamReader& params) {
+  using Block = core::PlannerConfig::Block;
+  constexpr Block kBlocks[] = {Block::kMount, Block::kPosition, Block::kYaw};
+  core::PlannerConfig planner;
+  planner.block = kBlocks[params.choice("planner/block", {"mount", "position", "yaw"})];
+  planner.light_distance_m = params.number("planner/light_distance");
+  planner.light_sigmas = params.number("planner/light_sigmas");
+  planner.region_margin_m = params.number("planner/region_margin");
+  planner.max_hop_m = params.number("planner/max_hop");
+  return planner;
+}
+
+core::Region readRegion(ParamReader& params) {
+  core::Region region;
+  region.radius_m = params.number("region/radius");
+  for (const std::vector<double>& corner : params.rows("region/polygon", 2)) {
+    region.polygon_m.emplace_back(corner[0], corner[1]);
+  }
+  return region;
+}
+
+core::DriveConfig readDrive(const WheelParams& wheels, ParamReader& params) {
+  core::DriveConfig drive;
+  drive.limits = {wheels.drive.wheel_separation_m, params.number("limits/wheel_speed"),
+                  params.number("limits/wheel_acceleration")};
+  drive.sensing = {wheels.noise, params.number("planner/bearing_stddev"),
+                   params.number("planner/bearing_rate")};
+  drive.planner = readPlanner(params);
+  drive.region = readRegion(params);
+  drive.timeouts = {params.number("timeouts/ticks"), params.number("timeouts/bearings"),
+                    params.number("timeouts/estimate")};
+  return drive;
+}
+
+}  // namespace
+
+std::vector<std::string> DriveNodeConfig::validate() const {
+  core::Requirements require;
+  require.add(wheels.validate());
+  require.add(wheels.drive.validate());
+  require.add(drive.validate());
+  require.positive("drive/max_time", default_goal.max_time_s);
+  require.positive("drive/max_path", default_goal.max_path_m);
+  require.positive("timeouts/clock", clock_timeout_s);
+  require.positive("drive/control_rate", control_rate_hz);
+  require.that(!start_frame.empty(), "drive/start_frame must not be empty");
+  require.that(
+      drive.limits.max_speed_mps <= wheels.drive.max_wheel_speed_mps,
+      "limits/wheel_speed must not be greater than wheels/max_speed: faster wheels are not "
+      "believed");
+  return require.errors();
+}
+
+DriveNodeConfig readDriveNodeConfig(ParamReader params) {
+  DriveNodeConfig config;
+  config.wheels = readWheels(params);
+  config.drive = readDrive(config.wheels, params);
+  config.default_goal = {
+      static_cast<core::DriveMotion>(params.choice("drive/motion", core::motionNames())),
+      params.number("drive/max_time"), params.number("drive/max_path")};
+  config.clock_timeout_s = params.number("timeouts/clock");
+  config.control_rate_hz = params.number("drive/control_rate");
+  config.start_frame = params.text("drive/start_frame");
+  params.addErrors(config.validate());
+  params.throwIfAnyError();
+  return config;
+}
+
+core::DriveGoal goalFrom(const std::string& motion, double max_time_s, double max_path_m,
+                         const core::DriveGoal& default_goal) {
+  core::DriveGoal goal = default_goal;
+  if (!motion.empty()) {
+    const std::vector<std::string>& names = core::motionNames();
+    const auto found = std::find(names.begin(), names.end(), motion);
+    if (found == names.end()) {
+      throw std::invalid_argument("motion must be optimal, dance or corner_light, but is '" +
+                                  motion + "'");
+    }
+    goal.motion = static_cast<core::DriveMotion>(found - names.begin());
+  }
+  if (max_time_s != 0.0) goal.max_time_s = max_time_s;
+  if (max_path_m != 0.0) goal.max_path_m = max_path_m;
+  return core::validated(goal);
+}
+
+}  // namespace bearing_calibration_ros

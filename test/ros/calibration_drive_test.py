@@ -1,0 +1,148 @@
+#!/usr/bin/env python3
+"""The drive nodelet: it moves only when asked to, within its limits, and stops for every reason."""
+
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalStatus
+from bearing_calibration.msg import CalibrationDriveGoal, CalibrationDriveResult
+from nav_msgs.msg import Path
+from nodelet.srv import NodeletUnload
+
+from calibration_world import wait_until
+from drivable_robot import (ACCELERATION, CONTROL_PERIOD_S, MOST_STOPPING_S, SPEED, DrivableRobot,
+                            is_zero, wheels_of)
+
+TICKS_PER_METRE = 65536.0 / (2.0 * 3.141592653589793 * 0.05)
+
+
+class CalibrationDriveTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('calibration_drive_test')
+        cls.robot = DrivableRobot()
+        cls.robot.forget()
+
+    def setUp(self):
+        self.robot.forget()
+
+    def assertEnds(self, end, since, within_s, status=GoalStatus.ABORTED):
+        """The goal ends so, and the last command is to stand, this long after `since` at most."""
+        self.assertTrue(self.robot.client.wait_for_result(rospy.Duration(within_s + 5.0)))
+        result = self.robot.client.get_result()
+        self.assertEqual(result.end, end, result.end_text)
+        self.assertEqual(self.robot.client.get_state(), status)
+        self.assertStands(since, within_s)
+
+    def assertStands(self, since, within_s):
+        time.sleep(0.3)
+        said = self.robot.said()
+        self.assertTrue(is_zero(said[-1][1]), said[-1])
+        last_motion = max(when for when, twist in said if not is_zero(twist))
+        self.assertLess(last_motion - since, within_s)
+        count = len(said)
+        time.sleep(0.5)
+        self.assertEqual(len(self.robot.said()), count, 'it is silent without a goal')
+
+    def test_it_does_not_move_by_itself(self):
+        time.sleep(1.0)
+        self.assertEqual(self.robot.said(), [])
+
+    def test_cancel_stops_it_and_the_limits_are_obeyed(self):
+        self.robot.drive()
+        since = rospy.get_time()
+        self.robot.client.cancel_goal()
+        self.assertEnds(CalibrationDriveResult.CANCELLED, since, MOST_STOPPING_S,
+                        GoalStatus.PREEMPTED)
+        commands = [wheels_of(twist) for _, twist in self.robot.said()]
+        self.assertLessEqual(max(abs(wheel) for both in commands for wheel in both), SPEED + 1e-9)
+        # A control that came late had more time to change the speed: the mean tells.
+        change = max(abs(now - before) for first, second in zip(commands, commands[1:])
+                     for before, now in zip(first, second))
+        self.assertLessEqual(change, 4 * ACCELERATION * CONTROL_PERIOD_S)
+
+    def test_the_services_start_and_stop_it(self):
+        self.assertTrue(self.robot.start_service('dance', 0.0, 0.0).success)
+        wait_until(self.robot.is_moving, 'the robot moves')
+        again = self.robot.start_service('dance', 0.0, 0.0)
+        self.assertFalse(again.success)
+        self.assertIn('under way', again.message)
+        since = rospy.get_time()
+        self.assertTrue(self.robot.stop_service().success)
+        self.assertStands(since, MOST_STOPPING_S)
+        unknown = self.robot.start_service('waltz', 0.0, 0.0)
+        self.assertFalse(unknown.success)
+        self.assertIn("motion must be optimal, dance or corner_light, but is 'waltz'",
+                      unknown.message)
+
+    def test_a_new_goal_replaces_the_old_one(self):
+        self.robot.drive()
+        old = self.robot.client
+        self.robot.client.send_goal(CalibrationDriveGoal(motion='dance', max_time_s=1.0))
+        self.assertTrue(old.wait_for_result(rospy.Duration(10.0)))
+        self.assertEqual(old.get_result().end, CalibrationDriveResult.TIME_OVER)
+
+    def test_enable_false_stops_and_forbids_it(self):
+        self.robot.drive()
+        since = rospy.get_time()
+        self.robot.enable.publish(False)
+        self.assertEnds(CalibrationDriveResult.DISABLED, since, MOST_STOPPING_S)
+        refused = self.robot.start_service('dance', 0.0, 0.0)
+        self.assertFalse(refused.success)
+        self.assertIn('~enable', refused.message)
+
+    def test_an_obstacle_stops_it(self):
+        self.robot.drive()
+        since = rospy.get_time()
+        self.robot.obstacle.publish(True)
+        self.assertEnds(CalibrationDriveResult.OBSTACLE, since, MOST_STOPPING_S)
+        self.assertFalse(self.robot.start_service('dance', 0.0, 0.0).success)
+
+    def test_lost_inputs_stop_it(self):
+        for name, end, timeout_s in (('ticks', CalibrationDriveResult.TICKS_LOST, 0.5),
+                                     ('light', CalibrationDriveResult.LIGHT_LOST, 1.0),
+                                     ('estimate', CalibrationDriveResult.ESTIMATE_LOST, 1.5)):
+            with self.subTest(lost=name):
+                self.robot.forget()
+                self.robot.drive()
+                since = rospy.get_time()
+                self.robot.cut.add(name)
+                self.assertEnds(end, since, timeout_s + MOST_STOPPING_S)
+
+    def test_the_regions_edge_stops_it(self):
+        """Somebody pushes the robot over the border while it turns on the spot."""
+        self.robot.drive('optimal')
+        since = rospy.get_time()
+        for _ in range(60):  # 1.2 m/s, possible for these wheels
+            self.robot.push_ticks += int(0.06 * TICKS_PER_METRE)
+            time.sleep(0.05)
+            if self.robot.client.get_state() not in (GoalStatus.ACTIVE, GoalStatus.PENDING):
+                break
+        self.assertEnds(CalibrationDriveResult.LEFT_REGION, since, 4.0)
+
+    def test_it_plans_on_what_the_calibration_has_found(self):
+        ways, feedback = [], []
+        subscriber = rospy.Subscriber('calibration_drive/way_ahead', Path, ways.append)
+        self.robot.client.send_goal(CalibrationDriveGoal(motion='optimal'),
+                                    feedback_cb=feedback.append)
+        wait_until(lambda: any(f.expected_x_stddev_m < f.x_stddev_m for f in feedback),
+                   'a plan that promises to know more', 60.0)
+        wait_until(lambda: any(len(way.poses) > 1 for way in ways), 'a way ahead')
+        self.robot.client.cancel_goal()
+        self.assertTrue(self.robot.client.wait_for_result(rospy.Duration(5.0)))
+        subscriber.unregister()
+
+    def test_zz_unloaded_its_last_word_is_to_stand(self):
+        """Runs last: the nodelet is gone afterwards."""
+        self.robot.drive()
+        unload = rospy.ServiceProxy('manager/unload_nodelet', NodeletUnload)
+        self.assertTrue(unload(rospy.resolve_name('calibration_drive')).success)
+        wait_until(lambda: is_zero(self.robot.said()[-1][1]), 'the last command is to stand')
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'calibration_drive_stops', CalibrationDriveTest, sys.argv)

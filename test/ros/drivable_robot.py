@@ -1,0 +1,109 @@
+"""The other end of a drive: passes the robot's messages on until told not to, and remembers what the
+drive node says on cmd_vel."""
+
+import random
+import threading
+
+import actionlib
+import rospy
+from bearing_calibration.msg import (CalibrationDriveAction, CalibrationDriveGoal,
+                                     CalibrationEstimate, LightBearings, WheelTicks)
+from bearing_calibration.srv import StartDrive
+from geometry_msgs.msg import PoseStamped, Twist
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from calibration_world import wait_until
+
+MOST_STOPPING_S = 0.3
+CONTROL_PERIOD_S = 0.05
+SPEED = 0.2  # [m/s] limits/wheel_speed
+ACCELERATION = 1.0  # [m/s^2] limits/wheel_acceleration
+SEPARATION = 0.25
+BEARING_STDDEV = 0.01  # [rad] what the calibration is told, too
+
+
+def wheels_of(twist):
+    turn = 0.5 * SEPARATION * twist.angular.z
+    return twist.linear.x - turn, twist.linear.x + turn
+
+
+def is_zero(twist):
+    return twist.linear.x == 0.0 and twist.angular.z == 0.0
+
+
+class DrivableRobot:
+    """Relays, the action client, and every command with the time of its receipt."""
+
+    def __init__(self):
+        self.lock = threading.Lock()
+        self.commands = []  # (seconds, Twist)
+        self.base = None
+        self.cut = set()
+        self.push_ticks = 0
+        self.random = random.Random(1)
+        self.relay('robot/wheel_ticks', 'wheel_ticks', WheelTicks, 'ticks')
+        self.relay('simulation/truth/bearings', 'bearings', LightBearings, 'light')
+        self.relay('calibration/estimate', 'passed_on/estimate', CalibrationEstimate, 'estimate')
+        rospy.Subscriber('cmd_vel', Twist, self.keep_command, tcp_nodelay=True)
+        rospy.Subscriber('simulation/truth/base', PoseStamped, self.keep_base)
+        self.obstacle = rospy.Publisher('obstacle', Bool, queue_size=1)
+        self.enable = rospy.Publisher('calibration_drive/enable', Bool, queue_size=1)
+        self.start_service = rospy.ServiceProxy('calibration_drive/start', StartDrive)
+        self.stop_service = rospy.ServiceProxy('calibration_drive/stop', Trigger)
+        self.reset_service = rospy.ServiceProxy('calibration/reset', Trigger)
+        self.start_service.wait_for_service(20.0)
+        self.client = actionlib.SimpleActionClient('calibration_drive/drive',
+                                                   CalibrationDriveAction)
+        assert self.client.wait_for_server(rospy.Duration(20.0))
+        wait_until(lambda: self.base is not None and self.obstacle.get_num_connections()
+                   and self.enable.get_num_connections(), 'the robot is there')
+
+    def relay(self, source, target, kind, name):
+        publisher = rospy.Publisher(target, kind, queue_size=1000)
+
+        def pass_on(message):
+            if name in self.cut:
+                return
+            if name == 'ticks':
+                message.left += self.push_ticks
+                message.right += self.push_ticks
+            if name == 'light':  # the truth is too good to be a sensor's
+                for candidate in message.candidates:
+                    candidate.azimuth += self.random.gauss(0.0, BEARING_STDDEV)
+            publisher.publish(message)
+        rospy.Subscriber(source, kind, pass_on, tcp_nodelay=True)
+
+    def keep_command(self, message):
+        with self.lock:
+            self.commands.append((rospy.get_time(), message))
+
+    def keep_base(self, message):
+        self.base = message.pose
+
+    def forget(self):
+        """Everything is as it should be again, and nothing has been said."""
+        self.cut.clear()
+        self.push_ticks = 0
+        self.reset_service()  # else a drive would end at once where the one before has converged
+        self.obstacle.publish(False)
+        self.enable.publish(True)
+        rospy.sleep(0.3)
+        with self.lock:
+            del self.commands[:]
+
+    def said(self):
+        with self.lock:
+            return list(self.commands)
+
+    def is_moving(self):
+        said = self.said()
+        return bool(said) and abs(wheels_of(said[-1][1])[1]) > 0.9 * SPEED
+
+    def drive(self, motion='dance'):
+        """Sends a goal and waits until the robot is at its speed."""
+        self.client.send_goal(CalibrationDriveGoal(motion=motion))
+        wait_until(self.is_moving, 'the robot moves')
+
+    def place(self):
+        return (self.base.position.x, self.base.position.y, self.base.orientation.z)
