@@ -16,8 +16,6 @@ from calibration_world import wait_until
 from drivable_robot import (ACCELERATION, CONTROL_PERIOD_S, MOST_STOPPING_S, SPEED, DrivableRobot,
                             is_zero, wheels_of)
 
-TICKS_PER_METRE = 65536.0 / (2.0 * 3.141592653589793 * 0.05)
-
 
 class CalibrationDriveTest(unittest.TestCase):
 
@@ -117,11 +115,7 @@ class CalibrationDriveTest(unittest.TestCase):
         """Somebody pushes the robot over the border while it turns on the spot."""
         self.robot.drive('optimal')
         since = rospy.get_time()
-        for _ in range(60):  # 1.2 m/s, possible for these wheels
-            self.robot.push_ticks += int(0.06 * TICKS_PER_METRE)
-            time.sleep(0.05)
-            if self.robot.client.get_state() not in (GoalStatus.ACTIVE, GoalStatus.PENDING):
-                break
+        self.robot.push_mps = 1.2  # a circle of 1.5 m across: beyond the border, possible for the wheels
         self.assertEnds(CalibrationDriveResult.LEFT_REGION, since, 4.0)
 
     def test_it_plans_on_what_the_calibration_has_found(self):

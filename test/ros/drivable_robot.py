@@ -1,6 +1,7 @@
 """The other end of a drive: passes the robot's messages on until told not to, and remembers what the
 drive node says on cmd_vel."""
 
+import math
 import random
 import threading
 
@@ -20,6 +21,8 @@ CONTROL_PERIOD_S = 0.05
 SPEED = 0.2  # [m/s] limits/wheel_speed
 ACCELERATION = 1.0  # [m/s^2] limits/wheel_acceleration
 SEPARATION = 0.25
+TICK_RATE = 50.0  # [Hz] wheels/rate
+TICKS_PER_METRE = 65536.0 / (2.0 * math.pi * 0.05)
 BEARING_STDDEV = 0.01  # [rad] what the calibration is told, too
 
 
@@ -40,7 +43,8 @@ class DrivableRobot:
         self.commands = []  # (seconds, Twist)
         self.base = None
         self.cut = set()
-        self.push_ticks = 0
+        self.push_mps = 0.0  # what the wheels report beyond what they do
+        self.pushed_m = 0.0
         self.random = random.Random(1)
         self.relay('robot/wheel_ticks', 'wheel_ticks', WheelTicks, 'ticks')
         self.relay('simulation/truth/bearings', 'bearings', LightBearings, 'light')
@@ -66,8 +70,9 @@ class DrivableRobot:
             if name in self.cut:
                 return
             if name == 'ticks':
-                message.left += self.push_ticks
-                message.right += self.push_ticks
+                self.pushed_m += self.push_mps / TICK_RATE
+                message.left += round(self.pushed_m * TICKS_PER_METRE)
+                message.right += round(self.pushed_m * TICKS_PER_METRE)
             if name == 'light':  # the truth is too good to be a sensor's
                 for candidate in message.candidates:
                     candidate.azimuth += self.random.gauss(0.0, BEARING_STDDEV)
@@ -84,7 +89,7 @@ class DrivableRobot:
     def forget(self):
         """Everything is as it should be again, and nothing has been said."""
         self.cut.clear()
-        self.push_ticks = 0
+        self.push_mps = 0.0
         self.reset_service()  # else a drive would end at once where the one before has converged
         self.obstacle.publish(False)
         self.enable.publish(True)

@@ -194,6 +194,26 @@ TEST(Estimate, IsWrittenRowByRow) {
   EXPECT_TRUE(message.phi_psi_determined);
 }
 
+TEST(Estimate, BringsLightAndMountBack) {
+  core::CalibrationResult result;
+  EXPECT_FALSE(cartesianFromMessage(messageFromResult(result, 0, "base_link")));
+  core::CartesianEstimate estimate;
+  estimate.mean << 1.0, 2.0, 3.0, 4.0, 5.0;
+  for (int i = 0; i < 25; ++i) estimate.covariance(i / 5, i % 5) = i;
+  result.cartesian_state = estimate;
+  result.base_from_sensor = mountFromCartesian(estimate);
+  core::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
+  EXPECT_EQ(message.light_x_m, 1.0);
+  EXPECT_EQ(message.light_y_m, 2.0);
+  EXPECT_EQ(message.covariance_light_x_y_yaw[5 * 1 + 3], 8.0);
+  const auto back = cartesianFromMessage(message);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->mean, estimate.mean);
+  EXPECT_EQ(back->covariance, estimate.covariance);
+  message.covariance_light_x_y_yaw[7] = std::nan("");
+  EXPECT_FALSE(cartesianFromMessage(message));
+}
+
 TEST(Estimate, CountsBothStreamsWithTheirReasons) {
   core::CalibrationResult result;
   result.bearing_inputs[core::InputStatus::kAccepted] = 100;

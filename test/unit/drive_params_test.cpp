@@ -1,0 +1,78 @@
+// The drive node's parameters as they are shipped, and what is said of wrong ones.
+
+#include "bearing_calibration_ros/drive_params.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+
+#include "bearing_calibration_ros/parameter_files.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+
+const std::string kConfigFolder = BEARING_CALIBRATION_CONFIG_FOLDER;
+
+DriveNodeConfig readWith(const std::string& changes) {
+  const std::string file = testing::TempDir() + "drive_params_changes.yaml";
+  std::ofstream(file) << changes;
+  return readDriveNodeConfig(ParamReader(parametersFromFiles({kConfigFolder + "/calibration.yaml",
+                                                              kConfigFolder + "/drive.yaml", file}),
+                                         ""));
+}
+
+std::string errorsWith(const std::string& changes) {
+  try {
+    readWith(changes);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(DriveParams, AreReadAsShipped) {
+  const DriveNodeConfig config = readWith("drive: {motion: optimal}");
+  EXPECT_EQ(config.drive.limits.wheel_separation_m, 0.25);  // of calibration.yaml
+  EXPECT_EQ(config.drive.limits.max_speed_mps, 0.2);
+  EXPECT_EQ(config.drive.sensing.wheel_noise.independent_k_m, 1e-6);  // of calibration.yaml
+  EXPECT_EQ(config.drive.planner.block, core::PlannerConfig::Block::kMount);
+  EXPECT_TRUE(config.drive.region.polygon_m.empty());
+  EXPECT_EQ(config.default_goal.motion, core::DriveMotion::kOptimal);
+}
+
+TEST(DriveParams, AllErrorsComeAtOnce) {
+  const std::string errors = errorsWith(
+      "limits: {wheel_speed: -0.1, wheel_speeed: 1.0}\n"
+      "planner: {block: pose}\n"
+      "region: {polygon: [[1, 1], [2, 1], [2, 2]]}\n"
+      "timeouts: {ticks: soon}\n");
+  for (const char* part :
+       {"limits/wheel_speed must be greater than 0", "limits/wheel_speeed is not known",
+        "planner/block must be one of (mount, position, yaw)", "must contain the start",
+        "timeouts/ticks must be a finite number"}) {
+    EXPECT_NE(errors.find(part), std::string::npos) << part << " is not in:\n" << errors;
+  }
+}
+
+TEST(DriveParams, WheelsFasterThanBelievedAreRefused) {
+  EXPECT_NE(errorsWith("limits: {wheel_speed: 3.0}").find("wheels/max_speed"), std::string::npos);
+}
+
+TEST(DriveGoal, TakesTheDefaultsForWhatIsNotNamed) {
+  const core::DriveGoal defaults{core::DriveMotion::kDance, 100.0, 20.0};
+  const core::DriveGoal same = goalFrom("", 0.0, 0.0, defaults);
+  EXPECT_EQ(same.motion, core::DriveMotion::kDance);
+  EXPECT_EQ(same.max_time_s, 100.0);
+  const core::DriveGoal other = goalFrom("corner_light", 5.0, 2.0, defaults);
+  EXPECT_EQ(other.motion, core::DriveMotion::kCornerLight);
+  EXPECT_EQ(other.max_time_s, 5.0);
+  EXPECT_EQ(other.max_path_m, 2.0);
+  EXPECT_THROW(goalFrom("waltz", 0.0, 0.0, defaults), std::invalid_argument);
+  EXPECT_THROW(goalFrom("", -1.0, 0.0, defaults), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace bearing_calibration_ros
