@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -41,14 +42,14 @@ class Robot {
 
   /// Drives on and expects the end for this reason, within a time, and to stand from then on.
   void expectEnd(DriveEnd reason, double within_s) {
-    const std::size_t before = commands.size();
+    const std::size_t first = std::max<std::size_t>(commands.size(), 1);
     drive(within_s);
     EXPECT_STREQ(nameOf(driver_.ended()), nameOf(reason));
     drive(0.25);  // 0.2 m/s at 1 m/s^2, and a period
     EXPECT_TRUE(driver_.standing());
     drive(1.0);
     EXPECT_TRUE(isStanding(commands.back()));
-    for (std::size_t i = before; i < commands.size(); ++i) {
+    for (std::size_t i = first; i < commands.size(); ++i) {
       EXPECT_LE(std::abs(commands[i].right_mps - commands[i - 1].right_mps),
                 kAcceleration * kPeriod_s + 1e-9);
       EXPECT_LE(std::abs(commands[i].left_mps - commands[i - 1].left_mps),
