@@ -69,7 +69,7 @@ class Documents(unittest.TestCase):
 
     def testProgramsExist(self):
         count = self.assertNamed(
-            r'rosrun bearing_calibration (\w+(?:\.py)?)',
+            r'rosrun bearing_calibration (\w+)',
             lambda name: bool(roslib.packages.find_node('bearing_calibration', name)))
         self.assertGreater(count, 0)
 
