@@ -37,9 +37,8 @@ class CalibrationDriveTest(unittest.TestCase):
         self.assertStands(since, within_s)
 
     def assertStands(self, since, within_s):
-        time.sleep(0.3)
+        wait_until(lambda: is_zero(self.robot.said()[-1][1]), 'the last command is to stand')
         said = self.robot.said()
-        self.assertTrue(is_zero(said[-1][1]), said[-1])
         last_motion = max(when for when, twist in said if not is_zero(twist))
         self.assertLess(last_motion - since, within_s)
         count = len(said)
