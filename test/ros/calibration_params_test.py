@@ -23,6 +23,7 @@ EXPECTED = [
     ('bearings/latency', 'finite number', "'late'"),
     ('start/from', 'is missing'),
     ('filter/gate_probability', '1.5'),
+    ('knocked/start_anew', 'true or false'),
     ('mount/z_stddev', 'greater than 0'),
     ('mount/roll_stddev', 'greater than 0'),
     ('output/publish_tf', 'true or false'),
