@@ -31,6 +31,7 @@ TRUTH_TOPIC = '/simulation/truth/base_from_camera'
 DEFAULT_MASTER_PORT = 11311
 MASTER_DEADLINE_S = 20
 STOP_DEADLINE_S = 15
+RECORD_ON_S = 8  # after convergence: the bag misses the first images, and shall say the same
 
 # One number of the mount. `unit` is what it is printed in; `scale` makes that from SI.
 Quantity = collections.namedtuple('Quantity', 'name unit scale value stddev truth limit')
@@ -129,6 +130,22 @@ def resultBlock(estimate, truth):
     return '\n'.join(lines)
 
 
+def bagPath():
+    """Where the drive is recorded: the same file at each demo."""
+    folder = os.environ.get('ROS_HOME', os.path.expanduser('~/.ros'))
+    os.makedirs(folder, exist_ok=True)
+    return os.path.join(folder, 'bearing_calibration_demo.bag')
+
+
+def nextSteps(bag):
+    """The way of an owner from a recording to a URDF."""
+    run = '  ./scripts/run rosrun bearing_calibration '
+    return '\n'.join([
+        '', 'The joint for a URDF, and a report, of what was just recorded:',
+        run + 'calibrate_bag %s --output demo_result' % bag,
+        run + 'calibration_report demo_result'])
+
+
 class Demo:
     """demo.launch as a child process, and the last messages of the two topics."""
 
@@ -219,6 +236,8 @@ def watch(demo, limit_s, period_s):
             print(estimateLine(elapsed_s, demo.estimate, demo.truth), flush=True)
             next_row_s = elapsed_s + period_s
         time.sleep(0.1)
+    if demo.hasConverged():
+        time.sleep(RECORD_ON_S)
     if demo.truth is not None:
         print(estimateLine(time.monotonic() - start, demo.estimate, demo.truth), flush=True)
 
@@ -247,7 +266,9 @@ def main(arguments):
     signal.signal(signal.SIGTERM, raiseExit)
     without_detector = ['detect:=false'] if options.no_detector else []
     ports = [options.port] if options.port else [DEFAULT_MASTER_PORT] + masterPorts()
-    demo = Demo(freePort(ports), without_detector + options.launch_arguments)
+    bag = bagPath()
+    demo = Demo(freePort(ports),
+                without_detector + ['bag:=' + bag] + options.launch_arguments)
     print('Demo at %s, output of its nodes in %s' % (os.environ['ROS_MASTER_URI'], demo.log_path))
     print('In the table: value +- standard deviation (error in standard deviations)\n', flush=True)
     try:
@@ -256,7 +277,10 @@ def main(arguments):
         if not demo.isAlive():
             raise RuntimeError('roslaunch ended before the demo did')
         print(resultBlock(demo.estimate, demo.truth), flush=True)
-        return 1 if faultsOf(demo.estimate, demo.truth) else 0
+        if faultsOf(demo.estimate, demo.truth):
+            return 1
+        print(nextSteps(bag), flush=True)
+        return 0
     except KeyboardInterrupt:
         print('\nstopped')
         return 128 + signal.SIGINT

@@ -1,8 +1,5 @@
 // Images of a scene as the simulated robot's camera takes them, with the truth: render_scene --help
 
-#include <ros/package.h>
-#include <ros/time.h>
-
 #include <boost/program_options.hpp>
 #include <cinttypes>
 #include <cstdio>
@@ -18,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration_ros/parameter_files.h"
 #include "bearing_calibration_ros/simulation_params.h"
+#include "tools/simulated_scene.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -69,27 +66,6 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   }
   if (arguments->images < 1) throw options::error("--images must be greater than 0");
   return true;
-}
-
-std::string packagedSimulation() {
-  const std::string package = ros::package::getPath("bearing_calibration");
-  if (package.empty()) {
-    throw std::runtime_error("the package is not on ROS_PACKAGE_PATH: use rosrun, or --simulation");
-  }
-  return package + "/config/simulation.yaml";
-}
-
-SimulationNodeConfig readConfig(const Arguments& arguments) {
-  const std::string& simulation_file = arguments.simulation_file;
-  std::vector<std::string> files{simulation_file.empty() ? packagedSimulation() : simulation_file};
-  files.insert(files.end(), arguments.scene_files.begin(), arguments.scene_files.end());
-  XmlRpc::XmlRpcValue parameters = parametersFromFiles(files);
-  if (arguments.seed >= 0) parameters["world"]["seed"] = arguments.seed;
-  SimulationNodeConfig config = readSimulationNodeConfig(ParamReader(parameters, ""));
-  if (config.driving.follows_commands) {
-    throw std::runtime_error("trajectory/kind is cmd_vel: nobody gives commands here");
-  }
-  return config;
 }
 
 /// Drives the robot from one image to the next.
@@ -159,8 +135,8 @@ void writeImage(const core::MonoImage& image, core::ImageEncoding encoding,
 }
 
 void render(const Arguments& arguments) {
-  ros::Time::init();
-  SimulationNodeConfig config = readConfig(arguments);
+  SimulationNodeConfig config =
+      readSimulatedScene(arguments.simulation_file, arguments.scene_files, arguments.seed);
   const core::Scene scene = core::drawScene(config.scene, config.seed);
   config.renderer.holders = scene.holders;
   core::ImageRenderer renderer(config.renderer, scene.surroundings);

@@ -3,6 +3,7 @@
 #include <image_transport/image_transport.h>
 #include <ros/node_handle.h>
 #include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
 
 #include <condition_variable>
 #include <cstdint>
@@ -18,6 +19,10 @@
 #include "bearing_calibration/simulation/scene.h"
 
 namespace bearing_calibration_ros {
+
+/// A rendered image as the camera's driver would deliver it, without stamp and frame.
+sensor_msgs::ImagePtr messageFromRendered(const bearing_calibration::MonoImage& image,
+                                          const bearing_calibration::ImageEncoding& encoding);
 
 /// What the camera is to photograph.
 struct Shot {

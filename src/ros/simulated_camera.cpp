@@ -35,6 +35,12 @@ sensor_msgs::CameraInfo infoOf(const core::CameraRig& rig, const std::string& fr
 
 }  // namespace
 
+sensor_msgs::ImagePtr messageFromRendered(const core::MonoImage& image,
+                                          const core::ImageEncoding& encoding) {
+  const std::string& name = core::layoutNames()[static_cast<std::size_t>(encoding.layout)];
+  return cv_bridge::CvImage({}, name, core::encode(image, encoding)).toImageMsg();
+}
+
 SimulatedCamera::SimulatedCamera(const ros::NodeHandle& node_handle, const std::string& frame,
                                  const core::RendererConfig& config, const core::Scene& scene,
                                  ErrorLog log_error)
@@ -98,10 +104,7 @@ void SimulatedCamera::publish(const Shot& shot) {
   const core::ImageEncoding& encoding = renderer_.config().encoding;
   const core::MonoImage rendered =
       renderer_.renderMoving(shot.lights_occluded ? kDarkness : lights_, shot.motion, shot.number);
-  const cv_bridge::CvImage encoded({},
-                                   core::layoutNames()[static_cast<std::size_t>(encoding.layout)],
-                                   core::encode(rendered, encoding));
-  const sensor_msgs::ImagePtr image = encoded.toImageMsg();
+  const sensor_msgs::ImagePtr image = messageFromRendered(rendered, encoding);
   const auto info = boost::make_shared<sensor_msgs::CameraInfo>(camera_info_);
   image->header.frame_id = camera_info_.header.frame_id;
   image->header.stamp = rosFromStamp(shot.stamp);

@@ -27,7 +27,7 @@ class Demo(unittest.TestCase):
 
     def start(self, *arguments):
         """The demo with a master of its own, where nobody else's nodes of the same names appear."""
-        environment = dict(os.environ, ROS_LOG_DIR=self.folder)
+        environment = dict(os.environ, ROS_LOG_DIR=self.folder, ROS_HOME=self.folder)
         port = demo_monitor.freePort(demo_monitor.masterPorts())
         return subprocess.Popen([sys.executable, PROGRAM, '--port', str(port)] + list(arguments),
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
@@ -51,6 +51,20 @@ class Demo(unittest.TestCase):
         self.assertEqual(code, 0, output + self.nodes)
         self.assertIn('right: converged', output)
         self.assertNotRegex(self.nodes, CRASH)
+        self.followNextSteps(output)
+
+    def followNextSteps(self, output):
+        """The commands that the demo ends with lead to the URDF and the report."""
+        commands = re.findall(r'^  \./scripts/run (.*)$', output, re.MULTILINE)
+        self.assertEqual(len(commands), 2, output)
+        for command in commands:
+            done = subprocess.run(command.split(), cwd=self.folder, stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, universal_newlines=True, timeout=120)
+            self.assertEqual(done.returncode, 0, done.stdout)
+        result = os.path.join(self.folder, 'demo_result')
+        subprocess.run(['check_urdf', os.path.join(result, 'mount.urdf')], check=True,
+                       stdout=subprocess.DEVNULL, timeout=30)
+        self.assertGreater(os.path.getsize(os.path.join(result, 'report.html')), 100000)
 
     def testConvergesAmongClutterFromAColourCamera(self):
         scene = os.path.join(REPOSITORY, 'config', 'scene.yaml')

@@ -1,0 +1,102 @@
+"""simulate_bag and calibrate_bag on raw images: from the bag of a camera to the mount."""
+
+import math
+import os
+import resource
+import subprocess
+import tempfile
+import unittest
+
+import rosbag
+import roslib.packages
+import yaml
+
+TRUTH = (0.1 * math.cos(math.radians(30)), 0.1 * math.sin(math.radians(30)), math.radians(60))
+CHI_SQUARE_3_AT_999 = 16.27
+IMAGE_SECONDS = 40
+IMAGE_BYTES = 640 * 480 * 10 * IMAGE_SECONDS
+
+
+def program(name):
+    return roslib.packages.find_node('bearing_calibration', name)[0]
+
+
+class SimulateBag(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = folder.name
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def simulate(self, name, *arguments):
+        done = subprocess.run([program('simulate_bag'), '--output', self.path(name), *arguments],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return self.path(name)
+
+    def calibrate(self, *arguments):
+        """Exit status, text and result."""
+        output = self.path('out')
+        done = subprocess.run([program('calibrate_bag'), *arguments, '--output', output],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=120)
+        with open(os.path.join(output, 'result.yaml')) as file:
+            return done, yaml.safe_load(file)
+
+    def assertRight(self, result):
+        squared = sum(((result['base_from_camera'][key] - true) / result['stddev'][key])**2
+                      for key, true in zip(('x', 'y', 'yaw'), TRUTH))
+        # by the axes alone, at least a third of the true chi-square
+        self.assertLess(squared, 3 * CHI_SQUARE_3_AT_999, result)
+
+    def testBearingsLeadToTheMount(self):
+        bag = self.simulate('bearings.bag', '--only-bearings')
+        done, result = self.calibrate(bag)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertRight(result)
+
+    def testImagesLeadToTheMountInBoundedMemory(self):
+        bag = self.simulate('images.bag', '--seconds', str(IMAGE_SECONDS))
+        self.assertGreater(os.path.getsize(bag), IMAGE_BYTES)
+        done, result = self.calibrate(bag)
+        self.assertIn(done.returncode, (0, 4), done.stdout)
+        self.assertIn('(%d images)' % (10 * IMAGE_SECONDS), done.stdout)
+        self.assertRight(result)
+        # the largest of this test's children so far, the renderer among them
+        used_bytes = 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+        self.assertLess(used_bytes, 1.2 * IMAGE_BYTES)
+
+    def testImagesOfAnotherSizeAreNamed(self):
+        bag = self.simulate('few.bag', '--seconds', '2')
+        done = subprocess.run([program('calibrate_bag'), bag, '--output', self.path('wrong'), '--set',
+                               'sensor/width=320', '--set', 'mirror/centre_u=159.5', '--set',
+                               'mask/outer_radius=150.0'],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              universal_newlines=True, timeout=60)
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn('WAITING_FOR_LIGHT', done.stdout)
+        self.assertRegex(done.stdout, r'images were left out \(.*640')
+
+    def testTheSameSeedGivesTheSameBag(self):
+        def messages(seed):
+            with rosbag.Bag(self.simulate('seed.bag', '--only-bearings', '--seconds', '2', '--seed',
+                                          seed)) as bag:
+                return [(topic, str(message)) for topic, message, _ in bag.read_messages()]
+        self.assertEqual(messages('5'), messages('5'))
+        self.assertNotEqual(messages('5'), messages('6'))
+
+    def testWrongArgumentsAreSaid(self):
+        for arguments in ([], ['--output', 'x', '--seconds', '0'], ['--output', 'x', '--seed=-1']):
+            done = subprocess.run([program('simulate_bag')] + arguments, stderr=subprocess.PIPE,
+                                  universal_newlines=True, timeout=30)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn('see --help', done.stderr)
+
+
+if __name__ == '__main__':
+    unittest.main()

@@ -1,0 +1,156 @@
+// A drive of the simulated robot as a bag, without a ROS master: simulate_bag --help
+
+#include <rosbag/bag.h>
+
+#include <boost/program_options.hpp>
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/WheelTicks.h"
+#include "bearing_calibration/simulation/image_renderer.h"
+#include "bearing_calibration/simulation/robot_simulator.h"
+#include "bearing_calibration/simulation/scene.h"
+#include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/detection_conversions.h"
+#include "bearing_calibration_ros/simulated_camera.h"
+#include "tools/simulated_scene.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+namespace options = boost::program_options;
+
+constexpr int kUsageError = 2;
+
+struct Arguments {
+  std::string simulation_file;
+  std::vector<std::string> scene_files;
+  std::string output_file;
+  double seconds = 0.0;
+  int seed = -1;
+  bool only_bearings = false;
+};
+
+/// False when only help was asked for. @throws options::error
+bool parse(int argc, char** argv, Arguments* arguments) {
+  constexpr double kDefaultDrive_s = 80.0;  // enough to converge
+  options::options_description description(
+      "simulate_bag --output FILE [--seconds S] [--scene FILE]... [--seed N] [--only-bearings]\n\n"
+      "Writes what the demo's robot would have recorded: wheel_ticks and camera/image_raw (or\n"
+      "bearings), the same for the same seed");
+  auto add = description.add_options();
+  add("help,h", "print this");
+  add("output,o", options::value(&arguments->output_file)->required(), "bag to write");
+  add("seconds", options::value(&arguments->seconds)->default_value(kDefaultDrive_s), "of driving");
+  add("scene", options::value(&arguments->scene_files)->composing(),
+      "YAML file of parameters that replace the simulation's, as config/scene.yaml");
+  add("simulation", options::value(&arguments->simulation_file),
+      "YAML file of all parameters of the simulation (the package's config/simulation.yaml)");
+  add("seed", options::value(&arguments->seed), "in place of world/seed, 0 or more");
+  add("only-bearings", options::bool_switch(&arguments->only_bearings),
+      "bearings of the simulated sensor instead of images: a thousandth of the size");
+  options::variables_map values;
+  options::store(options::command_line_parser(argc, argv).options(description).positional({}).run(),
+                 values);
+  if (values.count("help") != 0) {
+    std::cout << description;
+    return false;
+  }
+  options::notify(values);
+  if (!(arguments->seconds > 0.0)) throw options::error("--seconds must be greater than 0");
+  if (values.count("seed") != 0 && arguments->seed < 0) {
+    throw options::error("--seed must not be negative");
+  }
+  return true;
+}
+
+/// Writes one kind of message after the other as the simulation goes on.
+class Recorder {
+ public:
+  Recorder(const SimulationNodeConfig& config, const core::Scene& scene, const std::string& file)
+      : config_(config),
+        scene_(scene),
+        renderer_(config.renderer, scene.surroundings),
+        bag_(file, rosbag::bagmode::Write) {}
+
+  void write(const core::WheelCounts& ticks) {
+    core::WheelTicks message;
+    message.header.stamp = rosFromStamp(ticks.stamp);
+    message.left = ticks.left_ticks;
+    message.right = ticks.right_ticks;
+    bag_.write("/wheel_ticks", message.header.stamp, message);
+  }
+
+  void write(const core::BearingSet& bearings) {
+    const core::LightBearings message = messageFromBearings(bearings, config_.frames.sensor);
+    bag_.write("/bearings", message.header.stamp, message);
+  }
+
+  void photograph(core::Stamp stamp, const core::SensorMotion& motion) {
+    const sensor_msgs::ImagePtr message = messageFromRendered(
+        renderer_.renderMoving(scene_.lights, motion, images_++), config_.renderer.encoding);
+    message->header.stamp = rosFromStamp(stamp);
+    message->header.frame_id = config_.frames.sensor;
+    bag_.write("/camera/image_raw", message->header.stamp, *message);
+  }
+
+  std::uint64_t images() const { return images_; }
+
+ private:
+  const SimulationNodeConfig& config_;
+  const core::Scene& scene_;
+  core::ImageRenderer renderer_;
+  rosbag::Bag bag_;
+  std::uint64_t images_ = 0;
+};
+
+void record(const Arguments& arguments) {
+  SimulationNodeConfig config =
+      readSimulatedScene(arguments.simulation_file, arguments.scene_files, arguments.seed);
+  const core::Scene scene = core::drawScene(config.scene, config.seed);
+  config.renderer.holders = scene.holders;
+  core::RobotSimulator simulator(
+      config.robot, scene.lights,
+      core::makeTrajectory(config.driving.trajectory,
+                           config.robot.encoders.drive.wheel_separation_m));
+  Recorder recorder(config, scene, arguments.output_file);
+  while (simulator.timeSeconds() < arguments.seconds) {
+    const core::Stamp now = simulator.now();
+    if (const auto ticks = simulator.readTicks()) recorder.write(*ticks);
+    const bool image_is_due = simulator.bearingsDue() && !arguments.only_bearings;
+    if (arguments.only_bearings) {
+      if (const auto bearings = simulator.readBearings()) recorder.write(*bearings);
+    }
+    const core::Pose2 world_from_start = simulator.worldFromSensor();
+    simulator.step();
+    if (!image_is_due) continue;
+    recorder.photograph(now, core::motionBetween(world_from_start, simulator.worldFromSensor(),
+                                                 config.robot.step_s));
+  }
+  std::cout << arguments.output_file << ": " << arguments.seconds << " s, " << recorder.images()
+            << " images\n";
+}
+
+}  // namespace
+}  // namespace bearing_calibration_ros
+
+int main(int argc, char** argv) {
+  using bearing_calibration_ros::Arguments;
+  Arguments arguments;
+  try {
+    if (!bearing_calibration_ros::parse(argc, argv, &arguments)) return EXIT_SUCCESS;
+    bearing_calibration_ros::record(arguments);
+    return EXIT_SUCCESS;
+  } catch (const boost::program_options::error& error) {
+    std::cerr << "simulate_bag: " << error.what() << " (see --help)\n";
+    return bearing_calibration_ros::kUsageError;
+  } catch (const std::exception& error) {
+    std::cerr << "simulate_bag: " << error.what() << "\n";
+    return EXIT_FAILURE;
+  }
+}
