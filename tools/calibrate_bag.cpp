@@ -1,7 +1,5 @@
 // Finds the mount in bags, without a ROS master: calibrate_bag --help
 
-#include <ros/package.h>
-
 #include <boost/program_options/errors.hpp>
 #include <cstdio>
 #include <exception>
@@ -43,12 +41,9 @@ struct Done {
 };
 
 BagSetup readSetup(const CalibrateBagArguments& arguments) {
-  const fs::path defaults = arguments.defaults_folder.empty()
-                                ? fs::path(ros::package::getPath("bearing_calibration")) / "config"
-                                : fs::path(arguments.defaults_folder);
   ros_side::ParameterFiles files;
-  files.addNode("calibration", defaults / "calibration.yaml");
-  files.addNode("detection", defaults / "detection.yaml");
+  files.addNode("calibration", ros_side::packagedConfig("calibration.yaml"));
+  files.addNode("detection", ros_side::packagedConfig("detection.yaml"));
   for (const std::string& file : arguments.config_files) files.overlay(file);
   for (const std::string& assignment : arguments.assignments) files.set(assignment);
   return {ros_side::readCalibrationNodeConfig(files.reader("calibration")),

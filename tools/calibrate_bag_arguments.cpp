@@ -32,8 +32,6 @@ options::options_description describeOptions(CalibrateBagArguments* arguments) {
       "live nodes read; may be repeated");
   add("set", options::value(&arguments->assignments)->composing(),
       "a single one, such as wheels/separation=0.40; may be repeated");
-  add("defaults", options::value(&arguments->defaults_folder),
-      "folder of calibration.yaml and detection.yaml instead of the package's own");
   add("compare", options::bool_switch(&arguments->compare),
       "show all estimates side by side and test whether they agree");
   add("light", options::value(&arguments->light_ids)->composing(),

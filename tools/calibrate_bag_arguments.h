@@ -14,7 +14,6 @@ struct CalibrateBagArguments {
   std::vector<std::string> config_files;  ///< what differs from the package's own, in order
   std::vector<std::string> assignments;   ///< NAME=VALUE, after the files
   std::string output_folder;
-  std::string defaults_folder;  ///< with calibration.yaml and detection.yaml; empty: the package's
   BagTopics topics;
   std::vector<int> light_ids;
   bool each_light = false;

@@ -15,6 +15,10 @@ namespace bearing_calibration_ros {
 /// @throws std::runtime_error with `origin` (a file's name) and line for what cannot be read.
 XmlRpc::XmlRpcValue parametersFromYaml(const std::string& text, const std::string& origin);
 
+/// Path of a file in the package's folder config.
+/// @throws std::runtime_error when the package is not on ROS_PACKAGE_PATH
+std::string packagedConfig(const std::string& file);
+
 /// What `rosparam load` of each file in turn would put on the parameter server, so that a later
 /// file overrides single values of an earlier one.
 /// @throws std::runtime_error which names the file (and line) that cannot be read.

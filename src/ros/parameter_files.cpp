@@ -1,5 +1,6 @@
 #include "bearing_calibration_ros/parameter_files.h"
 
+#include <ros/package.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -127,6 +128,14 @@ XmlRpcValue parametersFromYaml(const std::string& text, const std::string& origi
   } catch (const YAML::Exception& error) {
     throw errorAt(origin, error.mark, error.msg);
   }
+}
+
+std::string packagedConfig(const std::string& file) {
+  const std::string package = ros::package::getPath("bearing_calibration");
+  if (package.empty()) {
+    throw std::runtime_error("the package is not on ROS_PACKAGE_PATH: use rosrun");
+  }
+  return package + "/config/" + file;
 }
 
 XmlRpcValue parametersFromFiles(const std::vector<std::string>& files) {
