@@ -35,7 +35,7 @@ class SimulateBag(unittest.TestCase):
     def simulate(self, name, *arguments):
         done = subprocess.run([program('simulate_bag'), '--output', self.path(name), *arguments],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, timeout=120)
+                              universal_newlines=True, timeout=300)
         self.assertEqual(done.returncode, 0, done.stderr)
         return self.path(name)
 
@@ -44,7 +44,7 @@ class SimulateBag(unittest.TestCase):
         output = self.path('out')
         done = subprocess.run([program('calibrate_bag'), *arguments, '--output', output],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, timeout=120)
+                              universal_newlines=True, timeout=300)
         with open(os.path.join(output, 'result.yaml')) as file:
             return done, yaml.safe_load(file)
 
