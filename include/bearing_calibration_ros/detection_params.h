@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "bearing_calibration/vision/blink_identifier.h"
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/search_region.h"
@@ -16,6 +17,7 @@ struct DetectionNodeConfig {
   bearing_calibration::DetectorConfig detector;
   bearing_calibration::ShutterConfig shutter;
   bearing_calibration::SearchConfig search;
+  bearing_calibration::BlinkConfig blink;
   /// Of so many images one is searched whole, so that a wrong prediction does not feed itself.
   int full_scan_every = 0;
 };

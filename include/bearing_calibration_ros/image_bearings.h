@@ -6,6 +6,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
+#include "bearing_calibration/vision/blink_identifier.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration_ros/detection_params.h"
@@ -34,6 +35,7 @@ class ImageBearings {
  private:
   DetectionNodeConfig config_;
   bearing_calibration::LightDetector detector_;
+  std::optional<bearing_calibration::BlinkIdentifier> blink_;  ///< none unless blink/use is set
   GreyConverter converter_;
   const bearing_calibration::DetectionResult* result_ = nullptr;
   const cv::Mat* grey_ = nullptr;

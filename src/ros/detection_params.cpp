@@ -71,6 +71,8 @@ core::GateConfig readGates(ParamReader& params) {
   gates.min_fill = params.number("gates/min_fill");
   gates.max_fill = params.number("gates/max_fill");
   gates.size_tolerance = params.number("gates/size_tolerance");
+  gates.peakedness_tolerance = params.number("gates/peakedness_tolerance");
+  gates.min_quality = params.number("gates/min_quality");
   gates.max_axis_error_rad = params.number("gates/max_axis_error");
   return gates;
 }
@@ -112,6 +114,17 @@ core::SearchConfig readSearch(ParamReader& params) {
   return search;
 }
 
+core::BlinkConfig readBlink(ParamReader& params) {
+  core::BlinkConfig blink;
+  blink.use = params.boolean("blink/use");
+  blink.rate_hz = params.number("blink/rate");
+  blink.window_s = params.number("blink/window");
+  blink.min_part_at_rate = params.number("blink/min_part_at_rate");
+  blink.max_turn_rate_radps = params.number("time/max_turn_rate");
+  blink.light_id = params.integer("blink/light_id");
+  return blink;
+}
+
 std::vector<std::string> nodeErrors(const DetectionNodeConfig& config) {
   core::Requirements require;
   require.that(!config.sensor_frame.empty(), "frames/sensor must not be empty");
@@ -128,10 +141,12 @@ DetectionNodeConfig readDetectionNodeConfig(ParamReader params) {
   config.detector = readDetector(params);
   config.shutter = readShutter(params);
   config.search = readSearch(params);
+  config.blink = readBlink(params);
   config.full_scan_every = params.integer("prediction/full_scan_every");
   params.addErrors(config.detector.validate());
   params.addErrors(config.shutter.validate());
   params.addErrors(config.search.validate());
+  params.addErrors(config.blink.validate());
   params.addErrors(nodeErrors(config));
   params.throwIfAnyError();
   return config;

@@ -7,7 +7,9 @@ namespace bearing_calibration_ros {
 namespace core = bearing_calibration;
 
 ImageBearings::ImageBearings(const DetectionNodeConfig& config)
-    : config_(config), detector_(config.detector) {}
+    : config_(config), detector_(config.detector) {
+  if (config.blink.use) blink_.emplace(config.blink);
+}
 
 core::Stamp ImageBearings::middleOf(const sensor_msgs::Image& image) const {
   return core::midExposure(config_.shutter, stampFromRos(image.header.stamp),
@@ -18,14 +20,17 @@ core::BearingSet ImageBearings::detect(const sensor_msgs::ImageConstPtr& image,
                                        const std::optional<core::BearingPrediction>& prediction) {
   const bool look_everywhere = images_++ % static_cast<std::uint64_t>(config_.full_scan_every) == 0;
   std::optional<core::AzimuthSector> region;
-  if (prediction && !look_everywhere) {
+  // What blinks is not seen in every image: the others must be looked at, too.
+  if (prediction && !look_everywhere && !blink_) {
     region = core::searchRegion(config_.search, *prediction, middleOf(*image));
   }
   grey_ = &converter_.convert(image);
   result_ = &detector_.detect(*grey_, region);
-  return core::bearingsFromLights(result_->lights, config_.shutter,
-                                  stampFromRos(image->header.stamp),
-                                  config_.detector.sensor.height_px);
+  core::BearingSet bearings =
+      core::bearingsFromLights(result_->lights, config_.shutter, stampFromRos(image->header.stamp),
+                               config_.detector.sensor.height_px);
+  if (blink_) blink_->identify(core::brightnessOf(result_->lights), &bearings);
+  return bearings;
 }
 
 }  // namespace bearing_calibration_ros

@@ -156,7 +156,8 @@ void LightDetectionNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
     counts_.add(result);
     last_sight_ = lastSightFrom(result);
     advice_tally_.add(adviser_->adviceFor(result));
-    if (annotated_publisher_.getNumSubscribers() > 0) publishAnnotated(*message, bearings_->grey(), result);
+    if (annotated_publisher_.getNumSubscribers() > 0)
+      publishAnnotated(*message, bearings_->grey(), result);
   });
 }
 

@@ -35,6 +35,16 @@ struct HalfPlane {
   double border_u_over_up;  ///< of the points on the border
 };
 
+// std::floor and std::ceil are calls where the compiler may not use SSE 4; these are not.
+int floorOf(double value) {
+  const int towards_zero = static_cast<int>(value);
+  return towards_zero - (value < towards_zero ? 1 : 0);
+}
+int ceilOf(double value) {
+  const int towards_zero = static_cast<int>(value);
+  return towards_zero + (value > towards_zero ? 1 : 0);
+}
+
 /// Narrows the interval, `up` pixels above the centre, to the half plane.
 void clipTo(const HalfPlane& half_plane, double centre_u, double up, PixelInterval* interval) {
   constexpr double kParallel = 1e-12;  // a border along the row cuts all of it or nothing
@@ -45,9 +55,9 @@ void clipTo(const HalfPlane& half_plane, double centre_u, double up, PixelInterv
   const double border = std::clamp(centre_u + up * half_plane.border_u_over_up,
                                    interval->begin - 1.0, interval->end + 1.0);
   if (half_plane.normal_u > 0.0) {
-    interval->begin = std::max(interval->begin, static_cast<int>(std::ceil(border)));
+    interval->begin = std::max(interval->begin, ceilOf(border));
   } else {
-    interval->end = std::min(interval->end, static_cast<int>(std::floor(border)) + 1);
+    interval->end = std::min(interval->end, floorOf(border) + 1);
   }
 }
 

@@ -45,6 +45,14 @@ double fillPartOfGate(const LightEllipse& ellipse, const GateConfig& gates) {
                          : departure / (gates.max_fill - 1.0 + small);
 }
 
+/// 0 where the peakedness says nothing, or lies below what is expected: holes are the fill's
+/// matter.
+double peakednessPartOfGate(const LightEllipse& ellipse, const SpotSize& expected,
+                            const GateConfig& gates) {
+  const double departure = ellipse.peakedness - expected.max_peakedness;
+  return departure > 0.0 ? departure / gates.peakedness_tolerance : 0.0;
+}
+
 }  // namespace
 
 double fillTolerance(const BlobShape& shape) {
@@ -76,6 +84,10 @@ const char* describe(Rejection rejection) {
       return "wrong size along the radius";
     case Rejection::kAxis:
       return "axis off the radius";
+    case Rejection::kPeakedness:
+      return "not evenly filled";
+    case Rejection::kUnlikely:
+      return "unlike a light";
     case Rejection::kTooManySpots:
       return "too many spots";
   }
@@ -116,7 +128,8 @@ Rejection rejectionOf(const LightEllipse& ellipse, double image_radius_px, const
   if (hasAxis(expected) && std::abs(axisError(ellipse)) > config.gates.max_axis_error_rad) {
     return Rejection::kAxis;
   }
-  return Rejection::kNone;
+  const bool evenly_filled = peakednessPartOfGate(ellipse, expected, config.gates) <= 1.0;
+  return evenly_filled ? Rejection::kNone : Rejection::kPeakedness;
 }
 
 double qualityOf(const LightEllipse& ellipse, const SpotSize& expected,
@@ -130,6 +143,7 @@ double qualityOf(const LightEllipse& ellipse, const SpotSize& expected,
                              gates.size_tolerance);
     ratio *= likelihoodRatio(relativeDeparture(radial, expected.radial_stddev_px) /
                              gates.size_tolerance);
+    ratio *= likelihoodRatio(peakednessPartOfGate(ellipse, expected, gates));
     if (hasAxis(expected)) ratio *= likelihoodRatio(axisError(ellipse) / gates.max_axis_error_rad);
   }
   return ratio / (1.0 + ratio);

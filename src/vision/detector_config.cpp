@@ -59,6 +59,8 @@ void checkGates(const GateConfig& gates, Requirements* require) {
   require->that(gates.min_fill < 1.0, "gates/min_fill must be less than 1");
   require->that(gates.max_fill > 1.0, "gates/max_fill must be greater than 1");
   require->positive("gates/size_tolerance", gates.size_tolerance);
+  require->positive("gates/peakedness_tolerance", gates.peakedness_tolerance);
+  require->between("gates/min_quality", gates.min_quality, 0.0, 1.0);
   require->positive("gates/max_axis_error", gates.max_axis_error_rad);
 }
 

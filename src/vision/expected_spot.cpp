@@ -18,7 +18,21 @@ constexpr int kDistances = 8;  // the blur changes slowly with the distance
 struct Stddevs {
   double tangential_px;
   double radial_px;
+  double open_tangential_px;  ///< of the open aperture's evenly filled ellipse alone
+  double open_radial_px;
 };
+
+/// Fourth moment over squared second one of the aperture's ellipse together with all else, which is
+/// taken for Gaussian: E(m^4) = 8 - t^2 - r^2 - 2/3 t r, where t and r are the ellipse's parts of
+/// the variances along the azimuth and the radius, and E(m^2) = 2.
+double peakednessOf(const Stddevs& stddevs, double lens_px) {
+  const auto part = [&](double open_px, double all_px) {
+    return open_px * open_px / (all_px * all_px + lens_px * lens_px);
+  };
+  const double t = part(stddevs.open_tangential_px, stddevs.tangential_px);
+  const double r = part(stddevs.open_radial_px, stddevs.radial_px);
+  return 2.0 - 0.25 * (t * t + r * r + 2.0 / 3.0 * t * r);
+}
 
 /// Standard deviations of the image of a light at one distance.
 Stddevs stddevsAt(const DetectorConfig& config, double image_radius_px, double distance_m) {
@@ -32,11 +46,12 @@ Stddevs stddevsAt(const DetectorConfig& config, double image_radius_px, double d
                  std::tan(elevationFromRadius(config.mirror, image_radius_px)) * extent_rad);
   const double radial_extent = height_rad / elevationSlope(config.mirror, image_radius_px);
   const double common = kPixelVariance + std::pow(config.defocus_sigma_px, 2);
-  const double blur_to_stddev = 0.25;  // of an evenly filled ellipse
-  return {std::sqrt(std::pow(blur_to_stddev * blur.tangential_diameter_px, 2) +
-                    std::pow(tangential_extent, 2) + common),
-          std::sqrt(std::pow(blur_to_stddev * blur.radial_diameter_px, 2) +
-                    std::pow(radial_extent, 2) + common)};
+  constexpr double kBlurToStddev = 0.25;  // of an evenly filled ellipse
+  const double open_tangential_px = kBlurToStddev * blur.tangential_diameter_px;
+  const double open_radial_px = kBlurToStddev * blur.radial_diameter_px;
+  return {std::sqrt(std::pow(open_tangential_px, 2) + std::pow(tangential_extent, 2) + common),
+          std::sqrt(std::pow(open_radial_px, 2) + std::pow(radial_extent, 2) + common),
+          open_tangential_px, open_radial_px};
 }
 
 void include(Range* range, double value) {
@@ -50,7 +65,7 @@ SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px) 
   // In the mirror's very centre the azimuth has no meaning and the cone no curvature.
   const double radius_px = std::clamp(image_radius_px, 1.0, rimRadiusPx(config.mirror));
   const Range nothing{std::numeric_limits<double>::infinity(), 0.0};
-  SpotSize size{nothing, nothing};
+  SpotSize size{nothing, nothing, 0.0};
   const double step = 1.0 / (kDistances - 1);
   const double nearest = 1.0 / config.light.min_distance_m;
   const double farthest = 1.0 / config.light.max_distance_m;
@@ -60,6 +75,7 @@ SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px) 
     for (double lens_px : {0.0, kLensBlur_px}) {
       include(&size.tangential_stddev_px, std::hypot(stddevs.tangential_px, lens_px));
       include(&size.radial_stddev_px, std::hypot(stddevs.radial_px, lens_px));
+      size.max_peakedness = std::max(size.max_peakedness, peakednessOf(stddevs, lens_px));
     }
   }
   return size;

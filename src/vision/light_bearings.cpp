@@ -43,4 +43,10 @@ BearingSet bearingsFromLights(const std::vector<Detection>& lights, const Shutte
   return set;
 }
 
+std::vector<double> brightnessOf(const std::vector<Detection>& lights) {
+  std::vector<double> brightness;
+  for (const Detection& light : lights) brightness.push_back(light.ellipse.mass_levels);
+  return brightness;
+}
+
 }  // namespace bearing_calibration

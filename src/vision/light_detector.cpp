@@ -61,6 +61,16 @@ void takeOver(const SpotMeasurement& spot, LightEllipse* ellipse) {
   ellipse->background_levels = spot.background.at_centre;
 }
 
+template <std::size_t count>
+std::array<Eigen::Vector2d, count> directionsAllAround() {
+  std::array<Eigen::Vector2d, count> directions;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double angle = 2.0 * kPi * static_cast<double>(i) / static_cast<double>(count);
+    directions[i] = {std::cos(angle), std::sin(angle)};
+  }
+  return directions;
+}
+
 /// The expected deviation that is nearest to a measured variance.
 double stddevWithin(const Range& stddev_px, double variance_px2) {
   return std::clamp(std::sqrt(variance_px2), stddev_px.low, stddev_px.high);
@@ -183,6 +193,7 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
     return;
   }
   takeOver(*spot, &detection->ellipse);
+  if (window.weight == CentreWeight::kOutline) detection->ellipse.peakedness = spot->peakedness;
   detection->ellipse.saturated_fraction = saturatedFraction(config_, *spot);
   if (cutByMask({spot->centre_px, window.covariance_px2, kOutline})) {
     detection->rejection = Rejection::kMaskEdge;
@@ -194,9 +205,13 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
   detection->rejection =
       rejectionOf(detection->ellipse, radius_px, expected, horizon_radius_px_, config_);
   if (!detection->accepted()) return;
+  const double quality = qualityOf(detection->ellipse, expected, config_);
+  if (quality < config_.gates.min_quality) {
+    detection->rejection = Rejection::kUnlikely;
+    return;
+  }
   const CentreVariance variance = centreVariance(config_, *spot, expected);
-  detection->bearing = bearingFromEllipse(config_, detection->ellipse, variance,
-                                          qualityOf(detection->ellipse, expected, config_));
+  detection->bearing = bearingFromEllipse(config_, detection->ellipse, variance, quality);
 }
 
 /// With the mirror's gates, the window lies along the mirror's radius and has a size that the
@@ -234,11 +249,9 @@ SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
 
 /// Whether the outline of the spot leaves the mask.
 bool LightDetector::cutByMask(const SpotWindow& window) const {
-  constexpr int kDirections = 16;
+  static const std::array<Eigen::Vector2d, 16> kDirections = directionsAllAround<16>();
   const Eigen::Matrix2d information = window.covariance_px2.inverse();
-  for (int i = 0; i < kDirections; ++i) {
-    const double angle = 2.0 * kPi * i / kDirections;
-    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+  for (const Eigen::Vector2d& direction : kDirections) {
     const double reach = window.size / std::sqrt(direction.dot(information * direction));
     const Eigen::Vector2d outline = window.centre_px + reach * direction;
     if (!mask_.contains(outline.x(), outline.y())) return true;

@@ -70,11 +70,14 @@ ThresholdLadder thresholdsAbove(const BackgroundLevel& background, const Thresho
   };
   const double highest = sensor.saturation_level - 1.0;  // what is full is always seen
   const double first = std::min(above(config.spreads), highest);
-  const auto towardsHighest = [&](double part) {
-    return static_cast<int>(first + part * (highest - first));
-  };
-  return {static_cast<int>(first), towardsHighest(0.25), towardsHighest(0.5), towardsHighest(0.75),
-          static_cast<int>(std::min(above(kLowerPart * config.spreads), highest))};
+  ThresholdLadder ladder{};
+  const int last = static_cast<int>(ladder.size()) - 1;
+  for (int step = 0; step < last; ++step) {
+    ladder[static_cast<std::size_t>(step)] =
+        static_cast<int>(first + (highest - first) * step / (last - 1));
+  }
+  ladder.back() = static_cast<int>(std::min(above(kLowerPart * config.spreads), highest));
+  return ladder;
 }
 
 }  // namespace bearing_calibration

@@ -90,6 +90,15 @@ BackgroundPlane fitBackground(const cv::Mat& image, const SpotWindow& window,
   return plane;
 }
 
+/// Unit vectors at a place in the image, along the mirror's radius and across it.
+struct MirrorAxes {
+  MirrorAxes(const Vector2d& place_px, const Vector2d& mirror_centre_px)
+      : radial((place_px - mirror_centre_px).normalized()), tangential(-radial.y(), radial.x()) {}
+
+  Vector2d radial;
+  Vector2d tangential;
+};
+
 /// The weight of a pixel at the squared Mahalanobis distance m^2 from the window's centre, and its
 /// derivative over m^2.
 struct Weight {
@@ -116,12 +125,41 @@ void addPixel(AxisSums* sums, double x, const Weight& weight, double gradient, d
   sums->slope_lever += x * phi;
 }
 
+/// How far the light's centre lies from the window's, in one Newton step; nothing without light.
+template <typename Level>
+std::optional<Vector2d> shiftOf(const cv::Mat& image, const SpotWindow& window,
+                                const BackgroundPlane& plane, const MirrorAxes& axes) {
+  const Matrix2d information = window.covariance_px2.inverse();
+  const Vector2d to_gradient_r = 2.0 * information * axes.radial;
+  const Vector2d to_gradient_t = 2.0 * information * axes.tangential;
+  double mass = 0.0, moment_r = 0.0, moment_t = 0.0, gain_r = 0.0, gain_t = 0.0;
+  forEachPixel<Level>(
+      image, window, window.size, [&](Level raw, int, int, double du, double dv, double distance2) {
+        const double light = raw - plane.at_centre - plane.slope.x() * du - plane.slope.y() * dv;
+        const Weight weight = weightAt(window, distance2);
+        const double r = axes.radial.x() * du + axes.radial.y() * dv;
+        const double t = axes.tangential.x() * du + axes.tangential.y() * dv;
+        const double weighted = light * weight.value;
+        const double sloped = light * weight.slope;
+        mass += light;
+        moment_r += weighted * r;
+        moment_t += weighted * t;
+        gain_r += weighted + sloped * r * (to_gradient_r.x() * du + to_gradient_r.y() * dv);
+        gain_t += weighted + sloped * t * (to_gradient_t.x() * du + to_gradient_t.y() * dv);
+      });
+  if (!(mass > 0.0)) return std::nullopt;
+  return moment_r / gain_r * axes.radial + moment_t / gain_t * axes.tangential;
+}
+
 /// All sums over a window, along the mirror's radius and tangent at its centre.
 template <typename Level>
 SpotMeasurement sumUp(const cv::Mat& image, const cv::Mat& sharp, const SpotWindow& window,
                       const SpotLevels& levels, const BackgroundPlane& plane,
-                      const Vector2d& radial, const Vector2d& tangential) {
+                      const MirrorAxes& axes) {
+  const Vector2d& radial = axes.radial;
+  const Vector2d& tangential = axes.tangential;
   SpotMeasurement spot;
+  double squares = 0.0, fourth_powers = 0.0;
   spot.centre_px = window.centre_px;
   spot.background = plane;
   const Matrix2d information = window.covariance_px2.inverse();
@@ -142,6 +180,8 @@ SpotMeasurement sumUp(const cv::Mat& image, const cv::Mat& sharp, const SpotWind
         addPixel(&spot.tangential, t, weight,
                  weight.slope * (to_gradient_t.x() * du + to_gradient_t.y() * dv), lit, light);
         spot.mass_levels += light;
+        squares += light * distance2;
+        fourth_powers += light * distance2 * distance2;
         spot.mixed_variance_px2 += light * t * r;
         spot.full_pixels += full ? 1 : 0;
         spot.peak_levels = std::max(spot.peak_levels, level);
@@ -149,6 +189,7 @@ SpotMeasurement sumUp(const cv::Mat& image, const cv::Mat& sharp, const SpotWind
   spot.radial.variance_px2 /= spot.mass_levels;
   spot.tangential.variance_px2 /= spot.mass_levels;
   spot.mixed_variance_px2 /= spot.mass_levels;
+  spot.peakedness = fourth_powers * spot.mass_levels / (squares * squares);
   return spot;
 }
 
@@ -156,22 +197,22 @@ template <typename Level>
 std::optional<SpotMeasurement> measure(const cv::Mat& image, const cv::Mat& sharp,
                                        const SpotWindow& first_window, const SpotLevels& levels,
                                        const Vector2d& mirror_centre_px) {
-  constexpr int kSteps = 2;  // from the thresholded pixels' centre, some tenths of a pixel away
   const double reach_px = first_window.size * std::sqrt(first_window.covariance_px2.trace());
   SpotWindow window = first_window;
   BackgroundPlane plane = fitBackground<Level>(image, window, levels);
-  SpotMeasurement spot;
-  for (int step = 0; step < kSteps; ++step) {
-    const Vector2d radial = (window.centre_px - mirror_centre_px).normalized();
-    const Vector2d tangential(-radial.y(), radial.x());
-    spot = sumUp<Level>(image, sharp, window, levels, plane, radial, tangential);
-    const Vector2d shift = spot.radial.light_moment / spot.radial.gain * radial +
-                           spot.tangential.light_moment / spot.tangential.gain * tangential;
-    if (!(spot.mass_levels > 0.0 && shift.norm() < reach_px)) return std::nullopt;
-    plane.at_centre += plane.slope.dot(shift);
-    window.centre_px += shift;
-  }
-  spot.centre_px = window.centre_px;
+  // From the thresholded pixels' centre, some tenths of a pixel away.
+  const std::optional<Vector2d> shift =
+      shiftOf<Level>(image, window, plane, MirrorAxes(window.centre_px, mirror_centre_px));
+  if (!shift || !(shift->norm() < reach_px)) return std::nullopt;
+  plane.at_centre += plane.slope.dot(*shift);
+  window.centre_px += *shift;
+  const MirrorAxes axes(window.centre_px, mirror_centre_px);
+  SpotMeasurement spot = sumUp<Level>(image, sharp, window, levels, plane, axes);
+  const Vector2d last_shift = spot.radial.light_moment / spot.radial.gain * axes.radial +
+                              spot.tangential.light_moment / spot.tangential.gain * axes.tangential;
+  if (!(spot.mass_levels > 0.0 && last_shift.norm() < reach_px)) return std::nullopt;
+  spot.background.at_centre += plane.slope.dot(last_shift);
+  spot.centre_px += last_shift;
   return spot;
 }
 

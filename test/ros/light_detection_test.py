@@ -9,7 +9,7 @@ import unittest
 
 import rospy
 import rostest
-from bearing_calibration.msg import LightBearings, PredictedBearing
+from bearing_calibration.msg import LightBearing, LightBearings, PredictedBearing
 from bearing_calibration.srv import FindMirror
 from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Log
@@ -74,7 +74,8 @@ class LightDetectionTest(unittest.TestCase):
         rospy.Subscriber('/rosout', Log, cls.logs.append)
         rospy.Subscriber('/diagnostics', DiagnosticArray,
                          lambda message: cls.statuses.extend(message.status))
-        cls.managed, cls.rolling, cls.wide = map(Detection, ('managed', 'rolling', 'wide'))
+        cls.managed, cls.rolling, cls.wide, cls.blinking = map(
+            Detection, ('managed', 'rolling', 'wide', 'blinking'))
 
     def assert_seen(self, answer, spots):
         self.assertEqual(len(answer.candidates), len(spots), answer)
@@ -150,6 +151,20 @@ class LightDetectionTest(unittest.TestCase):
         # An old prediction is none.
         self.assert_seen(self.managed.answer_to(image_of(spots, rospy.Time.now() + rospy.Duration(9))),
                          spots)
+
+    def test_the_light_that_blinks_is_named_among_steady_ones(self):
+        steady, blinking = Spot(azimuth=0.7), Spot(azimuth=-2.0)
+        start = rospy.Time.now()
+        both, one = image_of([steady, blinking], start), image_of([steady], start)
+        for i in range(61):  # 5 Hz at 20 images a second: two on, two off
+            image = both if i % 4 < 2 else one
+            image.header.stamp = start + rospy.Duration(0.05 * i)
+            answer = self.blinking.answer_to(image)
+        named = {candidate.light_id: candidate for candidate in answer.candidates}
+        self.assertEqual(sorted(named), [LightBearing.UNKNOWN_LIGHT, 7])
+        self.assertAlmostEqual(named[7].azimuth, blinking.azimuth, delta=0.01)
+        self.assertGreater(named[7].quality, 0.5)
+        self.assertEqual(named[LightBearing.UNKNOWN_LIGHT].quality, 0.0)
 
     def test_the_annotated_image_shows_the_light(self):
         spot = Spot(azimuth=0.7)

@@ -135,6 +135,8 @@ DetectorConfig defaultDetector() {
   config.gates.min_fill = 0.93;
   config.gates.max_fill = 1.04;
   config.gates.size_tolerance = 0.2;
+  config.gates.peakedness_tolerance = 0.04;
+  config.gates.min_quality = 0.1;
   config.gates.max_axis_error_rad = radiansFromDegrees(15.0);
   config.max_candidates = 100;
   return config;

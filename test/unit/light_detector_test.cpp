@@ -126,6 +126,32 @@ TEST(LightDetector, SaysWhyASpotIsNotTheLight) {
             "above the horizon");
 }
 
+TEST(LightDetector, ASpotBelowTheLeastQualityIsRefused) {
+  DetectorConfig config = defaultDetector();
+  const cv::Mat image = exposeSpots(config, {lightAt(config, 1.0, 0.7)}, 7);
+  config.gates.min_quality = 1.0;  // nothing is certain
+  LightDetector detector(config);
+  EXPECT_EQ(onlyRejection(detector.detect(image)), "unlike a light");
+}
+
+/// A lamp's soft reflection: bright in the middle, of the size that a light would have.
+TEST(LightDetector, ASpotThatIsNotEvenlyFilledIsRefused) {
+  const DetectorConfig config = defaultDetector();
+  const SpotDrawing light = lightAt(config, 1.0, 0.7);
+  cv::Mat expected = test::flatImage(config.sensor.width_px, config.sensor.height_px, 20.0);
+  for (const double part : {0.6, 1.0, 1.35}) {  // discs on each other, together as wide as one
+    SpotDrawing disc = light;
+    disc.major_diameter_px *= part;
+    disc.minor_diameter_px *= part;
+    disc.light_levels /= 3.0;
+    addSpot(&expected, disc);
+  }
+  std::mt19937 random(9);
+  LightDetector detector(config);
+  EXPECT_EQ(onlyRejection(detector.detect(test::expose(expected, config.sensor, &random))),
+            "not evenly filled");
+}
+
 TEST(LightDetector, ASpotCutByAPostOrByTheRowsIsRefused) {
   DetectorConfig config = defaultDetector();
   config.mask.posts = {{0.7 + radiansFromDegrees(4.0), radiansFromDegrees(3.0)}};

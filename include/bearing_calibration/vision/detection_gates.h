@@ -22,9 +22,11 @@ enum class Rejection : std::uint8_t {
   kTangentialSize,  ///< not the blur that the optics make
   kRadialSize,
   kAxis,          ///< not along the mirror's radius
+  kPeakedness,    ///< brighter in the middle than what an open aperture makes of a light
+  kUnlikely,      ///< inside of every gate, but near too many of them
   kTooManySpots,  ///< not measured: the image has more spots than max_candidates
 };
-inline constexpr int kRejections = 11;
+inline constexpr int kRejections = 13;
 
 /// A few words for people.
 const char* describe(Rejection rejection);

@@ -11,11 +11,12 @@ struct Range {
   double high = 0.0;
 };
 
-/// Standard deviations of a light's image along the azimuth and along the mirror's radius, for
-/// every distance that the light may have.
+/// Standard deviations of a light's image along the azimuth and along the mirror's radius, and how
+/// far it is from evenly filled, for every distance that the light may have.
 struct SpotSize {
   Range tangential_stddev_px;
   Range radial_stddev_px;
+  double max_peakedness = 0.0;  ///< fourth moment over squared second one, at most
 };
 
 /// At one image radius; at the rim's beyond it.

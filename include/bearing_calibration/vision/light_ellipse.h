@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 namespace bearing_calibration {
 
@@ -11,9 +12,12 @@ struct LightEllipse {
   double tangential_variance_px2 = 0.0;                 ///< second central moments
   double radial_variance_px2 = 0.0;
   double mixed_variance_px2 = 0.0;
-  double mass_levels = 0.0;         ///< sum of the light over the background
-  double peak_levels = 0.0;         ///< largest level, background included
-  double background_levels = 0.0;   ///< under the centre
+  double mass_levels = 0.0;        ///< sum of the light over the background
+  double peak_levels = 0.0;        ///< largest level, background included
+  double background_levels = 0.0;  ///< under the centre
+  /// Fourth moment over squared second one (spot_meter.h); NaN where it says nothing: in spots that
+  /// are too small, or blurred by software.
+  double peakedness = std::numeric_limits<double>::quiet_NaN();
   double fill = 0.0;                ///< of the thresholded spot, 1 for an ellipse
   double fill_tolerance = 0.0;      ///< of the fill, for the few pixels that the spot has
   double saturated_fraction = 0.0;  ///< of the spot's pixels as sensed

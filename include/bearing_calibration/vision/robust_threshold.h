@@ -35,9 +35,9 @@ class BackgroundSampler {
 
 /// Levels above which a pixel may belong to a light, in the order in which they are tried: first
 /// the contrast that the configuration asks for; then higher ones, for a light in front of
-/// something bright; last a lower one, for a dim light in front of something uneven. All below
-/// saturation.
-using ThresholdLadder = std::array<int, 5>;
+/// something bright, up to what is full; last a lower one, for a dim light in front of something
+/// uneven. All below saturation.
+using ThresholdLadder = std::array<int, 10>;
 ThresholdLadder thresholdsAbove(const BackgroundLevel& background, const ThresholdConfig& config,
                                 const ImageSensor& sensor);
 

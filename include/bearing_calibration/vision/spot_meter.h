@@ -53,6 +53,9 @@ struct SpotMeasurement {
   AxisSums tangential;
   AxisSums radial;
   double mixed_variance_px2 = 0.0;
+  /// Mean of m^4 over the squared mean of m^2, m the Mahalanobis distance: 4/3 in an evenly filled
+  /// ellipse, 2 in a Gaussian.
+  double peakedness = 0.0;
   int full_pixels = 0;
   BackgroundPlane background;
 };
