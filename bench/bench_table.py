@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 PROGRAMS = ('filter_bench', 'ceres_bench', 'estimation_bench', 'detection_bench',
-            'driving_bench')
+            'driving_bench', 'bag_bench')
 REPETITIONS = 15
 QUICK_REPETITIONS = 3
 MIN_TIME_S = 0.05        # of one repetition: thousands of filter steps, some of the slowest batch
@@ -50,6 +50,10 @@ SECTIONS = (
         ('detection_bench/plainRead/1', 'detection_bench/fullScan/1', None),
         ('detection_bench/fullScan/0', 'detection_bench/countNonZero/0', None),
         ('detection_bench/fullScan/0', 'detection_bench/regionOfInterest/0', None),
+    )),
+    ('A bag of 60 s with images, 640x480 at 10 Hz', (
+        ('bag_bench/readAndDetect', 'bag_bench/readOnly', None),
+        ('bag_bench/readAndCalibrate', 'bag_bench/readOnly', None),
     )),
     ('Scaling: dense EKF with its states, the rest with sights and pixels', (
         ('filter_bench/dynamicStep/10', 'filter_bench/dynamicStep/5', None),
