@@ -34,7 +34,11 @@ std::function<BearingSet(const RobotSimulator&)> imageLook(std::uint64_t seed) {
   const auto camera = std::make_shared<Camera>(cameraConfig(seed));
   return [camera](const RobotSimulator& robot) {
     std::vector<Light> lights = robot.lights();
-    for (Light& light : lights) light.height_m = test::kDefaultLightHeight_m;
+    for (Light& light : lights) {
+      light.height_m = test::kDefaultLightHeight_m;
+      // makes up for the distance, as an exposure control does
+      light.brightness = (light.position_m - robot.worldFromSensor().position_m).squaredNorm();
+    }
     const MonoImage image =
         camera->renderer.render(lights, robot.worldFromSensor(), camera->images++);
     const DetectionResult& found = camera->detector.detect(test::imageOf(image));

@@ -7,7 +7,7 @@
 namespace bearing_calibration {
 
 /// A camera under its mirror, rendered, and the detector that finds the light in its images, both
-/// as they are shipped. For DrivenCase::look.
+/// as they are shipped, with an exposure control. For DrivenCase::look.
 std::function<BearingSet(const RobotSimulator&)> imageLook(std::uint64_t seed);
 
 }  // namespace bearing_calibration
