@@ -182,7 +182,9 @@ void Replay::finish() {
   const Timing timing(&outcome_->times.estimation);
   CalibrationResult& result = outcome_->result;
   result = calibrator_.result();
-  outcome_->review = review_.conclude(result.cartesian_state);
+  std::optional<RobotEstimate> running;
+  if (result.cartesian_state) running = {*result.cartesian_state, result.robot_errors};
+  outcome_->review = review_.conclude(running);
   outcome_->history = history_.take();
   for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
   if (!outcome_->review.estimate) return;
@@ -191,7 +193,8 @@ void Replay::finish() {
     result.advice =
         "found in the record as a whole only: drive longer, so that it can be confirmed";
   }
-  result.cartesian_state = outcome_->review.estimate;
+  result.cartesian_state = outcome_->review.estimate->cartesian;
+  result.robot_errors = outcome_->review.estimate->errors;
   result.paper_state = paperFromCartesian(*result.cartesian_state);
   result.base_from_sensor = mountFromCartesian(*result.cartesian_state);
 }

@@ -83,7 +83,7 @@ void beginGroup(YAML::Emitter& out, const char* key) {
 void emitLight(YAML::Emitter& out, const Review& review) {
   for (auto look = review.looks.rbegin(); look != review.looks.rend(); ++look) {
     if (look->look.kind == Look::Kind::kNothingSeen) continue;
-    const Eigen::Vector2d light = look->first_from_base * review.estimate->lightInBase();
+    const Eigen::Vector2d light = look->first_from_base * review.estimate->cartesian.lightInBase();
     beginGroup(out, "light_in_first_base");
     emit(out, "x", light.x());
     emit(out, "y", light.y());
@@ -118,7 +118,7 @@ void emitReview(YAML::Emitter& out, const Review& review) {
   out << YAML::EndMap;
   if (!review.estimate) return;
   emitLight(out, review);
-  emitKnownLeast(out, *review.estimate);
+  emitKnownLeast(out, review.estimate->cartesian);
 }
 
 std::string detailsYaml(const BagJob& job, const BagSetup& setup, const BagOutcome& outcome) {

@@ -12,6 +12,7 @@
 #include "tools/monte_carlo_table.h"
 #include "tools/monte_carlo_trials.h"
 #include "tools/parallel.h"
+#include "tools/robot_error_table.h"
 
 namespace bearing_calibration {
 namespace {
@@ -33,6 +34,9 @@ struct Arguments {
   double outliers = 0.0;
   double correlation = 0.0;
   int slips = 0;
+  double occlusion = 0.0;
+  ImperfectRobot imperfect;
+  ErrorPriors looked_for;
 };
 
 options::options_description describeOptions(Arguments* arguments) {
@@ -59,6 +63,20 @@ options::options_description describeOptions(Arguments* arguments) {
   add("correlation", options::value(&arguments->correlation)->default_value(0.0),
       "of a bearing's noise with the next one's");
   add("slips", options::value(&arguments->slips)->default_value(0), "of a wheel in each run");
+  add("occlusion", options::value(&arguments->occlusion)->default_value(0.0),
+      "share of the run without light");
+  ImperfectRobot& robot = arguments->imperfect;
+  add("errors", "look for time offset, wheel scales and separation");
+  add("offset", options::value(&robot.time_offset_s)->default_value(0.0),
+      "stamps are late by this [s]");
+  add("ratio", options::value(&robot.ratio)->default_value(0.0), "of the wheels' scales, less 1");
+  add("scale", options::value(&robot.scale)->default_value(0.0), "of both wheels, less 1");
+  add("random-offset", options::value(&robot.max_random_offset_s)->default_value(0.0),
+      "added, uniform from 0 to this [s]");
+  add("random-ratio", options::value(&robot.random_ratio_stddev)->default_value(0.0),
+      "added, standard deviation");
+  add("random-separation", options::value(&robot.random_separation_stddev)->default_value(0.0),
+      "of the wheels, standard deviation");
   add("check", "judge the bars");
   return description;
 }
@@ -92,6 +110,9 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   simulated.robot.sensor.outlier_probability = arguments.outliers;
   simulated.robot.sensor.correlation = arguments.correlation;
   addSlips(simulated, arguments.slips, seed);
+  addOcclusions(simulated, arguments.occlusion, seed);
+  makeImperfect(simulated, arguments.imperfect, seed);
+  simulated.looked_for = arguments.looked_for;
   return simulated;
 }
 
@@ -144,9 +165,11 @@ int run(int argc, char** argv) {
   if (arguments.times_s.empty() || arguments.times_s.back() < arguments.duration_s) {
     arguments.times_s.push_back(arguments.duration_s);
   }
+  if (values.count("errors") > 0) arguments.looked_for = usualErrors();
   const std::vector<Trial> trials = runAll(arguments);
   const std::vector<TableRow> rows = summarise(trials);
   std::cout << format(rows);
+  std::cout << formatRobotErrors(trials);
   printRemarkable(trials, arguments.seed);
   if (values.count("check") == 0) return 0;
   const ClaimKind kind = arguments.trajectory == "degenerate" ? ClaimKind::kForbidden

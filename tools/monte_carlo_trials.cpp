@@ -49,13 +49,22 @@ void fillErrors(const CartesianEstimate& estimate, const Vector5& truth, Snapsho
   snapshot.psi_error_rad = wrapAngle(snapshot.error(4) - phi_error);
 }
 
-void fillBound(const SightRun& run, std::size_t count, const Targets& targets, Snapshot& snapshot) {
+void fillRobotErrors(const ErrorEstimate& estimate, const ErrorVector& truth, Snapshot& snapshot) {
+  snapshot.robot_error = estimate.mean - truth;
+  snapshot.robot_stddev = estimate.covariance.diagonal().cwiseSqrt();
+}
+
+void fillBound(const SimulatedCase& simulated, const SightRun& run, std::size_t count,
+               const Targets& targets, Snapshot& snapshot) {
+  const ErrorPriors& looked_for = simulated.looked_for;
+  const ErrorVector errors = trueErrors(simulated.robot);
   const std::vector<Sight> sights(run.sights.begin(),
                                   run.sights.begin() + static_cast<std::ptrdiff_t>(count));
   std::vector<Eigen::Vector2d> lights;
   for (std::size_t i = 0; i < count; ++i) lights.push_back(run.truth[i].head<2>());
   const Vector5& truth = run.truth[count - 1];
-  snapshot.bound = cramerRaoBound(sights, lights, truth.tail<3>());
+  snapshot.bound = cramerRaoBoundWithErrors(sights, lights, truth.tail<3>(), errors, looked_for)
+                       .cartesian.covariance;
 
   const Eigen::Vector2d p = truth.segment<2>(CartesianIndex::kSensorX);
   const double rho = p.norm();
@@ -114,7 +123,8 @@ double Snapshot::stateChiSquare() const { return error.dot(covariance.ldlt().sol
 
 Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& times_s) {
   const SightRun run = simulate(simulated);
-  const InitializerConfig config;
+  InitializerConfig config;
+  config.batch.errors = simulated.looked_for;
   const Targets targets{config.max_position_stddev_m, config.max_yaw_stddev_rad,
                         config.max_light_stddev_per_range};
   Initializer initializer(config);
@@ -129,8 +139,11 @@ Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& 
     snapshot.milliseconds = millisecondsOf([&] { attempt = initializer.attempt(); });
     snapshot.claims = attempt.ready();
     snapshot.words = nameOf(attempt.obstacle);
-    fillBound(run, count, targets, snapshot);
-    if (attempt.ready()) fillErrors(attempt.estimate, run.truth[count - 1], snapshot);
+    fillBound(simulated, run, count, targets, snapshot);
+    if (attempt.ready()) {
+      fillErrors(attempt.estimate, run.truth[count - 1], snapshot);
+      fillRobotErrors(attempt.errors, trueErrors(simulated.robot), snapshot);
+    }
     noteClaim(snapshot, trial);
     trial.snapshots.push_back(snapshot);
   }
@@ -139,7 +152,10 @@ Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& 
 
 Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_s) {
   const SightRun run = simulate(simulated);
-  const BatchEstimator estimator{BatchConfig()};
+  BatchConfig config;
+  config.errors = simulated.looked_for;
+  const BatchEstimator estimator{config};
+  const ErrorVector true_errors = trueErrors(simulated.robot);
   constexpr Targets kAny{1e3, 1e3, 0.0};
   Trial trial;
   for (double time_s : times_s) {
@@ -150,12 +166,13 @@ Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_
     snapshot.time_s = time_s;
     BatchEstimate estimate;
     snapshot.milliseconds = millisecondsOf([&] {
-      estimate = estimator.estimate(sights, {run.truth[count - 1], count - 1});
+      estimate = estimator.estimate(sights, {run.truth[count - 1], count - 1, true_errors});
     });
     snapshot.claims = estimate.converged;
     snapshot.words = estimate.converged ? "converged" : "not settled";
-    fillBound(run, count, kAny, snapshot);
+    fillBound(simulated, run, count, kAny, snapshot);
     fillErrors(estimate.at_last_sight, run.truth[count - 1], snapshot);
+    fillRobotErrors(estimate.errors, true_errors, snapshot);
     noteClaim(snapshot, trial);
     trial.snapshots.push_back(snapshot);
   }
@@ -165,7 +182,8 @@ Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_
 Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& times_s) {
   const SightRun run = simulate(simulated);
   const EncoderConfig& encoders = simulated.robot.encoders;
-  const CalibratorConfig config = defaultCalibration(encoders.drive, encoders.noise);
+  CalibratorConfig config = defaultCalibration(encoders.drive, encoders.noise);
+  config.initializer.batch.errors = simulated.looked_for;
   const Targets targets{config.converged.position_stddev_m, config.converged.yaw_stddev_rad, 0.0};
   constexpr double kAskEvery_s = 1.0;
   Calibrator calibrator(config);
@@ -193,14 +211,17 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
     snapshot.milliseconds = spent_ms;
     snapshot.claims = result.state == CalibrationState::kConverged;
     snapshot.words = nameOf(result.state);
-    if (result.cartesian_state) fillErrors(*result.cartesian_state, run.truth[count - 1], snapshot);
+    if (result.cartesian_state) {
+      fillErrors(*result.cartesian_state, run.truth[count - 1], snapshot);
+      fillRobotErrors(result.robot_errors, trueErrors(simulated.robot), snapshot);
+    }
     noteClaim(snapshot, trial);
     if (result.state == CalibrationState::kInconsistent && trial.alarm.empty()) {
       trial.alarm = std::to_string(static_cast<int>(time_s)) + " s: " + result.advice;
     }
     if (!due) continue;
     ++next_time;
-    fillBound(run, count, targets, snapshot);
+    fillBound(simulated, run, count, targets, snapshot);
     trial.snapshots.push_back(snapshot);
   }
   return trial;

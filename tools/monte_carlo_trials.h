@@ -22,6 +22,8 @@ struct Snapshot {
   Vector5 error = Vector5::Zero();  ///< of the Cartesian state
   Matrix5 covariance = Matrix5::Zero();
   Matrix5 bound = Matrix5::Zero();
+  ErrorVector robot_error = ErrorVector::Zero();  ///< of what is said of the robot's errors
+  ErrorVector robot_stddev = ErrorVector::Zero();
   Eigen::Vector2d polar_error = Eigen::Vector2d::Zero();  ///< (phi [rad], rho [m])
   double psi_error_rad = 0.0;
   Eigen::Vector3d polar_bound = Eigen::Vector3d::Zero();  ///< variances of (phi, rho, psi)

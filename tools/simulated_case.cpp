@@ -30,7 +30,7 @@ RobotConfig paperRobot(std::uint64_t seed) {
 /// Draws of their own for what a case is, apart from the noise of the run of the same seed.
 class Draws {
  public:
-  enum class Purpose : std::uint32_t { kCase, kSlips };
+  enum class Purpose : std::uint32_t { kCase, kSlips, kErrors, kOcclusions };
   Draws(std::uint64_t seed, Purpose purpose) : engine_(engineFor(seed, purpose)) {}
 
   double between(double low, double high) {
@@ -38,6 +38,9 @@ class Draws {
   }
   double angle() { return between(-kPi, kPi); }
   bool coin() { return between(0.0, 1.0) < 0.5; }
+  double gaussian(double stddev) {
+    return stddev * std::normal_distribution<double>(0.0, 1.0)(engine_);
+  }
 
  private:
   static std::mt19937_64 engineFor(std::uint64_t seed, Purpose purpose) {
@@ -93,6 +96,48 @@ void addSlips(SimulatedCase& simulated, int count, std::uint64_t seed) {
   }
 }
 
+void makeImperfect(SimulatedCase& simulated, const ImperfectRobot& how, std::uint64_t seed) {
+  Draws draws(seed, Draws::Purpose::kErrors);
+  RobotConfig& robot = simulated.robot;
+  robot.stamp_latency_s = how.time_offset_s + draws.between(0.0, 1.0) * how.max_random_offset_s;
+  const double ratio = how.ratio + draws.gaussian(how.random_ratio_stddev);
+  robot.encoders.left_radius_factor = 1.0 + how.scale - 0.5 * ratio;
+  robot.encoders.right_radius_factor = 1.0 + how.scale + 0.5 * ratio;
+  robot.separation_factor = 1.0 + draws.gaussian(how.random_separation_stddev);
+}
+
+void addOcclusions(SimulatedCase& simulated, double share, std::uint64_t seed) {
+  constexpr int kStretches = 5;
+  Draws draws(seed, Draws::Purpose::kOcclusions);
+  const double length_s = share * simulated.duration_s / kStretches;
+  const double every_s = simulated.duration_s / kStretches;
+  for (int i = 0; share > 0.0 && i < kStretches; ++i) {
+    const double begin_s = draws.between(i * every_s, (i + 1) * every_s - length_s);
+    simulated.robot.faults.occlusions.push_back({begin_s, length_s});
+  }
+}
+
+ErrorPriors usualErrors() {
+  constexpr double kTimeOffset_s = 0.1;
+  constexpr double kWheelScale = 0.03;
+  constexpr double kWheelSeparation = 0.02;
+  ErrorPriors priors;
+  priors.setBlock(TimeOffset::kName, kTimeOffset_s);
+  priors.setBlock(WheelScales::kName, kWheelScale);
+  priors.setBlock(WheelSeparation::kName, kWheelSeparation);
+  return priors;
+}
+
+ErrorVector trueErrors(const RobotConfig& robot) {
+  ErrorVector errors = ErrorVector::Zero();
+  errors(placeOf<TimeOffset>()) = robot.stamp_latency_s;
+  errors.segment<WheelScales::kSize>(placeOf<WheelScales>())
+      << robot.encoders.left_radius_factor - 1.0,
+      robot.encoders.right_radius_factor - 1.0;
+  errors(placeOf<WheelSeparation>()) = robot.separation_factor - 1.0;
+  return errors;
+}
+
 std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGeometry& drive,
                                     const WheelNoise& noise) {
   WheelOdometer odometer(drive);
@@ -106,8 +151,8 @@ std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGe
     }
     if (set.candidates.empty() || !track.covers(set.stamp)) continue;
     const Bearing& bearing = set.candidates.front();
-    sights.push_back(
-        {set.stamp, track.motionTo(set.stamp), bearing.azimuth_rad, bearing.azimuth_variance_rad2});
+    sights.push_back({set.stamp, track.motionTo(set.stamp), bearing.azimuth_rad,
+                      bearing.azimuth_variance_rad2, track.travelAround(set.stamp)});
     track.anchorAt(set.stamp);
   }
   return sights;
@@ -129,9 +174,13 @@ SightRun runFromRecord(const SimulatedCase& simulated, SimulatedRecord record) {
   SightRun run;
   run.record = std::move(record);
   run.sights = sightsFromRecord(run.record, robot.encoders.drive, robot.encoders.noise);
-  for (std::size_t i = 0; i < run.record.bearings.size(); ++i) {
-    if (run.record.bearings[i].candidates.empty()) continue;
-    const Pose2& world_from_base = run.record.world_from_base[i];
+  const ErrorVector errors = trueErrors(robot);
+  std::size_t at = 0;
+  for (const Sight& sight : run.sights) {
+    while (run.record.bearings[at].stamp != sight.stamp) ++at;
+    // the record's poses are those of the moments when the bearings were taken
+    const Pose2 world_from_base =
+        run.record.world_from_base[at] * stampFromMoment(sight, errors).inverse();
     const Eigen::Vector2d light = world_from_base.inverse() * simulated.lights.front().position_m;
     run.truth.emplace_back();
     run.truth.back() << light, robot.base_from_sensor.position_m, robot.base_from_sensor.yaw_rad;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
 #include "bearing_calibration/simulation/trajectory.h"
 #include "bearing_calibration/simulation/trajectory_config.h"
@@ -19,6 +20,7 @@ struct SimulatedCase {
   std::vector<Light> lights;  ///< the first is the one that the mount is calibrated with
   TrajectoryConfig trajectory;
   double duration_s = 100.0;
+  ErrorPriors looked_for;  ///< errors of the robot that the estimators are told to look for
 };
 
 /// The settings of the paper's section V: its mount, light, noise and second trajectory.
@@ -39,6 +41,28 @@ SimulatedCase randomCase(std::uint64_t seed, TrajectoryConfig::Kind kind,
 /// `count` slips of one wheel, 0.2 to 0.5 s long and 30 to 70 % off, anywhere in the run.
 void addSlips(SimulatedCase& simulated, int count, std::uint64_t seed);
 
+/// How far off a robot is.
+struct ImperfectRobot {
+  double time_offset_s = 0.0;        ///< stamps are late by this
+  double ratio = 0.0;                ///< of the right wheel's scale over the left one's, less 1
+  double scale = 0.0;                ///< of both wheels together, less 1
+  double max_random_offset_s = 0.0;  ///< added to the offset: uniform from 0 to this
+  double random_ratio_stddev = 0.0;  ///< added to the ratio
+  double random_separation_stddev = 0.0;  ///< of the true wheel separation over the believed one
+};
+
+/// Makes the robot of a case an imperfect one.
+void makeImperfect(SimulatedCase& simulated, const ImperfectRobot& how, std::uint64_t seed);
+
+/// Hides the light for a share of the run, in stretches of some seconds anywhere.
+void addOcclusions(SimulatedCase& simulated, double share, std::uint64_t seed);
+
+/// What the calibration's parameters look for by default (config/calibration.yaml).
+ErrorPriors usualErrors();
+
+/// The robot's errors as the blocks of the estimators count them.
+ErrorVector trueErrors(const RobotConfig& robot);
+
 /// What an estimator gets of a run, and the truth.
 struct SightRun {
   SimulatedRecord record;              ///< raw: ticks and bearings
@@ -54,7 +78,8 @@ SightRun simulateAlong(const SimulatedCase& simulated, std::unique_ptr<Trajector
 /// A record as the estimators get it, with its truth.
 SightRun runFromRecord(const SimulatedCase& simulated, SimulatedRecord record);
 
-/// The sights of a record: each bearing of the first candidate with the motion since the last.
+/// The sights of a record, with the travel around each: each bearing of the first candidate with
+/// the motion since the last.
 std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGeometry& drive,
                                     const WheelNoise& noise);
 

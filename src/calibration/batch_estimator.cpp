@@ -43,10 +43,13 @@ SmootherPrior dampedPrior(int failures) {
 /// as the fit is near; then the weights go from Huber's to plain ones without the outliers.
 class Fit {
  public:
-  Fit(const std::vector<Sight>& sights, const LightTrack& track, const BatchConfig& config,
-      const SlipHypothesis& slips)
+  Fit(const std::vector<Sight>& sights, const LightTrack& track, const ErrorVector& errors,
+      const BatchConfig& config, const SlipHypothesis& slips)
       : config_(config), sights_(sights), weights_(sights, track.is_plausible, config, slips) {
-    for (const Vector5& state : track.states) path_.push_back({state, Eigen::Vector3d::Zero()});
+    path_.errors = errors;
+    for (const Vector5& state : track.states) {
+      path_.points.push_back({state, Eigen::Vector3d::Zero()});
+    }
     weights_.weighBearings(path_);
   }
 
@@ -56,6 +59,7 @@ class Fit {
   enum class Stage { kHuber, kRejecting, kWidening, kDone };
 
   bool step();
+  double costOf(const SmootherPass& pass, const RecordPath& path) const;
   bool hasSettled() const;
   void nextStage();
   void judgeInnovations(BatchEstimate& estimate) const;
@@ -63,7 +67,7 @@ class Fit {
   const BatchConfig& config_;
   const std::vector<Sight>& sights_;
   RecordWeights weights_;
-  std::vector<PathPoint> path_;
+  RecordPath path_;
   SmootherPass pass_;
   SmootherPass settled_;  ///< before the variances were widened: what the fit is judged by
   Stage stage_ = Stage::kHuber;
@@ -74,22 +78,34 @@ class Fit {
   int failures_ = 0;
 };
 
+/// What a path costs: its bearings, its motions and the robot's errors.
+double Fit::costOf(const SmootherPass& pass, const RecordPath& path) const {
+  double cost = pass.motion_cost + weights_.bearingCost(path);
+  for (int i = 0; i < kErrorCount; ++i) {
+    const double stddev = config_.errors.stddev(i);
+    if (stddev > 0.0) cost += std::pow(path.errors(i) / stddev, 2);
+  }
+  return cost;
+}
+
 /// One Gauss-Newton step; false when it would not lower the cost.
 bool Fit::step() {
-  SmootherPass pass = smooth(sights_, weights_.sights(), path_, dampedPrior(failures_));
-  std::vector<PathPoint> path;
-  path.reserve(sights_.size());
-  for (const SmoothedSight& sight : pass.sights) path.push_back(sight.point);
-  const double cost = pass.motion_cost + weights_.bearingCost(path);
+  SmootherPass pass =
+      smooth(sights_, weights_.sights(), path_, dampedPrior(failures_), config_.errors);
+  RecordPath path;
+  path.errors = pass.last.errors.mean;
+  path.points.reserve(sights_.size());
+  for (const SmoothedSight& sight : pass.sights) path.points.push_back(sight.point);
+  const double cost = costOf(pass, path);
   // The motions' share is that of the linearised problem, and Huber's weights follow a step behind:
   // only a cost that clearly rises is a reason to hold back.
   constexpr double kTolerance = 1.0;
   constexpr double kRelativeTolerance = 0.2;
   if (!(cost <= cost_ * (1.0 + kRelativeTolerance) + kTolerance)) return false;
-  const Vector5 change = path.back().state - path_.back().state;
+  const Vector5 change = path.points.back().state - path_.points.back().state;
   const Eigen::Vector3d mount_change = change.tail<3>();
-  const Eigen::Matrix3d mount_covariance = pass.last.covariance.bottomRightCorner<3, 3>();
-  last_step_ = change.dot(pass.last.covariance.ldlt().solve(change));
+  const Eigen::Matrix3d mount_covariance = pass.last.cartesian.covariance.bottomRightCorner<3, 3>();
+  last_step_ = change.dot(pass.last.cartesian.covariance.ldlt().solve(change));
   last_mount_step_ = mount_change.dot(mount_covariance.ldlt().solve(mount_change));
   cost_ = cost;
   path_ = std::move(path);
@@ -163,14 +179,15 @@ BatchEstimate Fit::run() {
     }
   }
   if (pass_.sights.empty()) return estimate;
-  estimate.converged = stage_ == Stage::kDone && pass_.last.mean.allFinite();
-  estimate.at_last_sight = pass_.last;
+  estimate.converged = stage_ == Stage::kDone && pass_.last.cartesian.mean.allFinite();
+  estimate.at_last_sight = pass_.last.cartesian;
+  estimate.errors = pass_.last.errors;
   estimate.at_last_sight.mean(CartesianIndex::kSensorYaw) =
       wrapAngle(estimate.at_last_sight.sensorYaw());
-  estimate.cost = pass_.motion_cost + weights_.bearingCost(path_) + weights_.costOfDisbelief();
+  estimate.cost = costOf(pass_, path_) + weights_.costOfDisbelief();
   estimate.correlation = weights_.correlation();
   judgeInnovations(estimate);
-  estimate.path = std::move(path_);
+  estimate.path = std::move(path_.points);
   return estimate;
 }
 
@@ -183,6 +200,7 @@ std::vector<std::string> BatchConfig::validate() const {
   require.notNegative("batch/huber_sigmas", huber_sigmas);
   require.notNegative("batch/reject_sigmas", reject_sigmas);
   require.notNegative("batch/slip_gain", slip_gain);
+  require.add(errors.validate());
   require.that(max_slips >= 0,
                "batch/max_slips must not be negative, but is " + std::to_string(max_slips));
   return require.errors();
@@ -211,7 +229,7 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Sight>& sights, const R
                                   " rad^2 is not positive");
     }
   }
-  return Fit(sights, trackLight(sights, start), config_, slips).run();
+  return Fit(sights, trackLight(sights, start), start.errors, config_, slips).run();
 }
 
 }  // namespace bearing_calibration

@@ -61,7 +61,8 @@ class Calibrator::Impl {
     const Stamp moment = std::clamp(stamp - durationFromSeconds(config_.bearings.latency_s),
                                     *last_fused_, std::max(*last_fused_, track_.newest()));
     if (!track_.covers(moment)) return std::nullopt;
-    const auto azimuth = calibration_.predictAzimuthAfter(track_.motionTo(moment));
+    const auto azimuth =
+        calibration_.predictAzimuthAfter(track_.motionTo(moment), track_.travelAround(moment));
     if (!azimuth) return std::nullopt;
     return BearingPrediction{stamp, azimuth->azimuth_rad, azimuth->variance_rad2,
                              calibration_.lightId()};
@@ -127,9 +128,10 @@ class Calibrator::Impl {
       return;
     }
     const OdometryIncrement motion = track_.motionTo(bearings.stamp);
+    const TravelNearby nearby = track_.travelAround(bearings.stamp);
     track_.anchorAt(bearings.stamp);
     last_fused_ = bearings.stamp;
-    const Look look = calibration_.look(bearings.stamp, motion, bearings.candidates);
+    const Look look = calibration_.look(bearings, motion, nearby);
     if (observer_) observer_(look);
   }
 

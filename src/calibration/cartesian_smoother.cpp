@@ -3,15 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/geometry/pose2.h"
 
 namespace bearing_calibration {
 namespace {
-
-using RowVector5 = Eigen::Matrix<double, 1, 5>;
 
 /// What a slipping wheel may do between two sights: wider than any slip, so that nothing of the
 /// motion is believed.
@@ -22,37 +20,52 @@ constexpr double kSlipYawStddev_rad = 0.5;
 /// doubted: its square at 2 standard deviations where a fifth of all sights are outliers.
 constexpr double kDoubtfulPull = 1.6;
 
+/// The state with K of the robot's errors behind it.
+template <int K>
+using StateVector = Eigen::Matrix<double, 5 + K, 1>;
+template <int K>
+using StateMatrix = Eigen::Matrix<double, 5 + K, 5 + K>;
+
 /// What the backward pass needs from the forward one.
+template <int K>
 struct ForwardStep {
-  Vector5 predicted;
-  Matrix5 predicted_covariance;
-  RowVector5 H;
-  Vector5 gain;
+  StateVector<K> predicted;
+  StateMatrix<K> predicted_covariance;
+  Eigen::Matrix<double, 1, 5 + K> H;
+  StateVector<K> gain;
   double innovation;  ///< against `predicted`, through the linearisation at the path
   double innovation_variance;
   double pull_variance;  ///< of innovation / innovation_variance
   bool used;
 };
 
-/// A motion linearised about its own error: l+ = F (l - t) + J (error - error*).
+/// A motion linearised about its own error and those of the robot:
+/// l+ = R (l - t) + J (error - error*) + J_errors (errors - errors*).
+template <int K>
 struct LinearMotion {
   Pose2 start_from_end;  ///< the measured one with its error* put right
+  Eigen::Matrix2d R_end_start;
   Eigen::Matrix<double, 2, 3> J_light_error;
-  Eigen::Matrix3d covariance;  ///< of the error
+  Eigen::Matrix<double, 2, K> J_light_errors;
+  Eigen::Matrix3d covariance;  ///< of the motion's own error
 
-  Eigen::Matrix2d rotation() const { return rotation2(-start_from_end.yaw_rad); }
   Eigen::Matrix2d lightNoise() const {
     return J_light_error * covariance * J_light_error.transpose();
   }
 };
 
-LinearMotion linearise(const Sight& sight, bool slipped, const PathPoint& point) {
-  const Pose2& measured = sight.motion.start_from_end;
-  LinearMotion motion;
+template <int K>
+LinearMotion<K> lineariseMotion(const Sight& sight, bool slipped, const PathPoint& point,
+                                const ErrorVector& errors) {
+  const CorrectedMotion<K> corrected = correctMotion<K>(sight.motion, errors);
+  const Pose2& measured = corrected.start_from_end;
+  LinearMotion<K> motion;
   motion.start_from_end = {measured.position_m + point.motion_error.head<2>(),
                            wrapAngle(measured.yaw_rad + point.motion_error(2))};
-  motion.J_light_error << -motion.rotation(),
+  motion.R_end_start = rotation2(-motion.start_from_end.yaw_rad);
+  motion.J_light_error << -motion.R_end_start,
       -perpendicular(Eigen::Vector2d(point.state.head<2>()));
+  motion.J_light_errors = motion.J_light_error * corrected.J_pose_errors;
   motion.covariance = sight.motion.covariance;
   if (slipped) {
     motion.covariance.diagonal() +=
@@ -62,26 +75,34 @@ LinearMotion linearise(const Sight& sight, bool slipped, const PathPoint& point)
   return motion;
 }
 
-void predict(const LinearMotion& motion, const Eigen::Vector3d& error, Vector5& mean,
-             Matrix5& covariance) {
-  const Eigen::Matrix2d F = motion.rotation();
-  mean.head<2>() = motion.start_from_end.inverse() * Eigen::Vector2d(mean.head<2>()) -
-                   motion.J_light_error * error;
-  covariance.topRows<2>() = (F * covariance.topRows<2>()).eval();
-  covariance.leftCols<2>() = (covariance.leftCols<2>() * F.transpose()).eval();
-  covariance.topLeftCorner<2, 2>() += motion.lightNoise();
+template <int K>
+void predict(const LinearMotion<K>& motion, const Eigen::Vector3d& error,
+             const Eigen::Matrix<double, K, 1>& errors_at_path, StateVector<K>& mean,
+             StateMatrix<K>& covariance) {
+  const Eigen::Vector2d light = mean.template head<2>();
+  mean.template head<2>() = motion.R_end_start * (light - motion.start_from_end.position_m) -
+                            motion.J_light_error * error;
+  if constexpr (K > 0) {
+    mean.template head<2>() += motion.J_light_errors * (mean.template tail<K>() - errors_at_path);
+  }
+  propagateCovariance<K>(motion.R_end_start, motion.J_light_errors, motion.lightNoise(),
+                         covariance);
 }
 
-ForwardStep linearise(const Sight& sight, const SightWeight& weight, const Vector5& path,
-                      const Vector5& mean, const Matrix5& covariance) {
-  const AzimuthModel expected = azimuthFromCartesian(path);
-  ForwardStep step;
+template <int K>
+ForwardStep<K> lineariseSight(const Sight& sight, const SightWeight& weight, const Vector5& state,
+                              const ErrorVector& errors, const StateVector<K>& mean,
+                              const StateMatrix<K>& covariance) {
+  const SightModel<K> expected = expectSight<K>(state, errors, sight.nearby);
+  StateVector<K> path;
+  path << state, errors.head<K>();
+  ForwardStep<K> step;
   step.predicted = mean;
   step.predicted_covariance = covariance;
   step.H = expected.J_azimuth_state;
   step.innovation =
       wrapAngle(sight.azimuth_rad - expected.azimuth_rad) - (step.H * (mean - path)).value();
-  const Vector5 PHt = covariance * step.H.transpose();
+  const StateVector<K> PHt = covariance * step.H.transpose();
   step.innovation_variance = (step.H * PHt).value() + weight.bearing_variance_rad2;
   step.pull_variance = 1.0 / step.innovation_variance;
   if (weight.bearing_variance_rad2 > weight.sensor_variance_rad2) {
@@ -99,12 +120,13 @@ double rangeOf(const Vector5& state) {
 }
 
 /// Disturbance r and its information N of everything after a moment.
+template <int K>
 struct Disturbance {
-  Vector5 r = Vector5::Zero();
-  Matrix5 N = Matrix5::Zero();
+  StateVector<K> r = StateVector<K>::Zero();
+  StateMatrix<K> N = StateMatrix<K>::Zero();
 
-  void addBearing(const ForwardStep& step) {
-    const RowVector5 future = (step.gain.transpose() * N).eval();
+  void addBearing(const ForwardStep<K>& step) {
+    const Eigen::Matrix<double, 1, 5 + K> future = (step.gain.transpose() * N).eval();
     const double precision = 1.0 / step.innovation_variance;
     const double surprise = step.innovation * precision - step.gain.dot(r);
     r += step.H.transpose() * surprise;
@@ -114,11 +136,16 @@ struct Disturbance {
          future.transpose() * step.H;
   }
 
-  void passMotion(const LinearMotion& motion) {
-    const Eigen::Matrix2d F = motion.rotation();
-    r.head<2>() = (F.transpose() * r.head<2>()).eval();
-    N.topRows<2>() = (F.transpose() * N.topRows<2>()).eval();
-    N.leftCols<2>() = (N.leftCols<2>() * F).eval();
+  void passMotion(const LinearMotion<K>& motion) {
+    const Eigen::Matrix2d& R = motion.R_end_start;
+    if constexpr (K > 0) {
+      r.template tail<K>() += motion.J_light_errors.transpose() * r.template head<2>();
+      N.template bottomRows<K>() += motion.J_light_errors.transpose() * N.template topRows<2>();
+      N.template rightCols<K>() += N.template leftCols<2>() * motion.J_light_errors;
+    }
+    r.template head<2>() = (R.transpose() * r.template head<2>()).eval();
+    N.template topRows<2>() = (R.transpose() * N.template topRows<2>()).eval();
+    N.template leftCols<2>() = (N.template leftCols<2>() * R).eval();
   }
 
   /// What an unknown jump of the light at this moment would take off the cost. Only those of its
@@ -128,19 +155,20 @@ struct Disturbance {
     constexpr double kTellable = 0.2;  // standard deviation of the jump, over the range
     const double least_information = 1.0 / std::pow(kTellable * range_m, 2);
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
-    solver.computeDirect(N.topLeftCorner<2, 2>());
+    solver.computeDirect(Eigen::Matrix2d(N.template topLeftCorner<2, 2>()));
     double gain = 0.0;
     for (int i = 0; i < 2; ++i) {
       const double information = solver.eigenvalues()(i);
       if (information < least_information) continue;
-      gain += std::pow(solver.eigenvectors().col(i).dot(r.head<2>()), 2) / information;
+      gain += std::pow(solver.eigenvectors().col(i).dot(r.template head<2>()), 2) / information;
     }
     return gain;
   }
 };
 
 /// Fills in the residual of a bearing against the state smoothed from all others.
-void leaveOut(const ForwardStep& step, double variance, const Disturbance& future,
+template <int K>
+void leaveOut(const ForwardStep<K>& step, double variance, const Disturbance<K>& future,
               SmoothedSight& smoothed) {
   if (step.used) {
     const double precision = 1.0 / step.innovation_variance + step.gain.dot(future.N * step.gain);
@@ -149,55 +177,98 @@ void leaveOut(const ForwardStep& step, double variance, const Disturbance& futur
     smoothed.left_out_variance_rad2 = std::max(1.0 / precision - variance, 0.0);
     return;
   }
-  const Vector5 PHt = step.predicted_covariance * step.H.transpose();
+  const StateVector<K> PHt = step.predicted_covariance * step.H.transpose();
   smoothed.left_out_residual_rad = step.innovation - PHt.dot(future.r);
   smoothed.left_out_variance_rad2 = std::max((step.H * PHt).value() - PHt.dot(future.N * PHt), 0.0);
+}
+
+/// One pass over a record with the first K errors in the state.
+template <int K>
+class Smoother {
+ public:
+  Smoother(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
+           const RecordPath& path)
+      : sights_(sights), weights_(weights), path_(path) {
+    steps_.reserve(sights.size());
+    motions_.reserve(sights.size());
+    pass_.sights.resize(sights.size());
+  }
+
+  SmootherPass run(const SmootherPrior& prior, const ErrorPriors& errors) {
+    goForward(prior, errors);
+    goBackward();
+    return std::move(pass_);
+  }
+
+ private:
+  void goForward(const SmootherPrior& prior, const ErrorPriors& errors);
+  void goBackward();
+
+  const std::vector<Sight>& sights_;
+  const std::vector<SightWeight>& weights_;
+  const RecordPath& path_;
+  std::vector<ForwardStep<K>> steps_;
+  std::vector<LinearMotion<K>> motions_;
+  SmootherPass pass_;
+};
+
+template <int K>
+void Smoother<K>::goForward(const SmootherPrior& prior, const ErrorPriors& errors) {
+  const Eigen::Matrix<double, K, 1> errors_at_path = path_.errors.head<K>();
+  StateVector<K> mean = StateVector<K>::Zero();
+  mean.template head<5>() = path_.points.front().state;
+  StateVector<K> variance;
+  variance.template head<4>().setConstant(prior.position_stddev_m * prior.position_stddev_m);
+  variance(CartesianIndex::kSensorYaw) = prior.yaw_stddev_rad * prior.yaw_stddev_rad;
+  variance.template tail<K>() = errors.stddev.head<K>().cwiseAbs2();
+  StateMatrix<K> covariance = variance.asDiagonal();
+  for (std::size_t i = 0; i < sights_.size(); ++i) {
+    const PathPoint& point = path_.points[i];
+    motions_.push_back(lineariseMotion<K>(sights_[i], weights_[i].slipped, point, path_.errors));
+    if (i > 0) predict<K>(motions_[i], point.motion_error, errors_at_path, mean, covariance);
+    steps_.push_back(
+        lineariseSight<K>(sights_[i], weights_[i], point.state, path_.errors, mean, covariance));
+    const ForwardStep<K>& step = steps_.back();
+    pass_.sights[i].innovation_rad = step.innovation;
+    pass_.sights[i].innovation_variance_rad2 = step.innovation_variance;
+    if (!step.used) continue;
+    mean += step.gain * step.innovation;
+    covariance -= step.gain * step.innovation_variance * step.gain.transpose();
+  }
+  pass_.last = RobotEstimate::from<K>({mean, 0.5 * (covariance + covariance.transpose())});
+}
+
+template <int K>
+void Smoother<K>::goBackward() {
+  Disturbance<K> future;
+  for (std::size_t i = sights_.size(); i-- > 0;) {
+    SmoothedSight& smoothed = pass_.sights[i];
+    const ForwardStep<K>& step = steps_[i];
+    leaveOut<K>(step, weights_[i].bearing_variance_rad2, future, smoothed);
+    if (step.used) future.addBearing(step);
+    smoothed.point.state = step.predicted.template head<5>() +
+                           step.predicted_covariance.template topRows<5>() * future.r;
+    if (i == 0) break;
+    smoothed.mount_jump = {
+        future.r.template segment<3>(CartesianIndex::kSensorX),
+        future.N.template block<3, 3>(CartesianIndex::kSensorX, CartesianIndex::kSensorX)};
+    smoothed.slip_gain =
+        weights_[i].slipped ? 0.0 : future.slipGain(rangeOf(path_.points[i].state));
+    const Eigen::Vector3d pull =
+        motions_[i].J_light_error.transpose() * future.r.template head<2>();
+    smoothed.point.motion_error = motions_[i].covariance * pull;
+    pass_.motion_cost += pull.dot(smoothed.point.motion_error);
+    future.passMotion(motions_[i]);
+  }
 }
 
 }  // namespace
 
 SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
-                    const std::vector<PathPoint>& path, const SmootherPrior& prior) {
-  const std::size_t n = sights.size();
-  SmootherPass pass;
-  pass.sights.resize(n);
-  std::vector<ForwardStep> steps;
-  std::vector<LinearMotion> motions;
-  steps.reserve(n);
-  motions.reserve(n);
-
-  Vector5 mean = path.front().state;
-  Matrix5 covariance = Matrix5::Zero();
-  covariance.diagonal().setConstant(prior.position_stddev_m * prior.position_stddev_m);
-  covariance(4, 4) = prior.yaw_stddev_rad * prior.yaw_stddev_rad;
-  for (std::size_t i = 0; i < n; ++i) {
-    motions.push_back(linearise(sights[i], weights[i].slipped, path[i]));
-    if (i > 0) predict(motions[i], path[i].motion_error, mean, covariance);
-    steps.push_back(linearise(sights[i], weights[i], path[i].state, mean, covariance));
-    const ForwardStep& step = steps.back();
-    pass.sights[i].innovation_rad = step.innovation;
-    pass.sights[i].innovation_variance_rad2 = step.innovation_variance;
-    if (!step.used) continue;
-    mean += step.gain * step.innovation;
-    covariance -= step.gain * step.innovation_variance * step.gain.transpose();
-  }
-  pass.last = {mean, 0.5 * (covariance + covariance.transpose())};
-
-  Disturbance future;
-  for (std::size_t i = n; i-- > 0;) {
-    SmoothedSight& smoothed = pass.sights[i];
-    leaveOut(steps[i], weights[i].bearing_variance_rad2, future, smoothed);
-    if (steps[i].used) future.addBearing(steps[i]);
-    smoothed.point.state = steps[i].predicted + steps[i].predicted_covariance * future.r;
-    if (i == 0) break;
-    smoothed.mount_jump = {future.r.tail<3>(), future.N.bottomRightCorner<3, 3>()};
-    smoothed.slip_gain = weights[i].slipped ? 0.0 : future.slipGain(rangeOf(path[i].state));
-    const Eigen::Vector3d pull = motions[i].J_light_error.transpose() * future.r.head<2>();
-    smoothed.point.motion_error = motions[i].covariance * pull;
-    pass.motion_cost += pull.dot(smoothed.point.motion_error);
-    future.passMotion(motions[i]);
-  }
-  return pass;
+                    const RecordPath& path, const SmootherPrior& prior, const ErrorPriors& errors) {
+  return withErrorsInUse(errorsInUse(errors), [&](auto size) {
+    return Smoother<size.value>(sights, weights, path).run(prior, errors);
+  });
 }
 
 }  // namespace bearing_calibration

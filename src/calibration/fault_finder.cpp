@@ -30,6 +30,7 @@ class FaultSearch {
     // Slips and outliers would let a wrong hypothesis off: they are what it has to explain.
     config_.batch.slip_gain = 0.0;
     config_.min_inlier_fraction = kCleanShare;
+    config_.search_errors = false;  // each hypothesis is a robot of its own already
   }
 
   Diagnosis run() {

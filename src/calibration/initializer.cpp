@@ -34,19 +34,39 @@ struct SearchResult {
   double runner_up_margin = kInfinity;
 };
 
+/// Robots to begin a search with: as believed, or with a late camera and wheels that turn it by
+/// another angle, so near to each other that a batch finds from one of them to the truth.
+/// @param turn_rad  of the stretch that is searched: on a short one, wheels are all alike
+std::vector<ErrorVector> errorHypotheses(const ErrorPriors& priors, double turn_rad) {
+  constexpr double kTellableTurn_rad = 0.2;
+  const double late_stddev_s = priors.stddev(placeOf<TimeOffset>());
+  // A mean scale of the wheels turns the robot by another angle, as their separation does.
+  const double turn_stddev = std::sqrt(0.5) * priors.stddev(placeOf<WheelScales>());
+  std::vector<double> lates = {0.0};
+  std::vector<double> turns = {0.0};
+  if (late_stddev_s > 0.0) lates = {0.0, 0.5, 1.0, 1.5, -0.5};  // cameras are rather late
+  if (turn_stddev * turn_rad > kTellableTurn_rad) turns = {-0.5, 0.5, -1.5, 1.5};
+  std::vector<ErrorVector> hypotheses;
+  for (double late : lates) {
+    for (double turn : turns) {
+      ErrorVector errors = ErrorVector::Zero();
+      errors(placeOf<TimeOffset>()) = late * late_stddev_s;
+      errors.segment<WheelScales::kSize>(placeOf<WheelScales>()).setConstant(turn * turn_stddev);
+      hypotheses.push_back(errors);
+    }
+  }
+  return hypotheses;
+}
+
 /// Looks for the global optimum on a thinned record.
 class Search {
  public:
   Search(const std::vector<Sight>& sights, const InitializerConfig& config)
-      : sights_(thinned(sights, kSightsOfSearch)),
-        posed_(poseSights(sights_)),
-        config_(config),
-        estimator_(config.batch) {}
+      : sights_(thinned(sights, kSightsOfSearch)), config_(config), estimator_(config.batch) {}
 
   SearchResult run() {
     for (const SightWindow& window : startWindows(sights_.size())) {
-      const FixedPathFit fit = findConsensus(posed_, window, config_.seed);
-      if (!fit.state_at_first.isZero()) consider(fit.state_at_first, window.middle());
+      considerAll(window);
       if (result_.best && fitsWell(*result_.best, config_)) break;
     }
     if (result_.best) challenge();
@@ -54,32 +74,71 @@ class Search {
   }
 
  private:
-  BatchEstimate refine(const Vector5& state_at_first, std::size_t sight) const {
-    return estimator_.estimate(sights_, {stateAt(posed_[sight], state_at_first), sight});
+  std::vector<PosedSight> pose(const ErrorVector& errors) const {
+    return poseSights(errors.isZero(0.0) ? sights_ : withoutErrors(sights_, errors));
   }
 
-  void consider(const Vector5& state_at_first, std::size_t sight) {
-    BatchEstimate batch = refine(state_at_first, sight);
-    if (!batch.at_last_sight.mean.allFinite()) return;
-    if (!result_.best || batch.cost < result_.best->cost) result_.best = std::move(batch);
+  std::vector<ErrorVector> hypothesesFor(const SightWindow& window) const {
+    if (!config_.search_errors) return {ErrorVector::Zero()};
+    double turn_rad = 0.0;
+    for (std::size_t i = window.begin; i < window.end; ++i) {
+      turn_rad += sights_[i].motion.rotation_rad;
+    }
+    return errorHypotheses(config_.batch.errors, turn_rad);
+  }
+
+  /// The best few hypotheses on one stretch of the record.
+  void considerAll(const SightWindow& window) {
+    constexpr std::size_t kMostRefined = 3;
+    struct Start {
+      ErrorVector errors;
+      std::vector<PosedSight> posed;
+      FixedPathFit fit;
+    };
+    std::vector<Start> starts;
+    const std::vector<ErrorVector> hypotheses = hypothesesFor(window);
+    for (const ErrorVector& errors : hypotheses) {
+      Start start{errors, pose(errors), {}};
+      start.fit = findConsensus(start.posed, window, config_.seed, hypotheses.size() > 1);
+      if (!start.fit.state_at_first.isZero()) starts.push_back(std::move(start));
+    }
+    std::sort(starts.begin(), starts.end(),
+              [](const Start& a, const Start& b) { return a.fit.capped_cost < b.fit.capped_cost; });
+    if (starts.size() > kMostRefined) starts.resize(kMostRefined);
+    for (const Start& start : starts) {
+      BatchEstimate batch =
+          refine(start.posed, start.fit.state_at_first, window.middle(), start.errors);
+      if (!batch.at_last_sight.mean.allFinite()) continue;
+      if (!result_.best || batch.cost < result_.best->cost) result_.best = std::move(batch);
+    }
+  }
+
+  BatchEstimate refine(const std::vector<PosedSight>& posed, const Vector5& state_at_first,
+                       std::size_t sight, const ErrorVector& errors) const {
+    Vector5 state = stateAt(posed[sight], state_at_first);
+    state.head<2>() = stampFromMoment(sights_[sight], errors) * Eigen::Vector2d(state.head<2>());
+    return estimator_.estimate(sights_, {state, sight, errors});
   }
 
   /// Compares the best answer with every other minimum. Those that a sound record rules out at once
   /// are not refined.
   void challenge() {
     constexpr int kMostRefined = 3;
+    const ErrorVector errors = result_.best->errors.mean;
+    const std::vector<PosedSight> posed = pose(errors);
     const Vector5 last = result_.best->at_last_sight.mean;
     Vector5 found = last;
-    found.head<2>() = posed_.back().first_from_base * Eigen::Vector2d(last.head<2>());
+    found.head<2>() =
+        posed.back().first_from_base *
+        (stampFromMoment(sights_.back(), errors).inverse() * Eigen::Vector2d(last.head<2>()));
     // fitted again, as the others are, to the path that the odometry alone gives
-    const double found_cost =
-        fitOnFixedPath(posed_, found, FixedPathWeight{posed_.size() / 2}).cost;
+    const double found_cost = fitOnFixedPath(posed, found, FixedPathWeight{posed.size() / 2}).cost;
     int refined = 0;
-    for (const FixedPathFit& other : findOtherMinima(posed_, found)) {
+    for (const FixedPathFit& other : findOtherMinima(posed, found)) {
       double margin = other.cost - found_cost;
       if (margin < config_.min_runner_up_margin && refined < kMostRefined) {
         ++refined;
-        const BatchEstimate batch = refine(other.state_at_first, posed_.size() / 2);
+        const BatchEstimate batch = refine(posed, other.state_at_first, posed.size() / 2, errors);
         if (isSameMount(batch.at_last_sight.mean, last)) continue;
         margin = batch.cost - result_.best->cost;
         if (margin < 0.0) {
@@ -92,7 +151,6 @@ class Search {
   }
 
   std::vector<Sight> sights_;
-  std::vector<PosedSight> posed_;
   const InitializerConfig& config_;
   BatchEstimator estimator_;
   SearchResult result_;
@@ -190,9 +248,9 @@ StartAttempt findStart(const std::vector<Sight>& sights, const InitializerConfig
   const SearchResult search = Search(sights, config).run();
   attempt.obstacle = StartObstacle::kNoSolution;
   if (!search.best) return attempt;
-  const BatchEstimate batch =
-      BatchEstimator(config.batch)
-          .estimate(sights, {search.best->at_last_sight.mean, sights.size() - 1});
+  const BatchEstimate batch = BatchEstimator(config.batch)
+                                  .estimate(sights, {search.best->at_last_sight.mean,
+                                                     sights.size() - 1, search.best->errors.mean});
   attempt.estimate = batch.at_last_sight;
   attempt.weakest = weakestDirection(attempt.estimate);
   attempt.chi_square = batch.chi_square;
@@ -203,7 +261,9 @@ StartAttempt findStart(const std::vector<Sight>& sights, const InitializerConfig
   attempt.bearing_correlation = batch.correlation;
   attempt.obstacle = answerObstacle(attempt, batch, config);
   if (!attempt.ready()) return attempt;
-  attempt.estimate = averageOverSlips(sights, batch, config.batch).estimate;
+  const RobotEstimate average = averageOverSlips(sights, batch, config.batch).estimate;
+  attempt.estimate = average.cartesian;
+  attempt.errors = average.errors;
   attempt.weakest = weakestDirection(attempt.estimate);
   attempt.obstacle = answerObstacle(attempt, batch, config);
   return attempt;

@@ -12,7 +12,7 @@ namespace {
 /// A light that is followed by bearings from a known mount.
 class LightTracker {
  public:
-  explicit LightTracker(const Vector5& start) : state_(start) {
+  LightTracker(const Vector5& start, const ErrorVector& errors) : state_(start), errors_(errors) {
     constexpr double kStddevPerRange = 0.05;  // of a start from a good fit
     covariance_ = Eigen::Matrix2d::Identity() * std::pow(kStddevPerRange * rangeOf(start), 2);
   }
@@ -30,10 +30,9 @@ class LightTracker {
     constexpr double kGate_rad = 0.1;  // for what a start's mount may be wrong
     constexpr int kLostAfter = 5;      // with 20 % outliers, that many in a row are one in 3000
     constexpr double kLost_rad = 0.3;  // more than one slip turns the robot
-    const AzimuthModel model = azimuthFromCartesian(state_);
-    const Eigen::RowVector2d H = model.J_azimuth_state.head<2>();
+    const Eigen::RowVector2d H = azimuthFromCartesian(state_).J_azimuth_state.head<2>();
     const double S = (H * covariance_ * H.transpose()).value() + sight.azimuth_variance_rad2;
-    const double innovation = wrapAngle(sight.azimuth_rad - model.azimuth_rad);
+    const double innovation = residualOf(sight, state_, errors_);
     if (std::abs(innovation) > kGateSigmas * std::sqrt(S) + kGate_rad) {
       if (++far_off_ >= kLostAfter) {
         covariance_ += Eigen::Matrix2d::Identity() * std::pow(kLost_rad * rangeOf(state_), 2);
@@ -60,6 +59,7 @@ class LightTracker {
   }
 
   Vector5 state_;
+  ErrorVector errors_;
   Eigen::Matrix2d covariance_;
   int far_off_ = 0;  ///< sights in a row
 };
@@ -89,16 +89,19 @@ Eigen::Matrix2d lightNoise(const OdometryIncrement& motion, const Eigen::Vector2
 LightTrack trackLight(const std::vector<Sight>& sights, const RecordStart& start) {
   LightTrack track{std::vector<Vector5>(sights.size(), start.state),
                    std::vector<bool>(sights.size(), true)};
-  LightTracker forward(start.state);
+  const auto motionTo = [&](std::size_t i) {
+    return correctMotion<kErrorCount>(sights[i].motion, start.errors).start_from_end;
+  };
+  LightTracker forward(start.state, start.errors);
   for (std::size_t i = start.sight + 1; i < sights.size(); ++i) {
-    const Pose2 end_from_start = sights[i].motion.start_from_end.inverse();
+    const Pose2 end_from_start = motionTo(i).inverse();
     forward.move(end_from_start, lightNoise(sights[i].motion, end_from_start * forward.light()));
     track.is_plausible[i] = forward.look(sights[i]);
     track.states[i] = forward.state();
   }
-  LightTracker backward(start.state);
+  LightTracker backward(start.state, start.errors);
   for (std::size_t i = start.sight; i > 0; --i) {
-    const Pose2& start_from_end = sights[i].motion.start_from_end;
+    const Pose2 start_from_end = motionTo(i);
     const Eigen::Matrix2d R = rotation2(start_from_end.yaw_rad);
     backward.move(start_from_end,
                   R * lightNoise(sights[i].motion, backward.light()) * R.transpose());

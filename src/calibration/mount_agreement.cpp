@@ -11,17 +11,20 @@ double disagreement(const MountEstimate& a, const MountEstimate& b) {
   return difference.dot((a.covariance + b.covariance).ldlt().solve(difference));
 }
 
-CartesianEstimate withKnownMount(const CartesianEstimate& estimate, const MountEstimate& known) {
-  const Eigen::Matrix<double, 5, 3> PHt = estimate.covariance.rightCols<3>();
-  const Eigen::Matrix3d S = PHt.bottomRows<3>() + known.covariance;
-  const Eigen::Matrix<double, 5, 3> K = S.ldlt().solve(PHt.transpose()).transpose();
-  Eigen::Vector3d innovation = known.mean - mountFromCartesian(estimate).mean;
+RobotEstimate withKnownMount(const RobotEstimate& estimate, const MountEstimate& known) {
+  constexpr int kSize = 5 + kErrorCount;
+  const Gaussian<kSize> before = estimate.joint<kErrorCount>();
+  const Eigen::Matrix<double, kSize, 3> PHt =
+      before.covariance.middleCols<3>(CartesianIndex::kSensorX);
+  const Eigen::Matrix3d S = PHt.middleRows<3>(CartesianIndex::kSensorX) + known.covariance;
+  const Eigen::Matrix<double, kSize, 3> K = S.ldlt().solve(PHt.transpose()).transpose();
+  Eigen::Vector3d innovation = known.mean - mountFromCartesian(estimate.cartesian).mean;
   innovation.z() = wrapAngle(innovation.z());
-  CartesianEstimate together{estimate.mean + K * innovation,
-                             estimate.covariance - K * PHt.transpose()};
+  Gaussian<kSize> together{before.mean + K * innovation, before.covariance - K * PHt.transpose()};
   together.covariance = 0.5 * (together.covariance + together.covariance.transpose().eval());
-  together.mean(CartesianIndex::kSensorYaw) = wrapAngle(together.sensorYaw());
-  return together;
+  double& yaw = together.mean(CartesianIndex::kSensorYaw);
+  yaw = wrapAngle(yaw);
+  return RobotEstimate::from<kErrorCount>(together);
 }
 
 }  // namespace bearing_calibration

@@ -55,18 +55,18 @@ void note(Look::Kind kind, const Bearing& light, Look* look) {
 MountCalibration::MountCalibration(const CalibratorConfig& config)
     : config_(config), initializer_(config.initializer), batch_(config.initializer.batch) {}
 
-Look MountCalibration::look(Stamp stamp, const OdometryIncrement& motion,
-                            const std::vector<Bearing>& candidates) {
-  const std::vector<Bearing> ours = ofThisLight(candidates);
+Look MountCalibration::look(const BearingSet& image, const OdometryIncrement& motion,
+                            const TravelNearby& nearby) {
+  const BearingSet ours{image.stamp, ofThisLight(image.candidates)};
   motion_since_sight_ = append(motion_since_sight_, motion);
   picker_.move(motion);
   Look look;
-  look.sight = {stamp, motion, kNoAzimuth, kNoAzimuth};
+  look.sight = {image.stamp, motion, kNoAzimuth, kNoAzimuth, nearby};
   if (tracker_) {
     tracker_->move(motion);
-    follow(stamp, ours, &look);
+    follow(ours, nearby, &look);
   }
-  if (!started_) start(stamp, ours, &look);
+  if (!started_) start(ours, nearby, &look);
   return look;
 }
 
@@ -82,12 +82,13 @@ std::vector<Bearing> MountCalibration::ofThisLight(const std::vector<Bearing>& c
 }
 
 /// Nothing is known yet, or only a guess that a filter works on meanwhile.
-void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates, Look* look) {
-  const std::optional<Bearing> light = picker_.pick(candidates);
+void MountCalibration::start(const BearingSet& image, const TravelNearby& nearby, Look* look) {
+  const Stamp stamp = image.stamp;
+  const std::optional<Bearing> light = picker_.pick(image.candidates);
   if (!light) return;
   note(Look::Kind::kTaken, *light, look);
   noteLight(*light);
-  remember(stamp, *light);
+  remember(stamp, *light, nearby);
   if (!tracker_) ++bearings_used_;
   if (!attempt_) startFromGuess(*light);
   if (attempt_ && stamp < next_attempt_) return;
@@ -97,7 +98,7 @@ void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates
   if (misfits_ >= kMisfitsToSay) diagnose(stamp);
   if (!attempt_->ready()) return;
   diagnosis_.clear();
-  tracker_.emplace(config_.filter, withEarlier(attempt_->estimate), attempt_->bearing_correlation);
+  startTracker(withEarlier({attempt_->estimate, attempt_->errors}), attempt_->bearing_correlation);
   judge_.emplace(config_.converged);
   started_ = true;
 }
@@ -105,24 +106,32 @@ void MountCalibration::start(Stamp stamp, const std::vector<Bearing>& candidates
 void MountCalibration::startFromGuess(const Bearing& light) {
   const StartConfig& guess = config_.start;
   constexpr double kUncorrelated = 0.0;
+  RobotEstimate robot;
+  const ErrorVector& stddev = config_.initializer.batch.errors.stddev;
+  robot.errors.covariance.diagonal() = stddev.cwiseAbs2();
   if (earlier_) {
     constexpr LightDistance kSomewhereNear{2.0, 1.0};  // corrected by the first metre driven
-    tracker_.emplace(
-        config_.filter,
-        placeLight(*earlier_, kSomewhereNear, light.azimuth_rad, light.azimuth_variance_rad2),
-        kUncorrelated);
+    robot.cartesian =
+        placeLight(*earlier_, kSomewhereNear, light.azimuth_rad, light.azimuth_variance_rad2);
+    startTracker(robot, kUncorrelated);
     return;
   }
   if (guess.kind != StartConfig::Kind::kGuess) return;
-  tracker_.emplace(
-      config_.filter,
+  robot.cartesian =
       placeLight(mountFromGuess(guess), {guess.light_distance_m, guess.light_distance_stddev_m},
-                 light.azimuth_rad, light.azimuth_variance_rad2),
-      kUncorrelated);
+                 light.azimuth_rad, light.azimuth_variance_rad2);
+  startTracker(robot, kUncorrelated);
 }
 
-void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidates, Look* look) {
-  const Association association = tracker_->look(candidates);
+void MountCalibration::startTracker(const RobotEstimate& estimate, double bearing_correlation) {
+  tracker_.emplace(config_.filter, estimate, bearing_correlation,
+                   errorsInUse(config_.initializer.batch.errors));
+}
+
+void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearby, Look* look) {
+  const Stamp stamp = image.stamp;
+  const std::vector<Bearing>& candidates = image.candidates;
+  const Association association = tracker_->look(candidates, nearby);
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
   note(found                                               ? Look::Kind::kTaken
@@ -132,7 +141,7 @@ void MountCalibration::follow(Stamp stamp, const std::vector<Bearing>& candidate
   ++(found ? bearings_used_ : bearings_gated_);
   if (found) noteLight(candidates[association.candidate]);
   if (started_) {
-    remember(stamp, candidates[association.candidate]);
+    remember(stamp, candidates[association.candidate], nearby);
     refineAndJudge(stamp);
     if (judge_->last().state == CalibrationState::kInconsistent) diagnose(stamp);
   }
@@ -158,8 +167,9 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
   if (stamp < next_refinement_) return;
   const std::vector<Sight>& sights = initializer_.record().sights();
   next_refinement_ = nextTime(kRefinements, sights);
+  const RobotEstimate robot = tracker_->filter().robot();
   const BatchEstimate batch =
-      batch_.estimate(sights, {tracker_->filter().cartesian().mean, sights.size() - 1});
+      batch_.estimate(sights, {robot.cartesian.mean, sights.size() - 1, robot.errors.mean});
   std::optional<BatchEstimate> settled;
   if (batch.converged && batch.inlierFraction() >= config_.initializer.min_inlier_fraction) {
     SlipAverage average = averageOverSlips(sights, batch, config_.initializer.batch);
@@ -171,9 +181,9 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
 
 /// An estimate from the sights, with the earlier calibration unless they contradict it: then that
 /// one is forgotten.
-CartesianEstimate MountCalibration::withEarlier(const CartesianEstimate& estimate) {
+RobotEstimate MountCalibration::withEarlier(const RobotEstimate& estimate) {
   constexpr double kFalseAlarm = 1e-4;
-  if (earlier_ && disagreement(mountFromCartesian(estimate), *earlier_) >
+  if (earlier_ && disagreement(mountFromCartesian(estimate.cartesian), *earlier_) >
                       chiSquareQuantile(1.0 - kFalseAlarm, 3.0)) {
     earlier_.reset();
   }
@@ -189,8 +199,9 @@ void MountCalibration::diagnose(Stamp stamp) {
 }
 
 /// Keeps a sight: for the initialiser before the start, for batch and judge after it.
-void MountCalibration::remember(Stamp stamp, const Bearing& light) {
-  initializer_.add({stamp, motion_since_sight_, light.azimuth_rad, light.azimuth_variance_rad2});
+void MountCalibration::remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby) {
+  initializer_.add(
+      {stamp, motion_since_sight_, light.azimuth_rad, light.azimuth_variance_rad2, nearby});
   motion_since_sight_ = {};
 }
 
@@ -207,12 +218,14 @@ void MountCalibration::startAnew() {
 }
 
 std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
-    const OdometryIncrement& motion) const {
+    const OdometryIncrement& motion, const TravelNearby& nearby) const {
   if (!tracker_) return std::nullopt;
-  return tracker_->filter().predictAzimuthAfter(motion);
+  return tracker_->filter().predictAzimuthAfter(motion, nearby);
 }
 
 void MountCalibration::describe(CalibrationResult* result) const {
+  result->error_priors = config_.initializer.batch.errors;
+  result->robot_errors.covariance.diagonal() = config_.initializer.batch.errors.stddev.cwiseAbs2();
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
   if (!tracker_ && attempt_ && attempt_->obstacle == StartObstacle::kWeakDirection) {
@@ -220,9 +233,12 @@ void MountCalibration::describe(CalibrationResult* result) const {
     result->cartesian_state = attempt_->estimate;
     result->paper_state = paperFromCartesian(attempt_->estimate);
     result->base_from_sensor = mountFromCartesian(attempt_->estimate);
+    result->robot_errors = attempt_->errors;
   }
   if (tracker_) {
-    result->cartesian_state = tracker_->filter().cartesian();
+    const RobotEstimate robot = tracker_->filter().robot();
+    result->cartesian_state = robot.cartesian;
+    result->robot_errors = robot.errors;
     result->paper_state = tracker_->filter().paper();
     result->base_from_sensor = mountFromCartesian(*result->cartesian_state);
     const Consistency consistency = tracker_->consistency();

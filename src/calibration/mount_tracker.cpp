@@ -14,8 +14,15 @@ constexpr double kUnknownTurnStddev_rad = 0.5;
 constexpr double kLostBelowFusedShare = 0.3;
 constexpr int kLostWindow = MountTracker::kWindow / 2;
 
-std::unique_ptr<MountFilter> makeFilter(FilterConfig::Chart chart, const CartesianEstimate& start) {
-  return chart == FilterConfig::Chart::kPaper ? makePaperFilter(start) : makeCartesianFilter(start);
+std::unique_ptr<MountFilter> makeFilter(FilterConfig::Chart chart, const RobotEstimate& start,
+                                        int errors_in_use) {
+  if (chart == FilterConfig::Chart::kCartesian && errors_in_use > 0) {
+    return makeRobotFilter(start, errors_in_use);
+  }
+  auto filter = chart == FilterConfig::Chart::kPaper ? makePaperFilter(start.cartesian)
+                                                     : makeCartesianFilter(start.cartesian);
+  filter->restart(start);
+  return filter;
 }
 
 /// n bearings whose noise is a first-order autoregression are worth this times fewer white ones.
@@ -25,12 +32,12 @@ double wideningFor(double bearing_correlation) {
 
 }  // namespace
 
-MountTracker::MountTracker(const FilterConfig& config, const CartesianEstimate& start,
-                           double bearing_correlation)
+MountTracker::MountTracker(const FilterConfig& config, const RobotEstimate& start,
+                           double bearing_correlation, int errors_in_use)
     : config_(config),
       gate_(chiSquareQuantile(config.gate_probability, 1.0)),
       widening_(wideningFor(bearing_correlation)),
-      filter_(makeFilter(config.chart, start)),
+      filter_(makeFilter(config.chart, start, errors_in_use)),
       recent_nis_(kWindow) {}
 
 void MountTracker::move(const OdometryIncrement& motion) {
@@ -42,21 +49,23 @@ void MountTracker::move(const OdometryIncrement& motion) {
   filter_->predict(known);
 }
 
-Association MountTracker::look(const std::vector<Bearing>& candidates) {
+Association MountTracker::look(const std::vector<Bearing>& candidates, const TravelNearby& nearby) {
   if (candidates.empty()) return {};
   if (motion_unknown_ && candidates.size() == 1) {
     const Bearing& light = candidates.front();
-    const CartesianEstimate before = filter_->cartesian();
-    const double range = (before.lightInBase() - before.sensorInBase()).norm();
-    filter_->restart(placeLight(mountFromCartesian(before), {range, range}, light.azimuth_rad,
-                                widening_ * light.azimuth_variance_rad2));
+    RobotEstimate robot = filter_->robot();
+    const double range = (robot.cartesian.lightInBase() - robot.cartesian.sensorInBase()).norm();
+    robot.cartesian = placeLight(mountFromCartesian(robot.cartesian), {range, range},
+                                 light.azimuth_rad, widening_ * light.azimuth_variance_rad2);
+    robot.errors.cross_covariance.setZero();  // of another light
+    filter_->restart(robot);
     motion_unknown_ = false;
     return {};
   }
-  const Association association = associate(filter_->predictAzimuth(), candidates, gate_);
+  const Association association = associate(filter_->predictAzimuth(nearby), candidates, gate_);
   if (association.kind == Association::Kind::kFound) {
     const Bearing& light = candidates[association.candidate];
-    filter_->update(light.azimuth_rad, widening_ * light.azimuth_variance_rad2);
+    filter_->update(light.azimuth_rad, widening_ * light.azimuth_variance_rad2, nearby);
     gated_in_a_row_ = 0;
     recent_nis_.push_back(association.innovation.nis());
     return association;
@@ -65,13 +74,15 @@ Association MountTracker::look(const std::vector<Bearing>& candidates) {
   if (association.kind == Association::Kind::kGated &&
       ++gated_in_a_row_ >= config_.recovery_after) {
     gated_in_a_row_ = 0;
-    filter_->restart(widenLight(filter_->cartesian(), config_.recovery_distance_stddev_m,
-                                config_.recovery_bearing_stddev_rad));
+    RobotEstimate robot = filter_->robot();
+    robot.cartesian = widenLight(robot.cartesian, config_.recovery_distance_stddev_m,
+                                 config_.recovery_bearing_stddev_rad);
+    filter_->restart(robot);
   }
   return association;
 }
 
-void MountTracker::rebase(const CartesianEstimate& estimate, double bearing_correlation) {
+void MountTracker::rebase(const RobotEstimate& estimate, double bearing_correlation) {
   widening_ = wideningFor(bearing_correlation);
   filter_->restart(estimate);
   motion_unknown_ = false;

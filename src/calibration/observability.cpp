@@ -49,14 +49,23 @@ WeakestDirection weakestDirection(const CartesianEstimate& estimate) {
 Matrix5 cramerRaoBound(const std::vector<Sight>& sights,
                        const std::vector<Eigen::Vector2d>& light_in_base,
                        const Eigen::Vector3d& mount) {
+  return cramerRaoBoundWithErrors(sights, light_in_base, mount, ErrorVector::Zero(), {})
+      .cartesian.covariance;
+}
+
+RobotEstimate cramerRaoBoundWithErrors(const std::vector<Sight>& sights,
+                                       const std::vector<Eigen::Vector2d>& light_in_base,
+                                       const Eigen::Vector3d& mount, const ErrorVector& errors,
+                                       const ErrorPriors& priors) {
   std::vector<SightWeight> weights;
-  std::vector<PathPoint> path;
+  RecordPath path;
+  path.errors = errors;
   for (std::size_t i = 0; i < sights.size(); ++i) {
     weights.push_back({sights[i].azimuth_variance_rad2, sights[i].azimuth_variance_rad2});
-    path.emplace_back();
-    path.back().state << light_in_base[i], mount;
+    path.points.emplace_back();
+    path.points.back().state << light_in_base[i], mount;
   }
-  return smooth(sights, weights, path, kFreePass).last.covariance;
+  return smooth(sights, weights, path, kFreePass, priors).last;
 }
 
 }  // namespace bearing_calibration

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
 namespace {
@@ -45,7 +45,7 @@ class Walk {
     const bool kept = next_ < sights_.size() && sights_[next_].stamp == look.sight.stamp;
     if (kept) takeKept();
     reviewed.distance_m = distance_m_;
-    reviewed.first_from_base = first_from_kept_ * since_kept_.start_from_end;
+    reviewed.first_from_base = first_from_kept_ * corrected(since_kept_);
     reviewed.verdict = verdictOf(look, kept);
     reviewed.residual_rad = residualOf(look);
     reviewed.nis = reviewed.verdict == Verdict::kUsed ? batch_.nis[next_ - 1] : kNone;
@@ -55,8 +55,12 @@ class Walk {
  private:
   bool isJudged() const { return !batch_.path.empty(); }
 
+  Pose2 corrected(const OdometryIncrement& motion) const {
+    return correctMotion<kErrorCount>(motion, batch_.errors.mean).start_from_end;
+  }
+
   void takeKept() {
-    Pose2 motion = since_kept_.start_from_end;
+    Pose2 motion = corrected(since_kept_);
     if (isJudged() && next_ > 0) {
       const Eigen::Vector3d& error = batch_.path[next_].motion_error;
       motion.position_m += error.head<2>();
@@ -76,8 +80,8 @@ class Walk {
 
   double residualOf(const Look& look) const {
     if (!isJudged() || next_ == 0 || look.kind == Look::Kind::kNothingSeen) return kNone;
-    const Vector5 state = moved(batch_.path[next_ - 1].state, since_kept_.start_from_end);
-    return wrapAngle(look.sight.azimuth_rad - azimuthFromCartesian(state).azimuth_rad);
+    const Vector5 state = moved(batch_.path[next_ - 1].state, corrected(since_kept_));
+    return ::bearing_calibration::residualOf(look.sight, state, batch_.errors.mean);
   }
 
   const std::vector<Sight>& sights_;
@@ -126,26 +130,27 @@ void RecordReview::add(const Look& look) {
   motion_since_sight_ = {};
 }
 
-Review RecordReview::conclude(const std::optional<CartesianEstimate>& running) const {
+Review RecordReview::conclude(const std::optional<RobotEstimate>& running) const {
   Review review;
   const std::vector<Sight>& sights = record_.sights();
   review.motion = summariseMotion(sights);
   review.estimate = running;
   if (!running && !sights.empty()) {
     review.start = findStart(sights, config_);
-    if (review.start.ready()) review.estimate = review.start.estimate;
+    if (review.start.ready()) review.estimate = {review.start.estimate, review.start.errors};
   }
   BatchEstimate batch;
   if (review.estimate && !sights.empty()) {
     // the running estimate is at the last image, which may have shown nothing
     const Vector5 at_last_sight =
-        running ? moved(running->mean, motion_since_sight_.start_from_end.inverse())
-                : review.estimate->mean;
-    batch = BatchEstimator(config_.batch).estimate(sights, {at_last_sight, sights.size() - 1});
+        running ? moved(running->cartesian.mean, motion_since_sight_.start_from_end.inverse())
+                : review.estimate->cartesian.mean;
+    batch = BatchEstimator(config_.batch)
+                .estimate(sights, {at_last_sight, sights.size() - 1, review.estimate->errors.mean});
     review.settled = batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
     review.slips = static_cast<int>(batch.slips.size());
     review.correlation = batch.correlation;
-    if (review.settled) review.estimate = batch.at_last_sight;
+    if (review.settled) review.estimate = batch.robot();
   }
   if (!review.settled) batch = {};
   Walk walk(sights, batch);

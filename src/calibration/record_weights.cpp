@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
 namespace {
@@ -30,13 +29,12 @@ RecordWeights::RecordWeights(const std::vector<Sight>& sights,
   for (std::size_t slip : slips.given_up) giveUp(slip);
 }
 
-double RecordWeights::sigmas(std::size_t i, const std::vector<PathPoint>& path) const {
-  const double residual =
-      wrapAngle(records_[i].azimuth_rad - azimuthFromCartesian(path[i].state).azimuth_rad);
+double RecordWeights::sigmas(std::size_t i, const RecordPath& path) const {
+  const double residual = residualOf(records_[i], path.points[i].state, path.errors);
   return std::abs(residual) / std::sqrt(widening_ * records_[i].azimuth_variance_rad2);
 }
 
-void RecordWeights::weighBearings(const std::vector<PathPoint>& path) {
+void RecordWeights::weighBearings(const RecordPath& path) {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     const double variance = widening_ * records_[i].azimuth_variance_rad2;
     const double doubt = huber_ ? std::max(1.0, sigmas(i, path) / config_.huber_sigmas) : 1.0;
@@ -45,7 +43,7 @@ void RecordWeights::weighBearings(const std::vector<PathPoint>& path) {
   }
 }
 
-void RecordWeights::endHuber(const std::vector<PathPoint>& path) {
+void RecordWeights::endHuber(const RecordPath& path) {
   huber_ = false;
   weighBearings(path);
 }
@@ -104,8 +102,7 @@ bool RecordWeights::isInsideSlip(std::size_t i) const {
   return weights_[i].slipped && i + 1 < weights_.size() && weights_[i + 1].slipped;
 }
 
-bool RecordWeights::widenForCorrelation(const SmootherPass& pass,
-                                        const std::vector<PathPoint>& path) {
+bool RecordWeights::widenForCorrelation(const SmootherPass& pass, const RecordPath& path) {
   correlation_ = innovationCorrelation(pass, weights_);
   // n bearings whose noise is a first-order autoregression are worth this times fewer white ones.
   widening_ = (1.0 + correlation_) / (1.0 - correlation_);
@@ -113,7 +110,7 @@ bool RecordWeights::widenForCorrelation(const SmootherPass& pass,
   return correlation_ > 0.0;
 }
 
-double RecordWeights::bearingCost(const std::vector<PathPoint>& path) const {
+double RecordWeights::bearingCost(const RecordPath& path) const {
   double cost = 0.0;
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     if (!weights_[i].use_bearing) continue;

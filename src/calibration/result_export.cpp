@@ -205,27 +205,31 @@ std::string vinsFrom(const SavedCalibration& calibration) {
          "]\n";
 }
 
+namespace {
+
+/// A parameter of diff_drive_controller: 1 plus a part of a block of the robot's errors.
+struct Multiplier {
+  const char* name;
+  const char* block;
+  std::size_t part;
+};
+constexpr std::array<Multiplier, 3> kMultipliers{{
+    {"wheel_separation_multiplier", WheelSeparation::kName, 0},
+    {"left_wheel_radius_multiplier", WheelScales::kName, 0},
+    {"right_wheel_radius_multiplier", WheelScales::kName, 1},
+}};
+
+}  // namespace
+
 std::string diffDriveFrom(const SavedCalibration& calibration) {
-  const DriveGeometry& drive = calibration.provenance.drive;
-  struct Multiplier {
-    const char* name;
-    const char* parameter;
-    double configured;
-  };
-  const std::array<Multiplier, 3> multipliers{{
-      {"wheel_separation_multiplier", "wheels/separation", drive.wheel_separation_m},
-      {"left_wheel_radius_multiplier", "wheels/left_radius", drive.left_wheel_radius_m},
-      {"right_wheel_radius_multiplier", "wheels/right_radius", drive.right_wheel_radius_m},
-  }};
   std::string text = "# " + summaryOf(calibration) + "\n# For diff_drive_controller's namespace.\n";
-  for (const Multiplier& multiplier : multipliers) {
+  for (const Multiplier& multiplier : kMultipliers) {
     double value = 1.0;
     std::string why = "not estimated";
-    for (const EstimatedBlock& block : calibration.blocks) {
-      if (block.name != multiplier.parameter) continue;
-      if (block.status != EstimatedBlock::Status::kEstimated) continue;
-      value = block.value / multiplier.configured;
-      why = "+- " + shortestText(block.stddev / multiplier.configured);
+    for (const BlockReport& report : calibration.robot_errors) {
+      if (report.name != multiplier.block || report.status == BlockStatus::kOff) continue;
+      value += report.value[multiplier.part];
+      why = "+- " + shortestText(report.stddev[multiplier.part]) + ", " + nameOf(report.status);
     }
     text += std::string(multiplier.name) + ": " + shortestText(value);
     if (value == std::floor(value)) text += ".0";

@@ -21,18 +21,6 @@ void emit(YAML::Emitter& out, const char* key, const std::string& text) {
   out << YAML::Key << key << YAML::Value << YAML::DoubleQuoted << text;
 }
 
-const char* nameOf(EstimatedBlock::Status status) {
-  switch (status) {
-    case EstimatedBlock::Status::kEstimated:
-      return "estimated";
-    case EstimatedBlock::Status::kHeldAtPrior:
-      return "held at its prior";
-    case EstimatedBlock::Status::kOff:
-      return "off";
-  }
-  return "";
-}
-
 /// One line for each row.
 template <int Size>
 void emit(YAML::Emitter& out, const char* key, const Eigen::Matrix<double, Size, Size>& matrix) {
@@ -98,16 +86,25 @@ void emitStates(YAML::Emitter& out, const SavedCalibration& calibration) {
   out << YAML::EndMap;
 }
 
-void emitBlocks(YAML::Emitter& out, const std::vector<EstimatedBlock>& blocks) {
+void emitBlocks(YAML::Emitter& out, const std::vector<BlockReport>& reports) {
   out << YAML::Key << "blocks" << YAML::Value;
-  if (blocks.empty()) out << YAML::Flow;
+  if (reports.empty()) out << YAML::Flow;
   out << YAML::BeginSeq;
-  for (const EstimatedBlock& block : blocks) {
+  for (const BlockReport& report : reports) {
     out << YAML::BeginMap;
-    emit(out, "name", block.name);
-    emit(out, "status", std::string(nameOf(block.status)));
-    emit(out, "value", block.value);
-    emit(out, "stddev", block.stddev);
+    emit(out, "name", report.name);
+    emit(out, "status", std::string(nameOf(report.status)));
+    beginGroup(out, "value");
+    for (std::size_t i = 0; i < report.parts.size(); ++i) {
+      emit(out, report.parts[i].c_str(), report.value[i]);
+    }
+    out << YAML::EndMap;
+    beginGroup(out, "stddev");
+    for (std::size_t i = 0; i < report.parts.size(); ++i) {
+      emit(out, report.parts[i].c_str(), report.stddev[i]);
+    }
+    out << YAML::EndMap;
+    if (!report.note.empty()) emit(out, "note", report.note);
     out << YAML::EndMap;
   }
   out << YAML::EndSeq;
@@ -189,7 +186,7 @@ std::optional<std::string> writeResultFile(const std::string& path,
   out << YAML::Key << "stamp_ns" << YAML::Value << calibration.stamp.time_since_epoch().count();
   emitMount(out, calibration);
   emitStates(out, calibration);
-  emitBlocks(out, calibration.blocks);
+  emitBlocks(out, calibration.robot_errors);
   emitOrigin(out, calibration);
   out << YAML::Key << "complete" << YAML::Value << true;  // last: a file cut short lacks it
   out << YAML::EndMap;

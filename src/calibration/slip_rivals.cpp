@@ -38,7 +38,7 @@ std::vector<BatchEstimate> findRivals(const std::vector<Sight>& sights, const Ba
   for (std::size_t slip : batch.slips) suppositions.push_back(withSlipElsewhere(batch, slip));
 
   const BatchEstimator estimator(config);
-  const RecordStart start{batch.at_last_sight.mean, sights.size() - 1};
+  const RecordStart start{batch.at_last_sight.mean, sights.size() - 1, batch.errors.mean};
   std::vector<BatchEstimate> rivals;
   for (const SlipHypothesis& supposition : suppositions) {
     BatchEstimate rival = estimator.estimate(sights, start, supposition);
@@ -48,30 +48,33 @@ std::vector<BatchEstimate> findRivals(const std::vector<Sight>& sights, const Ba
 }
 
 /// Mean and covariance of the mixture of all fits.
-CartesianEstimate mixture(const std::vector<BatchEstimate>& fits, const BatchEstimate& best) {
+RobotEstimate mixture(const std::vector<BatchEstimate>& fits, const BatchEstimate& best) {
+  using Joint = Gaussian<5 + kErrorCount>;
+  const Joint reference = best.robot().joint<kErrorCount>();
   double weights = 0.0;
-  Vector5 shift = Vector5::Zero();  // of the mean, from the best fit's
-  Matrix5 spread = Matrix5::Zero();
+  decltype(Joint::mean) shift = decltype(Joint::mean)::Zero();  // of the mean, from the best fit's
+  decltype(Joint::covariance) spread = decltype(Joint::covariance)::Zero();
   for (const BatchEstimate& fit : fits) {
     const double weight = std::exp(0.5 * (best.cost - fit.cost));
-    Vector5 difference = fit.at_last_sight.mean - best.at_last_sight.mean;
+    const Joint joint = fit.robot().joint<kErrorCount>();
+    auto difference = (joint.mean - reference.mean).eval();
     difference(CartesianIndex::kSensorYaw) = wrapAngle(difference(CartesianIndex::kSensorYaw));
     weights += weight;
     shift += weight * difference;
-    spread += weight * (fit.at_last_sight.covariance + difference * difference.transpose());
+    spread += weight * (joint.covariance + difference * difference.transpose());
   }
   shift /= weights;
-  CartesianEstimate average{best.at_last_sight.mean + shift,
-                            spread / weights - shift * shift.transpose()};
-  average.mean(CartesianIndex::kSensorYaw) = wrapAngle(average.sensorYaw());
-  return average;
+  Joint average{reference.mean + shift, spread / weights - shift * shift.transpose()};
+  double& yaw = average.mean(CartesianIndex::kSensorYaw);
+  yaw = wrapAngle(yaw);
+  return RobotEstimate::from<kErrorCount>(average);
 }
 
 }  // namespace
 
 SlipAverage averageOverSlips(const std::vector<Sight>& sights, const BatchEstimate& batch,
                              const BatchConfig& config) {
-  if (config.slip_gain <= 0.0) return {batch, batch.at_last_sight};  // the owner: nothing slips
+  if (config.slip_gain <= 0.0) return {batch, batch.robot()};  // the owner: nothing slips
   std::vector<BatchEstimate> fits = findRivals(sights, batch, config);
   fits.push_back(batch);
   const auto best = std::min_element(

@@ -15,6 +15,9 @@ namespace {
 /// now and then: with 30 % outliers, one draw in 25 is.
 constexpr std::size_t kSightsPerDraw = 9;
 constexpr int kDraws = 100;
+/// With 20 % outliers one draw in 8 is free of them; neighbouring hypotheses make up for each
+/// other.
+constexpr int kDrawsOfMany = 25;
 constexpr std::size_t kLeastWindow = 2 * kSightsPerDraw;
 
 double rangeAt(const PosedSight& sight, const Vector5& state_at_first) {
@@ -76,7 +79,7 @@ std::vector<SightWindow> startWindows(std::size_t sights) {
 }
 
 FixedPathFit findConsensus(const std::vector<PosedSight>& all, const SightWindow& window,
-                           std::uint32_t seed) {
+                           std::uint32_t seed, bool one_of_many) {
   const std::vector<PosedSight> sights(all.begin() + static_cast<std::ptrdiff_t>(window.begin),
                                        all.begin() + static_cast<std::ptrdiff_t>(window.end));
   const FixedPathWeight weight{sights.size() / 2};
@@ -86,7 +89,8 @@ FixedPathFit findConsensus(const std::vector<PosedSight>& all, const SightWindow
   std::optional<FixedPathFit> best;
   std::optional<Vector5> plain = resolve(sights, reference, std::nullopt);
   keepBetter(sights, plain, weight, best);
-  for (int draw = 0; draw < kDraws; ++draw) {
+  const int draws = one_of_many ? kDrawsOfMany : kDraws;
+  for (int draw = 0; draw < draws; ++draw) {
     const std::optional<Vector5> drawn = solveDraw(sights, random);
     if (drawn) keepBetter(sights, withLightInFront(sights, *drawn), weight, best);
   }

@@ -26,20 +26,22 @@ Gaussian<5> propagate(const Gaussian<5>& prior, const Propagation& step,
 template <class Chart>
 class ChartFilter : public MountFilter {
  public:
-  explicit ChartFilter(const CartesianEstimate& start) { restart(start); }
+  explicit ChartFilter(const CartesianEstimate& start) { restart({start, {}}); }
 
-  void predict(const OdometryIncrement& motion) override {
-    state_ = propagate(state_, Chart::propagate(state_.mean, motion), motion);
+  void predict(const OdometryIncrement& motion) override { state_ = after(motion); }
+
+  AzimuthPrediction predictAzimuth(const TravelNearby& nearby) const override {
+    return predictAzimuthOf(state_, nearby);
   }
 
-  AzimuthPrediction predictAzimuth() const override { return predictAzimuthOf(state_); }
-
-  AzimuthPrediction predictAzimuthAfter(const OdometryIncrement& motion) const override {
-    return predictAzimuthOf(propagate(state_, Chart::propagate(state_.mean, motion), motion));
+  AzimuthPrediction predictAzimuthAfter(const OdometryIncrement& motion,
+                                        const TravelNearby& nearby) const override {
+    return predictAzimuthOf(after(motion), nearby);
   }
 
-  void update(double azimuth_rad, double azimuth_variance_rad2) override {
-    const AzimuthModel model = Chart::azimuth(state_.mean);
+  void update(double azimuth_rad, double azimuth_variance_rad2,
+              const TravelNearby& nearby) override {
+    const AzimuthModel model = azimuthOf(state_, nearby);
     state_ = updateScalar<5>(state_, model.J_azimuth_state,
                              wrapAngle(azimuth_rad - model.azimuth_rad), azimuth_variance_rad2);
     Chart::normalise(&state_.mean);
@@ -47,16 +49,106 @@ class ChartFilter : public MountFilter {
 
   CartesianEstimate cartesian() const override { return Chart::toCartesian(state_); }
   PaperEstimate paper() const override { return Chart::toPaper(state_); }
-  void restart(const CartesianEstimate& estimate) override { state_ = Chart::from(estimate); }
+  RobotEstimate robot() const override { return {cartesian(), held_}; }
+  void restart(const RobotEstimate& estimate) override {
+    state_ = Chart::from(estimate.cartesian);
+    held_ = estimate.errors;
+    has_errors_ = !held_.mean.isZero(0.0);
+  }
 
  private:
-  static AzimuthPrediction predictAzimuthOf(const Gaussian<5>& state) {
-    const AzimuthModel model = Chart::azimuth(state.mean);
+  Gaussian<5> after(const OdometryIncrement& motion) const {
+    if (!has_errors_) return propagate(state_, Chart::propagate(state_.mean, motion), motion);
+    OdometryIncrement corrected = motion;
+    corrected.start_from_end = correctMotion<kErrorCount>(motion, held_.mean).start_from_end;
+    return propagate(state_, Chart::propagate(state_.mean, corrected), corrected);
+  }
+
+  AzimuthModel azimuthOf(const Gaussian<5>& state, const TravelNearby& nearby) const {
+    AzimuthModel model = Chart::azimuth(state.mean);
+    if (has_errors_) {
+      // errors this small move the azimuth, and hardly its Jacobian
+      const Vector5 cartesian = Chart::toCartesian(state).mean;
+      model.azimuth_rad = expectSight<kErrorCount>(cartesian, held_.mean, nearby).azimuth_rad;
+    }
+    return model;
+  }
+
+  AzimuthPrediction predictAzimuthOf(const Gaussian<5>& state, const TravelNearby& nearby) const {
+    const AzimuthModel model = azimuthOf(state, nearby);
     return {model.azimuth_rad,
             (model.J_azimuth_state * state.covariance * model.J_azimuth_state.transpose()).value()};
   }
 
   Gaussian<5> state_;
+  ErrorEstimate held_;
+  bool has_errors_ = false;  ///< held_ is not zero
+};
+
+/// The filter on the Cartesian state and the robot's first K errors.
+template <int K>
+class RobotFilter : public MountFilter {
+ public:
+  explicit RobotFilter(const RobotEstimate& start) { restart(start); }
+
+  void predict(const OdometryIncrement& motion) override { state_ = after(motion); }
+
+  AzimuthPrediction predictAzimuth(const TravelNearby& nearby) const override {
+    return predictAzimuthOf(state_, nearby);
+  }
+
+  AzimuthPrediction predictAzimuthAfter(const OdometryIncrement& motion,
+                                        const TravelNearby& nearby) const override {
+    return predictAzimuthOf(after(motion), nearby);
+  }
+
+  void update(double azimuth_rad, double azimuth_variance_rad2,
+              const TravelNearby& nearby) override {
+    const SightModel<K> model = sightOf(state_, nearby);
+    state_ = updateScalar<5 + K>(state_, model.J_azimuth_state,
+                                 wrapAngle(azimuth_rad - model.azimuth_rad), azimuth_variance_rad2);
+    state_.mean(CartesianIndex::kSensorYaw) = wrapAngle(state_.mean(CartesianIndex::kSensorYaw));
+  }
+
+  CartesianEstimate cartesian() const override { return robot().cartesian; }
+  PaperEstimate paper() const override { return paperFromCartesian(cartesian()); }
+  RobotEstimate robot() const override { return RobotEstimate::from<K>(state_); }
+  void restart(const RobotEstimate& estimate) override { state_ = estimate.joint<K>(); }
+
+ private:
+  using State = Gaussian<5 + K>;
+
+  static ErrorVector errorsOf(const State& state) {
+    ErrorVector errors = ErrorVector::Zero();
+    errors.head<K>() = state.mean.template tail<K>();
+    return errors;
+  }
+
+  State after(const OdometryIncrement& measured) const {
+    const CorrectedMotion<K> corrected = correctMotion<K>(measured, errorsOf(state_));
+    OdometryIncrement motion = measured;
+    motion.start_from_end = corrected.start_from_end;
+    const Propagation step = propagateCartesian(state_.mean.template head<5>(), motion);
+    const Eigen::Matrix<double, 2, 3> J_light_motion = step.J_state_motion.topRows<2>();
+    State next = state_;
+    next.mean.template head<5>() = step.state;
+    propagateCovariance<K>(
+        step.J_state_state.topLeftCorner<2, 2>(), J_light_motion * corrected.J_pose_errors,
+        J_light_motion * motion.covariance * J_light_motion.transpose(), next.covariance);
+    return next;
+  }
+
+  static SightModel<K> sightOf(const State& state, const TravelNearby& nearby) {
+    return expectSight<K>(state.mean.template head<5>(), errorsOf(state), nearby);
+  }
+
+  static AzimuthPrediction predictAzimuthOf(const State& state, const TravelNearby& nearby) {
+    const SightModel<K> model = sightOf(state, nearby);
+    return {model.azimuth_rad,
+            (model.J_azimuth_state * state.covariance * model.J_azimuth_state.transpose()).value()};
+  }
+
+  State state_;
 };
 
 struct CartesianChart {
@@ -120,6 +212,12 @@ std::unique_ptr<MountFilter> makeCartesianFilter(const CartesianEstimate& start)
 
 std::unique_ptr<MountFilter> makePaperFilter(const CartesianEstimate& start) {
   return std::make_unique<ChartFilter<PaperChart>>(start);
+}
+
+std::unique_ptr<MountFilter> makeRobotFilter(const RobotEstimate& start, int errors_in_use) {
+  return withErrorsInUse(errors_in_use, [&](auto size) -> std::unique_ptr<MountFilter> {
+    return std::make_unique<RobotFilter<size.value>>(start);
+  });
 }
 
 }  // namespace bearing_calibration

@@ -57,6 +57,11 @@ OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplace
   step.covariance = arc.J_pose_wheels * wheel_covariance * arc.J_pose_wheels.transpose();
   step.distance_m = 0.5 * std::abs(wheels.left_m + wheels.right_m);
   step.rotation_rad = std::abs(wheels.right_m - wheels.left_m) / wheel_separation_m;
+  step.J_pose_wheels.col(0) = arc.J_pose_wheels.col(0) * wheels.left_m;
+  step.J_pose_wheels.col(1) = arc.J_pose_wheels.col(1) * wheels.right_m;
+  // All three lengths stretched alike stretch the arc: that is their sum.
+  step.J_pose_wheels.col(2) << arc.start_from_end.position_m, 0.0;
+  step.J_pose_wheels.col(2) -= step.J_pose_wheels.col(0) + step.J_pose_wheels.col(1);
   return append(increment, step);
 }
 
@@ -66,6 +71,7 @@ OdometryIncrement append(const OdometryIncrement& first, const OdometryIncrement
   result.start_from_end = sum.a_from_c;
   result.covariance = sum.J_ac_ab * first.covariance * sum.J_ac_ab.transpose() +
                       sum.J_ac_bc * second.covariance * sum.J_ac_bc.transpose();
+  result.J_pose_wheels = sum.J_ac_ab * first.J_pose_wheels + sum.J_ac_bc * second.J_pose_wheels;
   result.distance_m = first.distance_m + second.distance_m;
   result.rotation_rad = first.rotation_rad + second.rotation_rad;
   return result;

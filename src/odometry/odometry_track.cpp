@@ -47,6 +47,25 @@ OdometryIncrement OdometryTrack::motionTo(Stamp stamp) const {
   return appendTravel(increment, from, interpolate(stamp));
 }
 
+TravelNearby OdometryTrack::travelAround(Stamp stamp) const {
+  if (!covers(stamp)) throw std::invalid_argument("OdometryTrack::travelAround: stamp not covered");
+  const Duration step = durationFromSeconds(TravelNearby::kStep_s);
+  std::array<WheelDisplacement, TravelNearby::kSamples> samples;
+  for (int i = 0; i < TravelNearby::kSamples; ++i) {
+    const Stamp moment = stamp + (i - TravelNearby::kBefore) * step;
+    const WheelTravel travel = interpolate(std::clamp(moment, oldest(), newest()));
+    auto& sample = samples[static_cast<std::size_t>(i)];
+    sample = {travel.left_m, travel.right_m};
+    if (moment <= newest() || readings_.size() < 2) continue;
+    const WheelTravel before = interpolate(std::max(newest() - step, oldest()));
+    const double ahead =
+        secondsFromDuration(moment - newest()) / secondsFromDuration(newest() - before.stamp);
+    sample.left_m += ahead * (travel.left_m - before.left_m);
+    sample.right_m += ahead * (travel.right_m - before.right_m);
+  }
+  return {samples, wheel_separation_m_};
+}
+
 void OdometryTrack::anchorAt(Stamp stamp) {
   if (!covers(stamp)) throw std::invalid_argument("OdometryTrack::anchorAt: stamp not covered");
   anchor_ = interpolate(stamp);

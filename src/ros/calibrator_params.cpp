@@ -53,6 +53,14 @@ core::FilterConfig readFilter(ParamReader& params) {
   return filter;
 }
 
+core::ErrorPriors readErrors(ParamReader& params) {
+  core::ErrorPriors priors;
+  for (const core::ErrorBlockInfo& block : core::errorBlocks()) {
+    priors.setBlock(block.name, params.number("errors/" + block.name + "_stddev"));
+  }
+  return priors;
+}
+
 core::CalibratorConfig readCalibrator(const WheelParams& wheels, ParamReader& params) {
   core::CalibratorConfig config;
   config.drive = wheels.drive;
@@ -64,6 +72,7 @@ core::CalibratorConfig readCalibrator(const WheelParams& wheels, ParamReader& pa
   config.converged.position_stddev_m = params.number("converged/position_stddev");
   config.converged.yaw_stddev_rad = params.number("converged/yaw_stddev");
   config.knocked.start_anew = params.boolean("knocked/start_anew");
+  config.initializer.batch.errors = readErrors(params);
   return config;
 }
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "bearing_calibration/calibration/error_report.h"
 namespace bearing_calibration_ros {
 namespace {
 
@@ -83,6 +84,20 @@ void fillPaperState(const std::optional<core::PaperEstimate>& estimate,
   message->psi_rad = paper.mean(core::PaperIndex::kPsi);
   message->phi_psi_determined = paper.phi_psi_determined;
   fillRowMajor(paper.covariance, &message->covariance_D_theta_phi_rho_psi);
+}
+
+void fillRobotErrors(const core::CalibrationResult& result, core::CalibrationEstimate* message) {
+  for (core::BlockReport& report : core::reportBlocks(result.error_priors, result.robot_errors)) {
+    core::ErrorBlock block;
+    block.name = std::move(report.name);
+    block.status = static_cast<std::uint8_t>(report.status);
+    block.status_text = core::nameOf(report.status);
+    block.parts = std::move(report.parts);
+    block.value = std::move(report.value);
+    block.stddev = std::move(report.stddev);
+    block.note = std::move(report.note);
+    message->robot_errors.push_back(std::move(block));
+  }
 }
 
 }  // namespace
@@ -179,6 +194,7 @@ core::CalibrationEstimate messageFromResult(const core::CalibrationResult& resul
   fillMount(result.base_from_sensor, &message);
   fillCartesianState(result.cartesian_state, &message);
   fillPaperState(result.paper_state, &message);
+  fillRobotErrors(result, &message);
   message.nis = result.nis;
   message.nis_mean = result.nis_mean;
   message.distance_travelled_m = result.distance_travelled_m;

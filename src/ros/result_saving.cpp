@@ -77,6 +77,7 @@ SavingOutcome saveResult(const core::CalibrationResult& result, const Calibratio
   saved.unestimated = config.unestimated_mount;
   saved.paper_state = *result.paper_state;
   saved.cartesian_state = *result.cartesian_state;
+  saved.robot_errors = core::reportBlocks(result.error_priors, result.robot_errors);
   saved.nis_mean = result.nis_mean;
   saved.distance_travelled_m = result.distance_travelled_m;
   saved.rotation_travelled_rad = result.rotation_travelled_rad;

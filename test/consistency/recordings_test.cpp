@@ -171,6 +171,62 @@ TEST_F(Litw, TurningTheSensorTurnsTheYawAlone) {
   }
 }
 
+struct LateResult {
+  int offsets_found = 0;
+  std::vector<double> position_m;
+};
+
+/// Every landmark of litw with the latency not given.
+LateResult driveLate(const std::string& odometry) {
+  RecordingSetup setup = litwSetup();
+  setup.odometry = odometry;
+  setup.latency_s = 0.0;
+  setup.errors.setBlock("time_offset", 0.1);
+  setup.errors.setBlock("wheel_scales", 0.03);
+  setup.errors.setBlock("wheel_separation", 0.01);
+  const RecordedTruth truth = readTruth(setup.set);
+  LateResult late;
+  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+    const Drive run = drive(readLandmark(setup, landmark), configFor(setup));
+    if (!run.last.base_from_sensor) {
+      std::printf("%8d  no estimate: %s\n", landmark, run.last.advice.c_str());
+      late.position_m.push_back(kInfinity);
+      continue;
+    }
+    const MountError end = errorOf(*run.last.base_from_sensor, truth);
+    const ErrorVector& errors = run.last.robot_errors.mean;
+    const double offset_s = errors(placeOf<TimeOffset>());
+    std::printf(
+        "%8d  %5.2f cm %5.2f deg chi2 %5.1f  offset %6.3f +- %.3f s, scales %6.3f %6.3f  %s\n",
+        landmark, 100.0 * end.position_m, end.yaw_rad / kDegree, end.chi_square, offset_s,
+        std::sqrt(run.last.robot_errors.covariance(0, 0)), errors(1), errors(2),
+        nameOf(run.last.state));
+    late.position_m.push_back(end.position_m);
+    late.offsets_found += std::abs(offset_s - 0.11) <= 0.03 ? 1 : 0;
+    for (const Drive::Moment& moment : run.moments) {
+      if (moment.result.state != CalibrationState::kConverged) continue;
+      EXPECT_LE(errorOf(*moment.result.base_from_sensor, truth).chi_square, 16.3)
+          << "landmark " << landmark << " after " << moment.path_m << " m";
+    }
+  }
+  return late;
+}
+
+TEST_F(Litw, FindsTheLatencyByItself) {
+  const LateResult late = driveLate("odometry_calibrated.csv");
+  std::printf("median %.2f cm\n", 100.0 * median(late.position_m));
+  EXPECT_GE(late.offsets_found, 7);
+  EXPECT_LE(median(late.position_m), 0.02);
+}
+
+// Its authors' scales are 5 to 6 % off and its speed has an offset while standing, which no scale
+// can put right.
+TEST_F(Litw, FindsTheLatencyFromThePublishedOdometry) {
+  const LateResult late = driveLate("odometry_published.csv");
+  std::printf("median %.2f cm\n", 100.0 * median(late.position_m));
+  EXPECT_GE(late.offsets_found, 7);
+}
+
 // ---- commanded velocities are no encoders, and a mount near the centre has no phi ----
 
 RecordingSetup mrclamSetup(const std::string& set, const std::string& odometry) {

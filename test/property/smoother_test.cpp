@@ -31,9 +31,9 @@ std::vector<SightWeight> plainWeights(const std::vector<Sight>& sights) {
   return weights;
 }
 
-std::vector<PathPoint> pathOf(const SightRun& run) {
-  std::vector<PathPoint> path;
-  for (const Vector5& state : run.truth) path.push_back({state, Eigen::Vector3d::Zero()});
+RecordPath pathOf(const SightRun& run) {
+  RecordPath path;
+  for (const Vector5& state : run.truth) path.points.push_back({state, Eigen::Vector3d::Zero()});
   return path;
 }
 

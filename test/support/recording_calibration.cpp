@@ -83,6 +83,7 @@ CalibratorConfig configFor(const RecordingSetup& setup) {
   config.bearings.latency_s = setup.latency_s;
   config.bearings.max_future_s = 1.0;
   config.start = setup.start;
+  config.initializer.batch.errors = setup.errors;
   return config;
 }
 

@@ -21,7 +21,8 @@ struct RecordingSetup {
   WheelNoise wheel_noise;
   double latency_s = 0.0;
   double bearing_stddev_rad = 0.0;
-  StartConfig start;  ///< from nothing unless given
+  StartConfig start;   ///< from nothing unless given
+  ErrorPriors errors;  ///< none looked for unless given
 };
 
 /// One landmark of a recording: ticks and bearings as they would arrive.

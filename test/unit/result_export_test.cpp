@@ -68,9 +68,9 @@ TEST(ResultExport, OpenCvReadsTheMatrixFromTheCameraToTheBase) {
 
 TEST(ResultExport, MultipliersAreOneWhereNothingWasEstimated) {
   SavedCalibration saved = someCalibration();
-  saved.blocks = {
-      {"wheels/separation", 0.255, 0.0025, EstimatedBlock::Status::kEstimated},
-      {"wheels/left_radius", 0.06, 0.001, EstimatedBlock::Status::kHeldAtPrior},
+  saved.robot_errors = {
+      {"wheel_scales", BlockStatus::kOff, {"left", "right"}, {0.0, 0.0}, {0.0, 0.0}, ""},
+      {"wheel_separation", BlockStatus::kHeldAtPrior, {"scale"}, {0.02}, {0.01}, "a note"},
   };
   const YAML::Node multipliers = YAML::Load(diffDriveFrom(saved));
   EXPECT_DOUBLE_EQ(multipliers["wheel_separation_multiplier"].as<double>(), 1.02);

@@ -130,7 +130,8 @@ TEST_F(ResultFileTest, ReadsBackExactlyWhatWasWritten) {
 // For programs in any language: plain keys, matrices as rows, values that keep their kind.
 TEST_F(ResultFileTest, IsPlainYaml) {
   SavedCalibration saved = someCalibration();
-  saved.blocks = {{"wheels/separation", 0.251, 0.002, EstimatedBlock::Status::kHeldAtPrior}};
+  saved.robot_errors = {
+      {"wheel_separation", BlockStatus::kHeldAtPrior, {"scale"}, {0.02}, {0.01}, "a note"}};
   ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
   const YAML::Node root = YAML::LoadFile(path_);
   EXPECT_EQ(root["state"].as<std::string>(), "CONVERGING");
@@ -140,6 +141,9 @@ TEST_F(ResultFileTest, IsPlainYaml) {
   EXPECT_EQ(root["paper_state"]["covariance_D_theta_phi_rho_psi"][4][3].as<double>(),
             someCovariance<5>()(4, 3));
   EXPECT_EQ(root["blocks"][0]["status"].as<std::string>(), "held at its prior");
+  EXPECT_EQ(root["blocks"][0]["value"]["scale"].as<double>(), 0.02);
+  EXPECT_EQ(root["blocks"][0]["stddev"]["scale"].as<double>(), 0.01);
+  EXPECT_EQ(root["blocks"][0]["note"].as<std::string>(), "a note");
   EXPECT_EQ(root["parameters"]["frames/base"].Tag(), "!") << "a quoted string stays one";
   EXPECT_EQ(root["parameters"]["mask/posts"][1][1].as<double>(), 0.25);
   EXPECT_EQ(root["parameters"]["wheels/separation"].as<double>(), 0.25);

@@ -138,8 +138,9 @@ def couldNotTell(record):
         untold.append('phi and psi one by one: the camera sits so near to the base\'s origin that '
                       'only their sum, the yaw, means something.')
     for block in result['blocks']:
-        if block['status'] != 'estimated':
-            untold.append('%s: %s.' % (block['name'], block['status']))
+        if 'note' in block:
+            untold.append('%s is %s: %s.' % (block['name'].replace('_', ' '), block['status'],
+                                             block['note']))
     return untold
 
 

@@ -9,6 +9,7 @@
 #include "bearing_calibration/calibration/light_track.h"
 #include "bearing_calibration/calibration/mount_jump.h"
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
 
@@ -26,6 +27,7 @@ struct BatchConfig {
   int max_slips = 20;
   /// Estimates the correlation of neighbouring bearings' noise and widens their variance with it.
   bool widen_for_correlation = true;
+  ErrorPriors errors;  ///< those of the robot that are estimated with the mount
 
   std::vector<std::string> validate() const;
 };
@@ -41,6 +43,7 @@ struct SlipHypothesis {
 /// What a record of sights says about the mount and the light.
 struct BatchEstimate {
   CartesianEstimate at_last_sight;
+  ErrorEstimate errors;  ///< of the robot, and how they hang together with at_last_sight
   bool converged = false;
   int iterations = 0;
   double chi_square = 0.0;     ///< of the sights that were used, innovations of the last pass
@@ -57,6 +60,7 @@ struct BatchEstimate {
   double correlation = 0.0;  ///< lag-1 correlation of the innovations, 0 where insignificant
 
   double inlierFraction() const;
+  RobotEstimate robot() const { return {at_last_sight, errors}; }
 };
 
 /// The most probable mount, light and path given all bearings and the noise of all wheel motions:

@@ -4,6 +4,7 @@
 
 #include "bearing_calibration/calibration/mount_jump.h"
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
 
@@ -22,6 +23,12 @@ struct PathPoint {
   Eigen::Vector3d motion_error = Eigen::Vector3d::Zero();
 };
 
+/// What a pass is linearised about.
+struct RecordPath {
+  std::vector<PathPoint> points;  ///< one for each sight
+  ErrorVector errors = ErrorVector::Zero();
+};
+
 /// One sight seen from all others of the record.
 struct SmoothedSight {
   PathPoint point;              ///< smoothed means
@@ -38,7 +45,7 @@ struct SmoothedSight {
 /// A whole record, smoothed once about a given path of states.
 struct SmootherPass {
   std::vector<SmoothedSight> sights;
-  CartesianEstimate last;    ///< filtered, which is smoothed too, at the last sight
+  RobotEstimate last;        ///< filtered, which is smoothed too, at the last sight
   double motion_cost = 0.0;  ///< squared noise of all motions that the smoothed path implies
 };
 
@@ -54,8 +61,10 @@ inline constexpr SmootherPrior kFreePass{100.0, 100.0};
 /// are the test statistics for slips and outliers (de Jong and Penzer 1998). Bearings and motions
 /// are linearised about `path`, the motions with their errors: to leave those out would reward a
 /// light that is too near, where the same turn moves it less (doc/start.md).
-/// @param weights,path one for each sight.
+/// @param weights  one for each sight
+/// @param errors  what is known of the robot's errors beforehand; those in use are estimated
 SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
-                    const std::vector<PathPoint>& path, const SmootherPrior& prior);
+                    const RecordPath& path, const SmootherPrior& prior,
+                    const ErrorPriors& errors = {});
 
 }  // namespace bearing_calibration

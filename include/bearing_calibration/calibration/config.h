@@ -82,7 +82,9 @@ struct CalibratorConfig {
   double tick_history_s = 0.0;  ///< travel is remembered so long for bearings that arrive late
   BearingInputConfig bearings;
   StartConfig start;
-  InitializerConfig initializer;  ///< not among the parameters: its values hold for every robot
+  /// Not among the parameters, for its values hold for every robot, but for batch.errors: those of
+  /// this one. Parameter group `errors`.
+  InitializerConfig initializer;
   FilterConfig filter;
   ConvergenceConfig converged;
   KnockConfig knocked;

@@ -27,6 +27,9 @@ struct InitializerConfig {
   double min_inlier_fraction = 0.6;
   double min_runner_up_margin = 25.0;  ///< cost of the next best answer above the best one
   std::uint32_t seed = 1;              ///< of the random draws: the same record, the same answer
+  /// Begins from several robots, late ones and ones with other wheels, as far as batch.errors says
+  /// that there may be such; else from the robot as believed.
+  bool search_errors = true;
   SightRecordConfig record;
   BatchConfig batch;
 
@@ -56,6 +59,7 @@ struct StartAttempt {
   /// At the last sight. With an obstacle it is the best guess so far, and only for display; its
   /// covariance is zero where there was no solution.
   CartesianEstimate estimate;
+  ErrorEstimate errors;  ///< of the robot, as far as they are looked for
   MotionSummary motion;
   WeakestDirection weakest;  ///< of the estimate
   double chi_square = 0.0;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
 
@@ -14,6 +15,7 @@ Eigen::Matrix2d lightNoise(const OdometryIncrement& motion, const Eigen::Vector2
 struct RecordStart {
   Vector5 state = Vector5::Zero();  ///< Cartesian
   std::size_t sight = 0;            ///< its index in the record
+  ErrorVector errors = ErrorVector::Zero();
 };
 
 /// A record seen from a known mount.

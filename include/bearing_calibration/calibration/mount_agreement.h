@@ -10,6 +10,6 @@ namespace bearing_calibration {
 double disagreement(const MountEstimate& a, const MountEstimate& b);
 
 /// An estimate together with what is known of the mount from elsewhere, independently.
-CartesianEstimate withKnownMount(const CartesianEstimate& estimate, const MountEstimate& known);
+RobotEstimate withKnownMount(const RobotEstimate& estimate, const MountEstimate& known);
 
 }  // namespace bearing_calibration

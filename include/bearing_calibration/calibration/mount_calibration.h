@@ -26,12 +26,14 @@ class MountCalibration {
   /// it. To be called before the first sight.
   void takeUp(const MountEstimate& earlier) { earlier_ = earlier; }
 
-  /// An image at `stamp`, after a motion since the one before it.
+  /// An image, after a motion since the one before it.
+  /// @param nearby  the wheels' travel around the image's stamp
   /// @returns what became of it
-  Look look(Stamp stamp, const OdometryIncrement& motion, const std::vector<Bearing>& candidates);
+  Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
 
   /// Where the light would be seen after a further motion; none before the first estimate.
-  std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion) const;
+  std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion,
+                                                       const TravelNearby& nearby) const;
   /// The light that is followed, where the sensor tells lights apart.
   std::int32_t lightId() const { return light_id_.value_or(kUnknownLight); }
 
@@ -40,13 +42,14 @@ class MountCalibration {
 
  private:
   std::vector<Bearing> ofThisLight(const std::vector<Bearing>& candidates) const;
-  void start(Stamp stamp, const std::vector<Bearing>& candidates, Look* look);
+  void start(const BearingSet& image, const TravelNearby& nearby, Look* look);
   void startFromGuess(const Bearing& light);
-  CartesianEstimate withEarlier(const CartesianEstimate& estimate);
-  void follow(Stamp stamp, const std::vector<Bearing>& candidates, Look* look);
+  void startTracker(const RobotEstimate& estimate, double bearing_correlation);
+  RobotEstimate withEarlier(const RobotEstimate& estimate);
+  void follow(const BearingSet& image, const TravelNearby& nearby, Look* look);
   void refineAndJudge(Stamp stamp);
   void diagnose(Stamp stamp);
-  void remember(Stamp stamp, const Bearing& light);
+  void remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby);
   void noteLight(const Bearing& light);
   void startAnew();
   void followKnock();

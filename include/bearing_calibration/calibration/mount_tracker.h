@@ -28,16 +28,18 @@ class MountTracker {
 
   /// @param bearing_correlation  of one bearing's noise with the next one's, in [0, 1): n bearings
   ///   are then worth fewer, and their variances are widened for it
-  MountTracker(const FilterConfig& config, const CartesianEstimate& start,
-               double bearing_correlation);
+  /// @param errors_in_use  how many of the robot's errors the filter carries (see errorsInUse())
+  MountTracker(const FilterConfig& config, const RobotEstimate& start, double bearing_correlation,
+               int errors_in_use);
 
   /// The base has moved; no image.
   void move(const OdometryIncrement& motion);
-  /// An image at the end of the last motion. `candidates` are those that can be this light.
-  Association look(const std::vector<Bearing>& candidates);
+  /// An image at the end of the last motion. `candidates` are those that can be this light,
+  /// `nearby` the travel around its stamp.
+  Association look(const std::vector<Bearing>& candidates, const TravelNearby& nearby);
 
   /// Takes up what a better estimator says of the last image.
-  void rebase(const CartesianEstimate& estimate, double bearing_correlation);
+  void rebase(const RobotEstimate& estimate, double bearing_correlation);
 
   const MountFilter& filter() const { return *filter_; }
   Consistency consistency() const;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
 
@@ -35,5 +36,12 @@ WeakestDirection weakestDirection(const CartesianEstimate& estimate);
 Matrix5 cramerRaoBound(const std::vector<Sight>& sights,
                        const std::vector<Eigen::Vector2d>& light_in_base,
                        const Eigen::Vector3d& mount);
+
+/// The same with the robot's errors among the unknowns.
+/// @param errors,priors  the true ones, and what is known of them beforehand
+RobotEstimate cramerRaoBoundWithErrors(const std::vector<Sight>& sights,
+                                       const std::vector<Eigen::Vector2d>& light_in_base,
+                                       const Eigen::Vector3d& mount, const ErrorVector& errors,
+                                       const ErrorPriors& priors);
 
 }  // namespace bearing_calibration

@@ -35,8 +35,8 @@ struct ReviewedLook {
 
 /// A whole record, once it has ended.
 struct Review {
-  std::optional<CartesianEstimate> estimate;  ///< at the last sight; none when nothing settled
-  bool settled = false;                       ///< estimate is the batch estimator's
+  std::optional<RobotEstimate> estimate;  ///< at the last sight; none when nothing settled
+  bool settled = false;                   ///< estimate is the batch estimator's
   StartAttempt start;  ///< the initialiser's answer, where it was asked (no estimate to begin with)
   MotionSummary motion;
   double correlation = 0.0;  ///< of neighbouring bearings' noise
@@ -53,7 +53,7 @@ class RecordReview {
 
   void add(const Look& look);
   /// @param running  what the running calibration says at its end; none: start from nothing
-  Review conclude(const std::optional<CartesianEstimate>& running) const;
+  Review conclude(const std::optional<RobotEstimate>& running) const;
 
  private:
   InitializerConfig config_;

@@ -22,23 +22,23 @@ class RecordWeights {
   double correlation() const { return correlation_; }
 
   /// Huber's weights by the residuals along `path`, or plain ones where Huber is off or over.
-  void weighBearings(const std::vector<PathPoint>& path);
+  void weighBearings(const RecordPath& path);
   /// From now on all bearings in use count in full.
-  void endHuber(const std::vector<PathPoint>& path);
+  void endHuber(const RecordPath& path);
   /// Decides anew which sights are left out; true when that changed.
   bool rejectOutliers(const SmootherPass& pass);
   /// Gives up the motion that the bearings contradict most; true when they do so clearly.
   bool giveUpSlip(const SmootherPass& pass);
   /// Widens the bearings' variances when neighbouring innovations are correlated: then true.
-  bool widenForCorrelation(const SmootherPass& pass, const std::vector<PathPoint>& path);
+  bool widenForCorrelation(const SmootherPass& pass, const RecordPath& path);
 
   /// Cost of the bearings in use along `path`, Huber's or the plain one.
-  double bearingCost(const std::vector<PathPoint>& path) const;
+  double bearingCost(const RecordPath& path) const;
   /// What the sights left out and the motions given up cost: what they would cost at their limits.
   double costOfDisbelief() const;
 
  private:
-  double sigmas(std::size_t i, const std::vector<PathPoint>& path) const;
+  double sigmas(std::size_t i, const RecordPath& path) const;
   bool isInsideSlip(std::size_t i) const;
   bool isNear(std::size_t i, std::size_t slip) const;
   void giveUp(std::size_t slip);

@@ -8,6 +8,7 @@
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
 
@@ -37,6 +38,9 @@ struct CalibrationResult {
   std::optional<MountEstimate> base_from_sensor;     ///< none before the first estimate
   std::optional<PaperEstimate> paper_state;          ///< none before the first estimate
   std::optional<CartesianEstimate> cartesian_state;  ///< none before the first estimate
+
+  ErrorPriors error_priors;    ///< which errors of the robot are looked for
+  ErrorEstimate robot_errors;  ///< as their priors before the first estimate
 
   double nis = 0.0;       ///< of the last fused bearing
   double nis_mean = 0.0;  ///< running mean, 1 for a consistent filter

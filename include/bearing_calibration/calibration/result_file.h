@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/calibration/error_report.h"
 #include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/calibration/unestimated_mount.h"
 #include "bearing_calibration/common/stamp.h"
@@ -25,15 +26,6 @@ struct Provenance {
   std::map<std::string, std::string> parameters;  ///< all of them by name, as YAML
 };
 
-/// A quantity beside mount and light.
-struct EstimatedBlock {
-  enum class Status : std::uint8_t { kEstimated, kHeldAtPrior, kOff };
-  std::string name;  ///< of the parameter that it corrects, such as "wheels/separation"
-  double value = 0.0;
-  double stddev = 0.0;
-  Status status = Status::kOff;
-};
-
 /// A calibration as it stands in a file.
 struct SavedCalibration {
   CalibrationState state = CalibrationState::kWaitingForTicks;
@@ -45,7 +37,7 @@ struct SavedCalibration {
   UnestimatedMount unestimated;
   PaperEstimate paper_state;
   CartesianEstimate cartesian_state;
-  std::vector<EstimatedBlock> blocks;  ///< none so far
+  std::vector<BlockReport> robot_errors;  ///< written, not read
   double nis_mean = 0.0;
   double distance_travelled_m = 0.0;
   double rotation_travelled_rad = 0.0;

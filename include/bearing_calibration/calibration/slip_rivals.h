@@ -11,8 +11,8 @@ namespace bearing_calibration {
 /// well, with another mount. Then the truth is with one of them, and nothing narrower than all of
 /// them together may be believed.
 struct SlipAverage {
-  BatchEstimate best;          ///< of all suppositions, the one of least cost
-  CartesianEstimate estimate;  ///< mean and covariance over all, weighted by exp(-cost / 2)
+  BatchEstimate best;      ///< of all suppositions, the one of least cost
+  RobotEstimate estimate;  ///< mean and covariance over all, weighted by exp(-cost / 2)
 };
 
 /// Tries rivals of a fit: each of its slips elsewhere, and one slip more.

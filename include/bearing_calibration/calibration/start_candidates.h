@@ -25,8 +25,9 @@ std::vector<SightWindow> startWindows(std::size_t sights);
 /// Mount and light that most bearings of a window agree on: the closed form on random draws of
 /// sights, the best one refitted on what agrees with it (doc/start.md, "Outliers").
 /// State at the record's first sight.
+/// @param one_of_many  among many hypotheses of the path: fewer draws then
 FixedPathFit findConsensus(const std::vector<PosedSight>& sights, const SightWindow& window,
-                           std::uint32_t seed);
+                           std::uint32_t seed, bool one_of_many = false);
 
 /// Other local minima of the cost than those near `found`: fits from yaws all around, best first.
 std::vector<FixedPathFit> findOtherMinima(const std::vector<PosedSight>& sights,

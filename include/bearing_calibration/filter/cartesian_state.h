@@ -4,6 +4,7 @@
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
+#include "bearing_calibration/odometry/travel_nearby.h"
 
 namespace bearing_calibration {
 
@@ -34,6 +35,7 @@ struct Sight {
   OdometryIncrement motion;  ///< from the previous sight's moment to this one's
   double azimuth_rad = 0.0;
   double azimuth_variance_rad2 = 0.0;
+  TravelNearby nearby;  ///< around the stamp; no motion where nobody asks for the time offset
 };
 
 }  // namespace bearing_calibration

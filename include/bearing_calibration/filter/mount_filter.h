@@ -5,6 +5,7 @@
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/ekf.h"
 #include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
 
@@ -23,21 +24,30 @@ class MountFilter {
   virtual ~MountFilter() = default;
 
   virtual void predict(const OdometryIncrement& motion) = 0;
-  virtual AzimuthPrediction predictAzimuth() const = 0;
+  /// @param nearby  travel around the stamp of the bearing; without it, as if the base stood
+  virtual AzimuthPrediction predictAzimuth(const TravelNearby& nearby = {}) const = 0;
   /// The same after a further motion, leaving the filter as it is.
-  virtual AzimuthPrediction predictAzimuthAfter(const OdometryIncrement& motion) const = 0;
-  virtual void update(double azimuth_rad, double azimuth_variance_rad2) = 0;
+  virtual AzimuthPrediction predictAzimuthAfter(const OdometryIncrement& motion,
+                                                const TravelNearby& nearby = {}) const = 0;
+  virtual void update(double azimuth_rad, double azimuth_variance_rad2,
+                      const TravelNearby& nearby = {}) = 0;
 
   virtual CartesianEstimate cartesian() const = 0;
   virtual PaperEstimate paper() const = 0;
+  virtual RobotEstimate robot() const = 0;
   /// Takes up another state of knowledge.
-  virtual void restart(const CartesianEstimate& estimate) = 0;
+  virtual void restart(const RobotEstimate& estimate) = 0;
 };
 
-/// Light and sensor in the base frame: consistent at any rho (doc/model.md, "Cartesian chart").
+/// Light and sensor in the base frame: consistent at any rho (doc/model.md, "Cartesian chart"). The
+/// robot's errors are held at what restart() says.
 std::unique_ptr<MountFilter> makeCartesianFilter(const CartesianEstimate& start);
 
-/// The paper's own filter on X = [D, theta, phi, rho, psi].
+/// The paper's own filter on X = [D, theta, phi, rho, psi]; the robot's errors as above.
 std::unique_ptr<MountFilter> makePaperFilter(const CartesianEstimate& start);
+
+/// The Cartesian filter with the first `errors_in_use` of the robot's errors in its state (see
+/// errorsInUse()).
+std::unique_ptr<MountFilter> makeRobotFilter(const RobotEstimate& start, int errors_in_use);
 
 }  // namespace bearing_calibration

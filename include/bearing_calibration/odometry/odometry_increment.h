@@ -19,6 +19,10 @@ struct OdometryIncrement {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of start_from_end (x, y, yaw)
   double distance_m = 0.0;                               ///< path length of the base's centre, >= 0
   double rotation_rad = 0.0;                             ///< sum of the absolute turns, >= 0
+  /// d(x, y, yaw) / d(left, right, separation), each as a relative error of what was believed: the
+  /// motion as it would be with other wheels, without integrating it again. Its last entry is minus
+  /// the whole turn, not wrapped.
+  Eigen::Matrix3d J_pose_wheels = Eigen::Matrix3d::Zero();
 };
 
 /// One arc of constant curvature with its Jacobian.

@@ -5,6 +5,7 @@
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
+#include "bearing_calibration/odometry/travel_nearby.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 
 namespace bearing_calibration {
@@ -30,6 +31,9 @@ class OdometryTrack {
   /// Motion from the anchor to `stamp`, which must be covered and not before the anchor. Without an
   /// anchor, no motion.
   OdometryIncrement motionTo(Stamp stamp) const;
+  /// Travel around `stamp`, which must be covered. Before the oldest reading the wheels stand;
+  /// after the newest one they keep their speed.
+  TravelNearby travelAround(Stamp stamp) const;
   /// Puts the anchor at `stamp`, which must be covered.
   void anchorAt(Stamp stamp);
 

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/filter/robot_errors.h"
+
+namespace bearing_calibration {
+
+/// How a block of the robot's errors stands; the values are those of ErrorBlock.msg.
+enum class BlockStatus : std::uint8_t {
+  kOff,          ///< not looked for
+  kHeldAtPrior,  ///< looked for, but the data hardly say more than was known before
+  kEstimated,
+};
+
+/// "off", "held at its prior" or "estimated".
+const char* nameOf(BlockStatus status);
+
+/// What is known of one block of the robot's errors.
+struct BlockReport {
+  std::string name;
+  BlockStatus status = BlockStatus::kOff;
+  std::vector<std::string> parts;  ///< one for each of its numbers, with the unit
+  std::vector<double> value;       ///< zero where off
+  std::vector<double> stddev;
+  std::string note;  ///< what it means for the result that it is held; empty otherwise
+};
+
+/// Every block, judged by the information that the data added to its prior: it is estimated when in
+/// every direction of the block they added at least as much as was there before.
+std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate);
+
+}  // namespace bearing_calibration

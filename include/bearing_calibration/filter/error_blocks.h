@@ -1,0 +1,187 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+#include "bearing_calibration/geometry/pose2.h"
+#include "bearing_calibration/odometry/odometry_increment.h"
+#include "bearing_calibration/odometry/travel_nearby.h"
+
+// What may be wrong with a robot, as blocks of numbers that are estimated beside the mount; all of
+// them are zero for a robot as it is believed (doc/model.md, "The imperfect robot"). A block is one
+// small type below, and its place in the list `ErrorBlocks` at the end: nothing else names it.
+
+namespace bearing_calibration {
+
+/// A motion while the blocks correct it one after the other; K errors.
+template <int K>
+struct CorrectedMotion {
+  Pose2 start_from_end;
+  Eigen::Matrix<double, 3, K> J_pose_errors = Eigen::Matrix<double, 3, K>::Zero();
+};
+
+/// A light, by the base at a bearing's stamp, while the blocks move it to where the sensor saw it.
+template <int K>
+struct CorrectedLight {
+  Eigen::Vector2d in_base;
+  Eigen::Matrix2d J_light_light = Eigen::Matrix2d::Identity();
+  Eigen::Matrix<double, 2, K> J_light_errors = Eigen::Matrix<double, 2, K>::Zero();
+};
+
+/// An azimuth while the blocks bend it.
+template <int K>
+struct CorrectedAzimuth {
+  double azimuth_rad = 0.0;
+  double range_m = 0.0;          ///< from the sensor to the light
+  double J_azimuth_ideal = 1.0;  ///< by the azimuth of a sensor without errors
+  double J_azimuth_range = 0.0;
+  Eigen::Matrix<double, 1, K> J_azimuth_errors = Eigen::Matrix<double, 1, K>::Zero();
+};
+
+/// What the wheels' blocks say that a wheel has rolled, for other blocks to use.
+struct WheelFactors {
+  double left = 1.0;
+  double right = 1.0;
+  double separation = 1.0;
+};
+
+/// A block without any effect: what each one below changes, it says anew. `q` is the block's own
+/// part of the errors, `At` its place among them.
+struct NoEffect {
+  template <class Q>
+  static void addTo(WheelFactors&, const Q& /*q*/) {}
+  template <int At, class Q, int K>
+  static void correct(CorrectedMotion<K>&, const OdometryIncrement&, const Q& /*q*/) {}
+  template <int At, class Q, int K>
+  static void correct(CorrectedLight<K>&, const TravelNearby&, const WheelFactors&,
+                      const Q& /*q*/) {}
+  template <int At, class Q, int K>
+  static void correct(CorrectedAzimuth<K>&, const Q& /*q*/) {}
+};
+
+/// The bearings' stamps are late against the encoders' by this [s].
+struct TimeOffset : NoEffect {
+  static constexpr const char* kName = "time_offset";
+  static constexpr std::array<const char*, 1> kParts = {"time_offset [s]"};
+  static constexpr int kSize = 1;
+  static constexpr std::array<double, 1> kPriorWeights = {1.0};
+  static constexpr const char* kWhenHeld =
+      "the stamps' offset is as configured: only turns of changing speed tell it";
+
+  using NoEffect::correct;
+  /// The base was where the wheels put it q seconds before the stamp (doc/model.md, eq. 16).
+  template <int At, class Q, int K>
+  static void correct(CorrectedLight<K>& light, const TravelNearby& nearby,
+                      const WheelFactors& wheels, const Q& q) {
+    const WheelDisplacement travel = nearby.travelTo(-q(0));
+    const WheelSpeeds speeds = nearby.speedsAt(-q(0));
+    const double separation_m = nearby.wheelSeparation() * wheels.separation;
+    const Pose2 moment_from_stamp =
+        arcFromWheels({wheels.left * travel.left_m, wheels.right * travel.right_m}, separation_m)
+            .start_from_end.inverse();
+    const double left_mps = wheels.left * speeds.left_mps;
+    const double right_mps = wheels.right * speeds.right_mps;
+    light.in_base = moment_from_stamp * light.in_base;
+    light.J_light_light = rotation2(moment_from_stamp.yaw_rad);
+    light.J_light_errors.col(At) =
+        Eigen::Vector2d(0.5 * (left_mps + right_mps), 0.0) +
+        (right_mps - left_mps) / separation_m * perpendicular(light.in_base);
+  }
+};
+
+/// Each wheel rolls (1 + q) times what its counter and radius say.
+struct WheelScales : NoEffect {
+  static constexpr const char* kName = "wheel_scales";
+  static constexpr std::array<const char*, 2> kParts = {"left_wheel_scale", "right_wheel_scale"};
+  static constexpr int kSize = 2;
+  static constexpr std::array<double, 2> kPriorWeights = {1.0, 1.0};
+  static constexpr const char* kWhenHeld =
+      "the wheels' radii are as configured: longer ways and more turns tell them";
+
+  template <class Q>
+  static void addTo(WheelFactors& wheels, const Q& q) {
+    wheels.left += q(0);
+    wheels.right += q(1);
+  }
+  using NoEffect::correct;
+  /// doc/model.md, eq. 17.
+  template <int At, class Q, int K>
+  static void correct(CorrectedMotion<K>& motion, const OdometryIncrement& measured, const Q& q) {
+    const auto J = measured.J_pose_wheels.leftCols<kSize>();
+    const Eigen::Vector3d change = J * q;
+    motion.start_from_end.position_m += change.head<2>();
+    motion.start_from_end.yaw_rad = wrapAngle(motion.start_from_end.yaw_rad + change(2));
+    motion.J_pose_errors.template middleCols<kSize>(At) = J;
+  }
+};
+
+/// The wheels are (1 + q) times as far apart as believed. Bearings and wheels alone cannot tell: it
+/// is what their lengths are measured by.
+struct WheelSeparation : NoEffect {
+  static constexpr const char* kName = "wheel_separation";
+  static constexpr std::array<const char*, 1> kParts = {"wheel_separation_scale"};
+  static constexpr int kSize = 1;
+  static constexpr std::array<double, 1> kPriorWeights = {1.0};
+  static constexpr const char* kWhenHeld =
+      "the metric scale of all lengths is your wheel separation: measure it well";
+
+  template <class Q>
+  static void addTo(WheelFactors& wheels, const Q& q) {
+    wheels.separation += q(0);
+  }
+  using NoEffect::correct;
+  /// doc/model.md, eq. 18. The turn is exact, the chord to first order: over many metres a wrong
+  /// turn is what counts.
+  template <int At, class Q, int K>
+  static void correct(CorrectedMotion<K>& motion, const OdometryIncrement& measured, const Q& q) {
+    const auto J = measured.J_pose_wheels.rightCols<kSize>();
+    // the whole turn with what the wheels' blocks before this one have put right
+    const double turn =
+        -J(2) + wrapAngle(motion.start_from_end.yaw_rad - measured.start_from_end.yaw_rad);
+    const double factor = 1.0 / (1.0 + q(0));
+    motion.start_from_end.position_m += J.template topRows<2>() * q;
+    motion.start_from_end.yaw_rad =
+        wrapAngle(motion.start_from_end.yaw_rad + turn * (factor - 1.0));
+    motion.J_pose_errors.row(2) *= factor;
+    motion.J_pose_errors.template block<2, 1>(0, At) = J.template topRows<2>();
+    motion.J_pose_errors(2, At) = -turn * factor * factor;
+  }
+};
+
+/// Mirror axis, apex and image centre are not on one line: the azimuth is off by a first harmonic,
+/// whose size for a far light is q(0), q(1) [rad], and q(2), q(3) [rad m] over the range more for a
+/// near one (doc/model.md, eq. 19).
+struct MirrorHarmonic : NoEffect {
+  static constexpr const char* kName = "mirror_harmonic";
+  static constexpr std::array<const char*, 4> kParts = {
+      "mirror_harmonic_cos [rad]", "mirror_harmonic_sin [rad]", "mirror_harmonic_near_cos [rad m]",
+      "mirror_harmonic_near_sin [rad m]"};
+  static constexpr int kSize = 4;
+  /// An apex 1 mm off bends by 1 mrad m at most and as a far light's bearing by 20 mrad.
+  static constexpr std::array<double, 4> kPriorWeights = {1.0, 1.0, 0.05, 0.05};
+  static constexpr const char* kWhenHeld =
+      "a tilted mirror looks like a shifted camera: drive at several distances from the light";
+
+  using NoEffect::correct;
+  template <int At, class Q, int K>
+  static void correct(CorrectedAzimuth<K>& azimuth, const Q& q) {
+    constexpr double kLeastRange_m = 0.05;  // nearer, the light stands over the mirror
+    const double c = std::cos(azimuth.azimuth_rad);
+    const double s = std::sin(azimuth.azimuth_rad);
+    const double nearness = 1.0 / std::max(azimuth.range_m, kLeastRange_m);
+    const double cos_size = q(0) + nearness * q(2);
+    const double sin_size = q(1) + nearness * q(3);
+    azimuth.J_azimuth_ideal *= 1.0 - cos_size * s + sin_size * c;
+    azimuth.J_azimuth_range -= (q(2) * c + q(3) * s) * nearness * nearness;
+    azimuth.J_azimuth_errors.template segment<kSize>(At) << c, s, nearness * c, nearness * s;
+    azimuth.azimuth_rad += cos_size * c + sin_size * s;
+  }
+};
+
+/// Every block, in the order of their numbers in the state. A filter works with the shortest
+/// beginning of this list that holds all blocks in use: the most used ones come first.
+using ErrorBlocks = std::tuple<TimeOffset, WheelScales, WheelSeparation, MirrorHarmonic>;
+
+}  // namespace bearing_calibration

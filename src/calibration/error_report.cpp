@@ -1,0 +1,62 @@
+#include "bearing_calibration/calibration/error_report.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace bearing_calibration {
+namespace {
+
+/// Variance that is left, over that of the prior, in the block's worst known direction.
+double remainingShare(const ErrorBlockInfo& block, const ErrorPriors& priors,
+                      const ErrorEstimate& estimate) {
+  const Eigen::VectorXd stddev = priors.stddev.segment(block.begin, block.size);
+  const Eigen::MatrixXd covariance =
+      estimate.covariance.block(block.begin, block.begin, block.size, block.size);
+  const Eigen::MatrixXd whitened =
+      stddev.cwiseInverse().asDiagonal() * covariance * stddev.cwiseInverse().asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(whitened, Eigen::EigenvaluesOnly)
+      .eigenvalues()
+      .maxCoeff();
+}
+
+BlockStatus statusOf(const ErrorBlockInfo& block, const ErrorPriors& priors,
+                     const ErrorEstimate& estimate) {
+  constexpr double kAsMuchAsBefore = 0.5;
+  if (!(priors.stddev.segment(block.begin, block.size).minCoeff() > 0.0)) return BlockStatus::kOff;
+  return remainingShare(block, priors, estimate) <= kAsMuchAsBefore ? BlockStatus::kEstimated
+                                                                    : BlockStatus::kHeldAtPrior;
+}
+
+}  // namespace
+
+const char* nameOf(BlockStatus status) {
+  switch (status) {
+    case BlockStatus::kOff:
+      return "off";
+    case BlockStatus::kHeldAtPrior:
+      return "held at its prior";
+    case BlockStatus::kEstimated:
+      return "estimated";
+  }
+  return "unknown";
+}
+
+std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate) {
+  const std::vector<std::string> names = errorNames();
+  std::vector<BlockReport> reports;
+  for (const ErrorBlockInfo& block : errorBlocks()) {
+    BlockReport report;
+    report.name = block.name;
+    report.status = statusOf(block, priors, estimate);
+    for (int i = block.begin; i < block.begin + block.size; ++i) {
+      report.parts.push_back(names[static_cast<std::size_t>(i)]);
+      report.value.push_back(estimate.mean(i));
+      report.stddev.push_back(std::sqrt(estimate.covariance(i, i)));
+    }
+    if (report.status == BlockStatus::kHeldAtPrior) report.note = block.when_held;
+    reports.push_back(report);
+  }
+  return reports;
+}
+
+}  // namespace bearing_calibration

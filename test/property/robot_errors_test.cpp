@@ -1,0 +1,224 @@
+// The robot's errors: Jacobians against numerical differentiation, what they do against a simulator
+// that knows nothing of the blocks, and the estimators that find them.
+#include "bearing_calibration/filter/robot_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <random>
+
+#include "bearing_calibration/calibration/batch_estimator.h"
+#include "bearing_calibration/calibration/error_report.h"
+#include "bearing_calibration/calibration/initializer.h"
+#include "bearing_calibration/common/chi_square.h"
+#include "support/numerical_jacobian.h"
+#include "tools/simulated_case.h"
+
+namespace bearing_calibration {
+namespace {
+
+using testing::largestDifference;
+using testing::numericalJacobian;
+
+constexpr double kJacobianTolerance = 1e-6;
+
+/// Errors as large as their priors allow, the same at every run.
+class Draws {
+ public:
+  double between(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine_);
+  }
+  ErrorVector errors() {
+    ErrorVector errors;
+    for (double& error : errors) error = between(-0.05, 0.05);
+    return errors;
+  }
+
+ private:
+  std::mt19937_64 engine_{20060515};
+};
+
+/// A motion of many arcs, as the encoders of a robot with other wheels would report it.
+OdometryIncrement motionOf(const ErrorVector& errors, double believed_separation_m) {
+  const WheelFactors wheels{1.0 + errors(1), 1.0 + errors(2), 1.0 + errors(3)};
+  OdometryIncrement motion;
+  for (int i = 0; i < 20; ++i) {
+    const WheelDisplacement step{0.004 - 0.0003 * i, 0.003 + 0.0001 * i};
+    motion = append(motion, {wheels.left * step.left_m, wheels.right * step.right_m},
+                    believed_separation_m * wheels.separation, WheelNoise{});
+  }
+  return motion;
+}
+
+TEST(RobotErrors, MotionFollowsTheWheelsAndItsJacobianIsRight) {
+  constexpr double kSeparation_m = 0.25;
+  Draws draws;
+  const OdometryIncrement believed = motionOf(ErrorVector::Zero(), kSeparation_m);
+  for (int i = 0; i < 50; ++i) {
+    const ErrorVector errors = draws.errors();
+    const Pose2 expected = motionOf(errors, kSeparation_m).start_from_end;
+    const auto corrected = correctMotion<kErrorCount>(believed, errors);
+    // The turn is exact. The chord's error is of second order: turn error times way, squared.
+    EXPECT_NEAR(corrected.start_from_end.yaw_rad, expected.yaw_rad, 1e-12);
+    EXPECT_LT((corrected.start_from_end.position_m - expected.position_m).norm(), 3e-4);
+    const auto numerical = numericalJacobian<3, kErrorCount>(
+        [&](const ErrorVector& at) -> Eigen::Vector3d {
+          const Pose2 pose = correctMotion<kErrorCount>(believed, at).start_from_end;
+          return {pose.position_m.x(), pose.position_m.y(), pose.yaw_rad};
+        },
+        errors, {2});
+    EXPECT_LT(largestDifference(corrected.J_pose_errors, numerical), kJacobianTolerance);
+  }
+}
+
+/// A robot that drives an arc at a constant speed.
+TravelNearby steadyTravel(double left_mps, double right_mps) {
+  std::array<WheelDisplacement, TravelNearby::kSamples> samples;
+  for (int i = 0; i < TravelNearby::kSamples; ++i) {
+    const double time_s = (i - TravelNearby::kBefore) * TravelNearby::kStep_s;
+    samples[static_cast<std::size_t>(i)] = {left_mps * time_s, right_mps * time_s};
+  }
+  return {samples, 0.25};
+}
+
+TEST(RobotErrors, JacobianOfTheAzimuthIsRight) {
+  const TravelNearby nearby = steadyTravel(0.1, 0.25);
+  Draws draws;
+  for (int i = 0; i < 50; ++i) {
+    Eigen::Matrix<double, 5 + kErrorCount, 1> x;
+    x << draws.between(0.5, 3.0), draws.between(-3.0, 3.0), draws.between(-0.2, 0.2),
+        draws.between(-0.2, 0.2), draws.between(-kPi, kPi), draws.errors();
+    const auto azimuth = [&](const Eigen::Matrix<double, 5 + kErrorCount, 1>& at) {
+      return Eigen::Matrix<double, 1, 1>(
+          expectSight<kErrorCount>(at.head<5>(), at.tail<kErrorCount>(), nearby).azimuth_rad);
+    };
+    const auto model = expectSight<kErrorCount>(x.head<5>(), x.tail<kErrorCount>(), nearby);
+    auto numerical = numericalJacobian<1, 5 + kErrorCount>(azimuth, x, {0});
+    // By the wheels it is of second order, offset times scale, and left out.
+    numerical.segment<3>(6).setZero();
+    EXPECT_LT(largestDifference(model.J_azimuth_state, numerical), kJacobianTolerance);
+  }
+}
+
+TEST(RobotErrors, ALateBearingIsThatOfAnEarlierPose) {
+  const double left_mps = 0.1;
+  const double right_mps = 0.25;
+  const double late_s = 0.08;
+  const Pose2 stamp_from_moment =
+      arcFromWheels({-late_s * left_mps, -late_s * right_mps}, 0.25).start_from_end;
+  const Vector5 state = (Vector5() << 1.0, 0.5, 0.1, -0.05, 0.3).finished();
+  Vector5 at_moment = state;
+  at_moment.head<2>() = stamp_from_moment.inverse() * Eigen::Vector2d(state.head<2>());
+  ErrorVector errors = ErrorVector::Zero();
+  errors(placeOf<TimeOffset>()) = late_s;
+  const double expected = expectSight<0>(at_moment, ErrorVector::Zero(), {}).azimuth_rad;
+  EXPECT_NEAR(
+      expectSight<kErrorCount>(state, errors, steadyTravel(left_mps, right_mps)).azimuth_rad,
+      expected, 1e-12);
+}
+
+TEST(TravelNearby, IsLinearBetweenSamplesAndGoesOnBeyondThem) {
+  const TravelNearby nearby = steadyTravel(0.1, -0.2);
+  for (double time_s : {-1.0, -0.3, -0.0137, 0.0, 0.01, 0.2, 0.7}) {
+    EXPECT_NEAR(nearby.travelTo(time_s).left_m, 0.1 * time_s, 1e-12) << time_s;
+    EXPECT_NEAR(nearby.travelTo(time_s).right_m, -0.2 * time_s, 1e-12) << time_s;
+    EXPECT_NEAR(nearby.speedsAt(time_s).left_mps, 0.1, 1e-12) << time_s;
+  }
+  EXPECT_EQ(TravelNearby().travelTo(0.3).left_m, 0.0);
+}
+
+/// Squared error of the mount over its covariance: chi-square with 3 degrees of freedom when
+/// honest.
+double mountChiSquare(const CartesianEstimate& estimate, const Vector5& truth) {
+  Eigen::Vector3d error = (estimate.mean - truth).tail<3>();
+  error(2) = wrapAngle(error(2));
+  const Eigen::Matrix3d covariance = estimate.covariance.bottomRightCorner<3, 3>();
+  return error.dot(covariance.ldlt().solve(error));
+}
+
+SimulatedCase imperfectCase(std::uint64_t seed) {
+  SimulatedCase simulated = paperCase(seed);
+  makeImperfect(simulated, {0.05, 0.01, 0.01, 0.0, 0.0, 0.02}, seed);
+  simulated.looked_for = usualErrors();
+  return simulated;
+}
+
+// From nothing, with 50 ms, 1 % ratio and 1 % scale, the start is found, and it is as good as its
+// covariance says: as a statistic over runs.
+TEST(RobotErrors, StartFromNothingFindsALateAndUnequalRobot) {
+  constexpr int kRuns = 12;
+  double nees = 0.0;
+  int ready = 0;
+  for (int seed = 1; seed <= kRuns; ++seed) {
+    SimulatedCase simulated = imperfectCase(static_cast<std::uint64_t>(seed));
+    simulated.duration_s = 40.0;
+    const SightRun run = simulate(simulated);
+    InitializerConfig config;
+    config.batch.errors = simulated.looked_for;
+    const StartAttempt attempt = findStart(run.sights, config);
+    if (!attempt.ready()) continue;
+    ++ready;
+    nees += mountChiSquare(attempt.estimate, run.truth.back());
+    constexpr double kSigmas = 4.0;
+    const ErrorVector robot_error = attempt.errors.mean - trueErrors(simulated.robot);
+    for (int i = 0; i < 4; ++i) {
+      EXPECT_LT(std::abs(robot_error(i)), kSigmas * std::sqrt(attempt.errors.covariance(i, i)))
+          << errorNames()[static_cast<std::size_t>(i)] << ", seed " << seed;
+    }
+  }
+  EXPECT_GE(ready, kRuns - 1);
+  EXPECT_LT(nees, chiSquareQuantile(0.999, 3.0 * ready));
+}
+
+// The same robot without the blocks: the plain model is wrong and its covariance does not know.
+// (Where slips may be given up, it gives up so many motions that its covariance tells.)
+TEST(RobotErrors, ThePlainModelIsWrongAboutALateRobot) {
+  const SimulatedCase simulated = imperfectCase(1);
+  const SightRun run = simulate(simulated);
+  BatchConfig config;
+  config.slip_gain = 0.0;
+  const RecordStart start{run.truth.back(), run.sights.size() - 1};
+  const BatchEstimate plain = BatchEstimator(config).estimate(run.sights, start);
+  constexpr double kWrong = 25.0;
+  EXPECT_GT(mountChiSquare(plain.at_last_sight, run.truth.back()), kWrong);
+  config.errors = simulated.looked_for;
+  const BatchEstimate full = BatchEstimator(config).estimate(run.sights, start);
+  EXPECT_LT(mountChiSquare(full.at_last_sight, run.truth.back()), chiSquareQuantile(0.999, 3.0));
+}
+
+// The separation is what lengths are measured by: data alone do not tell it, and the report says
+// so; time offset and scales are told.
+TEST(RobotErrors, ReportSaysWhatTheDataTell) {
+  const SimulatedCase simulated = imperfectCase(2);
+  const SightRun run = simulate(simulated);
+  BatchConfig config;
+  config.errors = simulated.looked_for;
+  config.errors.setBlock("wheel_separation", 0.005);
+  const BatchEstimate batch =
+      BatchEstimator(config).estimate(run.sights, {run.truth.back(), run.sights.size() - 1});
+  const std::vector<BlockReport> reports = reportBlocks(config.errors, batch.errors);
+  ASSERT_EQ(reports.size(), 4U);
+  EXPECT_EQ(reports[0].status, BlockStatus::kEstimated) << reports[0].name;
+  EXPECT_EQ(reports[1].status, BlockStatus::kEstimated) << reports[1].name;
+  EXPECT_EQ(reports[2].status, BlockStatus::kHeldAtPrior) << reports[2].name;
+  EXPECT_NE(reports[2].note.find("metric scale"), std::string::npos);
+  EXPECT_EQ(reports[3].status, BlockStatus::kOff) << reports[3].name;
+  EXPECT_EQ(reports[3].value, std::vector<double>(4, 0.0));
+}
+
+TEST(RobotErrors, PriorsAreNamedAndChecked) {
+  ErrorPriors priors;
+  EXPECT_EQ(errorsInUse(priors), 0);
+  priors.setBlock("time_offset", 0.1);
+  EXPECT_EQ(errorsInUse(priors), 4);
+  priors.setBlock("mirror_harmonic", 0.03);
+  EXPECT_EQ(errorsInUse(priors), kErrorCount);
+  EXPECT_THROW(priors.setBlock("wobble", 0.1), std::invalid_argument);
+  priors.setBlock("wheel_scales", -1.0);
+  const std::vector<std::string> errors = priors.validate();
+  ASSERT_EQ(errors.size(), 2U);
+  EXPECT_NE(errors[0].find("errors/wheel_scales_stddev"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace bearing_calibration
