@@ -252,6 +252,7 @@ StartAttempt findStart(const std::vector<Sight>& sights, const InitializerConfig
                                   .estimate(sights, {search.best->at_last_sight.mean,
                                                      sights.size() - 1, search.best->errors.mean});
   attempt.estimate = batch.at_last_sight;
+  attempt.errors = batch.errors;
   attempt.weakest = weakestDirection(attempt.estimate);
   attempt.chi_square = batch.chi_square;
   attempt.degrees_of_freedom = batch.degrees_of_freedom;

@@ -31,7 +31,7 @@ TEST(DynamicEkf, OfAnySizeIsTheFilterOfThisPackage) {
   const CartesianEstimate start{paperRun().truth.front(), 1e-4 * Matrix5::Identity()};
   const auto filter = makeCartesianFilter(start);
   for (const Eigen::Index states : {5, 15}) {
-    filter->restart(start);
+    filter->restart({start, {}});
     reference::DynamicEkf dynamic(start, states);
     for (std::size_t i = 1; i < paperRun().sights.size(); ++i) {
       const Sight& sight = paperRun().sights[i];

@@ -39,7 +39,7 @@ TEST(SlipRivals, ASlipAtTheWrongPlaceIsNotBelieved) {
   ASSERT_TRUE(batch.converged);
   ASSERT_GT(mountChiSquare(batch.at_last_sight, run.truth.back()), kWrong);
   const SlipAverage average = averageOverSlips(run.sights, batch, BatchConfig());
-  EXPECT_LT(mountChiSquare(average.estimate, run.truth.back()), kWrong);
+  EXPECT_LT(mountChiSquare(average.estimate.cartesian, run.truth.back()), kWrong);
   EXPECT_LE(average.best.cost, batch.cost);
 }
 
@@ -51,8 +51,8 @@ TEST(SlipRivals, ARecordWithoutSuspicionIsLeftAsItIs) {
   ASSERT_TRUE(batch.slips.empty());
   ASSERT_LT(batch.suspicion, 9.0);
   const SlipAverage average = averageOverSlips(run.sights, batch, BatchConfig());
-  EXPECT_TRUE(average.estimate.mean.isApprox(batch.at_last_sight.mean));
-  EXPECT_TRUE(average.estimate.covariance.isApprox(batch.at_last_sight.covariance));
+  EXPECT_TRUE(average.estimate.cartesian.mean.isApprox(batch.at_last_sight.mean));
+  EXPECT_TRUE(average.estimate.cartesian.covariance.isApprox(batch.at_last_sight.covariance));
 }
 
 TEST(SlipRivals, SuppositionsAreFollowed) {

@@ -26,7 +26,7 @@ struct Reviewed {
     RecordReview looked(calibratorConfig().initializer);
     calibrator.observe([&](const Look& look) { looked.add(look); });
     result = play(record, &calibrator, {0.0}, 0.0, to_s);
-    review = looked.conclude(result.cartesian_state);
+    review = looked.conclude(RobotEstimate{*result.cartesian_state, result.robot_errors});
     from_nothing = looked.conclude(std::nullopt);
   }
 
@@ -39,7 +39,8 @@ TEST(RecordReview, EndsAtTheTruthWithinItsCovariance) {
   const RobotConfig robot = paperRobot(1);
   const Reviewed reviewed(simulate(robot, kDuration_s));
   ASSERT_TRUE(reviewed.review.settled);
-  EXPECT_LT(mountChiSquare(mountFromCartesian(*reviewed.review.estimate), robot.base_from_sensor),
+  EXPECT_LT(mountChiSquare(mountFromCartesian(reviewed.review.estimate->cartesian),
+                           robot.base_from_sensor),
             chiSquareQuantile(0.999, 3.0));
 }
 
@@ -47,13 +48,15 @@ TEST(RecordReview, EndsAtTheTruthWithinItsCovariance) {
 // of its own.
 TEST(RecordReview, AgreesWithTheRunningCalibration) {
   const Reviewed reviewed(simulate(paperRobot(2), kDuration_s));
-  const MountEstimate review = mountFromCartesian(*reviewed.review.estimate);
+  const MountEstimate review = mountFromCartesian(reviewed.review.estimate->cartesian);
   const MountEstimate& running = *reviewed.result.base_from_sensor;
   for (int i = 0; i < 3; ++i) {
     EXPECT_LT(std::abs(review.mean(i) - running.mean(i)), std::sqrt(running.covariance(i, i)));
   }
   ASSERT_TRUE(reviewed.from_nothing.estimate.has_value());
-  EXPECT_LT((mountFromCartesian(*reviewed.from_nothing.estimate).mean - review.mean).norm(), 1e-4);
+  EXPECT_LT(
+      (mountFromCartesian(reviewed.from_nothing.estimate->cartesian).mean - review.mean).norm(),
+      1e-4);
 }
 
 TEST(RecordReview, JudgesEveryImage) {

@@ -2,6 +2,7 @@
 
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
 
