@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <cstdio>
 
 namespace bearing_calibration {
 namespace {
@@ -57,6 +58,22 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
     reports.push_back(report);
   }
   return reports;
+}
+
+std::string describe(const std::vector<BlockReport>& reports) {
+  std::string text;
+  for (const BlockReport& report : reports) {
+    text += (text.empty() ? "" : "; ") + report.name + " " + nameOf(report.status);
+    for (std::size_t i = 0; report.status != BlockStatus::kOff && i < report.value.size(); ++i) {
+      constexpr std::size_t kLongest = 64;
+      char number[kLongest];
+      std::snprintf(number, sizeof(number), "%s %.4f +- %.4f", i == 0 ? ":" : ",", report.value[i],
+                    report.stddev[i]);
+      text += number;
+    }
+    if (!report.note.empty()) text += " (" + report.note + ")";
+  }
+  return text;
 }
 
 }  // namespace bearing_calibration

@@ -87,17 +87,18 @@ void fillPaperState(const std::optional<core::PaperEstimate>& estimate,
 }
 
 void fillRobotErrors(const core::CalibrationResult& result, core::CalibrationEstimate* message) {
-  for (core::BlockReport& report : core::reportBlocks(result.error_priors, result.robot_errors)) {
-    core::ErrorBlock block;
-    block.name = std::move(report.name);
-    block.status = static_cast<std::uint8_t>(report.status);
-    block.status_text = core::nameOf(report.status);
-    block.parts = std::move(report.parts);
-    block.value = std::move(report.value);
-    block.stddev = std::move(report.stddev);
-    block.note = std::move(report.note);
-    message->robot_errors.push_back(std::move(block));
+  const auto reports = core::reportBlocks(result.error_priors, result.robot_errors);
+  static_assert(core::CalibrationEstimate::_robot_error_values_type::size() == core::kErrorCount,
+                "the message has a place for every error");
+  for (std::size_t block = 0; block < message->robot_error_states.size(); ++block) {
+    message->robot_error_states.at(block) = static_cast<std::int8_t>(reports.at(block).status);
   }
+  for (int i = 0; i < core::kErrorCount; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    message->robot_error_values.at(at) = result.robot_errors.mean(i);
+    message->robot_error_stddevs.at(at) = std::sqrt(result.robot_errors.covariance(i, i));
+  }
+  message->robot_errors = core::describe(reports);
 }
 
 }  // namespace

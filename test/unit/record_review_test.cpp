@@ -26,7 +26,9 @@ struct Reviewed {
     RecordReview looked(calibratorConfig().initializer);
     calibrator.observe([&](const Look& look) { looked.add(look); });
     result = play(record, &calibrator, {0.0}, 0.0, to_s);
-    review = looked.conclude(RobotEstimate{*result.cartesian_state, result.robot_errors});
+    std::optional<RobotEstimate> running;
+    if (result.cartesian_state) running = {*result.cartesian_state, result.robot_errors};
+    review = looked.conclude(running);
     from_nothing = looked.conclude(std::nullopt);
   }
 

@@ -9,7 +9,7 @@
 
 namespace bearing_calibration {
 
-/// How a block of the robot's errors stands; the values are those of ErrorBlock.msg.
+/// How a block of the robot's errors stands; the values are those of CalibrationEstimate.msg.
 enum class BlockStatus : std::uint8_t {
   kOff,          ///< not looked for
   kHeldAtPrior,  ///< looked for, but the data hardly say more than was known before
@@ -32,5 +32,8 @@ struct BlockReport {
 /// Every block, judged by the information that the data added to its prior: it is estimated when in
 /// every direction of the block they added at least as much as was there before.
 std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate);
+
+/// All of them in one line for people: "time_offset estimated: 0.05 +- 0.001 [s]; ...".
+std::string describe(const std::vector<BlockReport>& reports);
 
 }  // namespace bearing_calibration
