@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <cstdio>
 
 namespace bearing_calibration {
 namespace {
@@ -63,15 +62,7 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
 std::string describe(const std::vector<BlockReport>& reports) {
   std::string text;
   for (const BlockReport& report : reports) {
-    text += (text.empty() ? "" : "; ") + report.name + " " + nameOf(report.status);
-    for (std::size_t i = 0; report.status != BlockStatus::kOff && i < report.value.size(); ++i) {
-      constexpr std::size_t kLongest = 64;
-      char number[kLongest];
-      std::snprintf(number, sizeof(number), "%s %.4f +- %.4f", i == 0 ? ":" : ",", report.value[i],
-                    report.stddev[i]);
-      text += number;
-    }
-    if (!report.note.empty()) text += " (" + report.note + ")";
+    text += (text.empty() ? "" : ", ") + report.name + " " + nameOf(report.status);
   }
   return text;
 }

@@ -33,7 +33,7 @@ struct BlockReport {
 /// every direction of the block they added at least as much as was there before.
 std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate);
 
-/// All of them in one line for people: "time_offset estimated: 0.05 +- 0.001 [s]; ...".
+/// All of them in one line for people: "time_offset estimated, wheel_scales off, ...".
 std::string describe(const std::vector<BlockReport>& reports);
 
 }  // namespace bearing_calibration
