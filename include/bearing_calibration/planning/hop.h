@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bearing_calibration/odometry/odometry_increment.h"
+#include "bearing_calibration/odometry/travel_nearby.h"
 
 namespace bearing_calibration {
 
@@ -21,12 +22,6 @@ struct WheelLimits {
 struct Hop {
   double turn_rad = 0.0;  ///< counter-clockwise, by any number of full turns
   double length_m = 0.0;
-};
-
-/// Speeds of the two wheels over the ground; forward is positive.
-struct WheelSpeeds {
-  double left_mps = 0.0;
-  double right_mps = 0.0;
 };
 
 /// What the wheels roll in each of a hop's two parts.
