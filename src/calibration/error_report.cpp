@@ -59,12 +59,4 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
   return reports;
 }
 
-std::string describe(const std::vector<BlockReport>& reports) {
-  std::string text;
-  for (const BlockReport& report : reports) {
-    text += (text.empty() ? "" : ", ") + report.name + " " + nameOf(report.status);
-  }
-  return text;
-}
-
 }  // namespace bearing_calibration

@@ -98,7 +98,6 @@ void fillRobotErrors(const core::CalibrationResult& result, core::CalibrationEst
     message->robot_error_values.at(at) = result.robot_errors.mean(i);
     message->robot_error_stddevs.at(at) = std::sqrt(result.robot_errors.covariance(i, i));
   }
-  message->robot_errors = core::describe(reports);
 }
 
 }  // namespace

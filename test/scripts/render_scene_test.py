@@ -89,7 +89,7 @@ class RenderScene(unittest.TestCase):
         for arguments, code, words in (
                 (('--scene', wrong), 1, ('clutter/windows must be', 'clutter/lamp is not known',
                                          'camera/jpeg_quality must be 0')),
-                (('--scene', '/no/such.yaml'), 1, ('/no/such.yaml: cannot be opened',)),
+                (('--scene', '/no/such.yaml'), 1, ('/no/such.yaml: cannot be read',)),
                 (('--seed', '-1'), 2, ('--seed', '--help')),
                 (('--images', '0'), 2, ('--images', '--help')),
                 (('left-over',), 2, ('--help',))):

@@ -33,7 +33,4 @@ struct BlockReport {
 /// every direction of the block they added at least as much as was there before.
 std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate);
 
-/// All of them in one line for people: "time_offset estimated, wheel_scales off, ...".
-std::string describe(const std::vector<BlockReport>& reports);
-
 }  // namespace bearing_calibration
