@@ -172,7 +172,8 @@ class Node:
         with self.lock:
             del self.logs[:]
         assert self.reset_service().success
-        return self.wait_for(lambda e: e.ticks_used == 0 and e.bearings_used == 0, 'reset')
+        return self.wait_for(lambda e: e.ticks_used == e.bearings_used == 0 and
+                             e.ticks_rejected == e.bearings_rejected == 0, 'reset')
 
     def warnings(self, *parts):
         """The warnings and errors of the log that contain all the parts."""
