@@ -60,6 +60,7 @@ class Fit {
 
   bool step();
   double costOf(const SmootherPass& pass, const RecordPath& path) const;
+  bool hasLikelyErrors() const;
   bool hasSettled() const;
   void nextStage();
   void judgeInnovations(BatchEstimate& estimate) const;
@@ -77,6 +78,13 @@ class Fit {
   bool near_ = false;  ///< so near the end that slips can be told
   int failures_ = 0;
 };
+
+/// Errors of the robot far beyond their priors are the sign of a fit that has run away.
+bool Fit::hasLikelyErrors() const {
+  constexpr double kMostSigmas = 6.0;
+  const ErrorVector most = kMostSigmas * config_.errors.stddev;
+  return (pass_.last.errors.mean.cwiseAbs().array() <= most.array()).all();
+}
 
 /// What a path costs: its bearings, its motions and the robot's errors.
 double Fit::costOf(const SmootherPass& pass, const RecordPath& path) const {
@@ -179,7 +187,8 @@ BatchEstimate Fit::run() {
     }
   }
   if (pass_.sights.empty()) return estimate;
-  estimate.converged = stage_ == Stage::kDone && pass_.last.cartesian.mean.allFinite();
+  estimate.converged =
+      stage_ == Stage::kDone && pass_.last.cartesian.mean.allFinite() && hasLikelyErrors();
   estimate.at_last_sight = pass_.last.cartesian;
   estimate.errors = pass_.last.errors;
   estimate.at_last_sight.mean(CartesianIndex::kSensorYaw) =

@@ -85,13 +85,6 @@ PARAMETERS = {
         'position_stddev': 0.3,
         'yaw_stddev': YAW_ERROR_RAD,
     },
-    # As in doc/replay.md: wheels calibrated and latency known, so nothing else to look for. Nine
-    # nodes at this rate would be too much for a small machine otherwise.
-    'errors': {
-        'time_offset_stddev': 0.0,
-        'wheel_scales_stddev': 0.0,
-        'wheel_separation_stddev': 0.0,
-    },
     # After a rough start the paper's chart bends less than the Cartesian one (doc/model.md).
     'filter': {'chart': 'paper'},
 }
