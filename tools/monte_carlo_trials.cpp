@@ -97,20 +97,7 @@ void noteClaim(const Snapshot& snapshot, Trial& trial) {
 }  // namespace
 
 CalibratorConfig calibratorConfig(const RobotConfig& robot) {
-  CalibratorConfig config;
-  config.drive = robot.encoders.drive;
-  config.wheel_noise = robot.encoders.noise;
-  config.tick_history_s = 10.0;
-  config.bearings.max_stddev_rad = 0.35;
-  config.bearings.max_future_s = 0.2;
-  config.bearings.max_waiting = 100;
-  config.filter.gate_probability = 0.999;
-  config.filter.recovery_after = 5;
-  config.filter.recovery_bearing_stddev_rad = radiansFromDegrees(10.0);
-  config.filter.recovery_distance_stddev_m = 0.03;
-  config.converged.position_stddev_m = 0.01;
-  config.converged.yaw_stddev_rad = radiansFromDegrees(0.5);
-  return config;
+  return defaultCalibration(robot.encoders.drive, robot.encoders.noise);
 }
 
 double Snapshot::mountChiSquare() const {
