@@ -109,6 +109,27 @@ MotionSummaryRow summarise(const std::vector<DriveRecord>& records) {
   return row;
 }
 
+std::string formatEach(const std::vector<DriveRecord>& records) {
+  std::string lines;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const DriveRecord& record = records[i];
+    char line[kLine];
+    std::snprintf(line, sizeof(line), "  run %zu: %s after %.1f s, ", i + 1, nameOf(record.end),
+                  record.time_s);
+    lines += line;
+    if (record.result.cartesian_state) {
+      std::snprintf(line, sizeof(line),
+                    "figure %.3f, chi-square %.1f, first estimate after %.1f s, nearest %.2f m\n",
+                    polarFigure(mountCovariance(record), kPaperRho_m), chiSquareOf(record),
+                    record.first_estimate_s, record.least_distance_m);
+      lines += line;
+    } else {
+      lines += "no estimate\n";
+    }
+  }
+  return lines;
+}
+
 std::string motionHeader() {
   char line[kLine];
   std::snprintf(line, sizeof(line), "%-20s %5s %7s %7s %9s %6s %9s %9s\n", "motion", "runs",

@@ -41,6 +41,8 @@ struct MotionSummaryRow {
 
 MotionSummaryRow summarise(const std::vector<DriveRecord>& records);
 std::string motionHeader();
+/// A line for each run, in the order of their seeds: which one is worse than the others, and why.
+std::string formatEach(const std::vector<DriveRecord>& records);
 std::string format(const std::string& name, const MotionSummaryRow& row);
 std::vector<Bar> judgeBars(const MotionSummaryRow& row);
 

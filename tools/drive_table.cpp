@@ -3,7 +3,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <atomic>
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <cstdio>
@@ -11,13 +10,13 @@
 #include <iostream>
 #include <limits>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "tools/best_drive.h"
 #include "tools/drive_summary.h"
 #include "tools/image_look.h"
 #include "tools/monte_carlo_bars.h"
+#include "tools/parallel.h"
 
 namespace bearing_calibration {
 namespace {
@@ -33,6 +32,7 @@ struct Arguments {
   int changes = 0;
   int threads = 0;
   double duration_s = 0.0;
+  bool each = false;
 };
 
 options::options_description describeOptions(Arguments* arguments) {
@@ -52,19 +52,15 @@ options::options_description describeOptions(Arguments* arguments) {
   add("threads", options::value(&arguments->threads)->default_value(2), "at work");
   add("duration", options::value(&arguments->duration_s)->default_value(100.0),
       "of a drive of motions and best [s]");
+  add("each", options::bool_switch(&arguments->each), "a line for each run of motions");
   return description;
 }
 
 std::vector<DriveRecord> driveAll(const Arguments& arguments,
                                   const std::function<DrivenCase(std::uint64_t)>& caseOf) {
   std::vector<DriveRecord> records(static_cast<std::size_t>(arguments.runs));
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < records.size(); i = next++) records[i] = drive(caseOf(i + 1));
-  };
-  std::vector<std::thread> threads;
-  for (int i = 0; i < arguments.threads; ++i) threads.emplace_back(work);
-  for (std::thread& thread : threads) thread.join();
+  forEachInParallel(records.size(), arguments.threads,
+                    [&](std::size_t i) { records[i] = drive(caseOf(i + 1)); });
   return records;
 }
 
@@ -73,9 +69,11 @@ bool printMotions(const Arguments& arguments) {
   std::printf("%s", motionHeader().c_str());
   bool all_reached = true;
   for (const DrivenMotion& motion : comparedMotions()) {
-    const MotionSummaryRow row = summarise(driveAll(arguments, [&](std::uint64_t seed) {
+    const std::vector<DriveRecord> records = driveAll(arguments, [&](std::uint64_t seed) {
       return motionCase(motion, seed, arguments.duration_s);
-    }));
+    });
+    if (arguments.each) std::printf("%s", formatEach(records).c_str());
+    const MotionSummaryRow row = summarise(records);
     std::printf("%s", format(motion.name, row).c_str());
     std::fflush(stdout);
     if (motion.motion != DriveMotion::kOptimal) continue;

@@ -43,6 +43,7 @@ class Loop {
     simulator_.emplace(driven.simulated.robot, driven.simulated.lights, std::move(trajectory));
     record_.least_distance_m = std::numeric_limits<double>::infinity();
     record_.least_kept_distance_m = std::numeric_limits<double>::infinity();
+    record_.first_estimate_s = std::numeric_limits<double>::infinity();
   }
 
   DriveRecord run() {
@@ -92,6 +93,9 @@ class Loop {
       estimate.state = CalibrationState::kConverging;
     }
     driver_.addEstimate(estimate, now);
+    if (estimate.cartesian) {
+      record_.first_estimate_s = std::min(record_.first_estimate_s, driver_.timeSeconds());
+    }
     if (driver_.ended() != DriveEnd::kNone && record_.result.bearings_used > 0) return;
     record_.result = result;
     record_.truth << lightInBase(), driven_.simulated.robot.base_from_sensor.position_m,

@@ -29,6 +29,7 @@ struct DriveRecord {
   DriveEnd end = DriveEnd::kNone;
   double time_s = 0.0;
   double path_m = 0.0;
+  double first_estimate_s = 0.0;  ///< after the start; infinite without any
   double least_distance_m = 0.0;  ///< of the base's centre to the light, truly
   /// The same from the moment on at which the driver had an estimate and was no nearer than
   /// kNear_m: what the opening has done, when nothing was known, is not the planner's.

@@ -6,24 +6,13 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 #include "bearing_calibration/odometry/odometry_track.h"
+#include "bearing_calibration/planning/drive_script.h"
 
 namespace bearing_calibration {
 namespace {
 
 /// Estimates are at most so old when they are carried on to now: what comes later is no estimate.
 constexpr double kTrack_s = 10.0;
-/// Courses that are tried when the one that a script wants is not allowed.
-constexpr double kCourseStep = 0.25 * kPi;
-constexpr int kCourses = 8;
-
-/// Scripts are driven as they are printed, past a light that a person has put there: its estimate's
-/// mean guards them, not its deviations, which are large in the beginning.
-PlannerConfig guardOf(const PlannerConfig& config, DriveMotion motion) {
-  PlannerConfig guard = config;
-  if (motion != DriveMotion::kOptimal) guard.light_sigmas = 0.0;
-  return guard;
-}
-
 bool isOver(Stamp last, double timeout_s, Stamp now) {
   return secondsFromDuration(now - last) > timeout_s;
 }
@@ -64,9 +53,8 @@ class CalibrationDriver::Impl {
   Impl(const DriveConfig& config, const DriveGoal& goal, Stamp now)
       : config_(validated(config)),
         goal_(validated(goal)),
-        planner_(guardOf(config.planner, goal.motion), config.limits, config.sensing,
-                 config.region),
-        script_(goal.motion == DriveMotion::kOptimal ? openingHops() : scriptedHops(goal.motion)),
+        planner_(config.planner, config.limits, config.sensing, config.region),
+        script_(goal.motion),
         track_(config.limits.wheel_separation_m, config.sensing.wheel_noise,
                durationFromSeconds(kTrack_s)),
         began_(now),
@@ -84,6 +72,7 @@ class CalibrationDriver::Impl {
       const Arc arc = arcFromWheels(wheels, config_.limits.wheel_separation_m);
       start_from_base_ = start_from_base_ * arc.start_from_end;
       path_m_ += 0.5 * std::abs(wheels.left_m + wheels.right_m);
+      turned_rad_ += (wheels.right_m - wheels.left_m) / config_.limits.wheel_separation_m;
     }
     travelled_ = {travel.left_m, travel.right_m};
     track_.add(travel);
@@ -161,53 +150,47 @@ class CalibrationDriver::Impl {
     return movedBy(track_.motionTo(track_.newest()), *known_->cartesian);
   }
 
+  /// Scripts are driven as they are printed, past a light that a person has put there.
   bool isAllowed(const Hop& hop, const std::optional<CartesianEstimate>& estimate) const {
-    return estimate ? planner_.isAllowed(hop, *estimate, start_from_base_)
-                    : planner_.staysInside(hop, start_from_base_);
+    if (!planner_.staysInside(hop, start_from_base_)) return false;
+    if (!estimate) return true;
+    return isPlanned() ? planner_.keepsAway(hop, *estimate)
+                       : !planner_.isSurelyTooNear(hop, *estimate);
   }
+  bool isPlanned() const { return goal_.motion == DriveMotion::kOptimal; }
 
   void decide() {
     plan_.reset();
     if (track_.empty()) return;  // the first reading says where the wheels stand
     const std::optional<CartesianEstimate> estimate = estimateNow();
-    if (goal_.motion == DriveMotion::kOptimal && estimate) {
+    if (isPlanned() && estimate) {
       plan_ = planner_.plan(*estimate, start_from_base_);
       if (plan_) follower_.emplace(plan_->hop, config_.limits, travelled_);
-    } else if (const auto hop = scriptedHop(estimate)) {
-      follower_.emplace(*hop, config_.limits, travelled_);
+    } else {
+      const auto allowed = [&](const Hop& hop) { return isAllowed(hop, estimate); };
+      const std::optional<Hop> hop = script_.next(turned_rad_, allowed);
+      if (hop) follower_.emplace(*hop, config_.limits, travelled_);
     }
     if (!follower_) end(DriveEnd::kNoWay);
   }
 
-  /// The script's next hop. The opening turns to where there is room, and goes half the way where
-  /// there is not; other scripts are driven as they are printed.
-  std::optional<Hop> scriptedHop(const std::optional<CartesianEstimate>& estimate) {
-    const Hop wanted = script_.at(next_in_script_++);
-    if (isAllowed(wanted, estimate)) return wanted;
-    if (goal_.motion != DriveMotion::kOptimal) return std::nullopt;
-    for (const double length_m : {wanted.length_m, 0.5 * wanted.length_m}) {
-      for (int i = 0; i < kCourses; ++i) {
-        const Hop other{wanted.turn_rad + i * kCourseStep, length_m};
-        if (isAllowed(other, estimate)) return other;
-      }
-    }
-    return std::nullopt;
-  }
-
-  /// The estimate goes on growing during a hop: what is left of it must still be allowed.
+  /// The estimate goes on growing during a hop: what is left of it must still be allowed. A plan is
+  /// made anew then; a script would be another one without a part of it.
   void keepAway() {
     const std::optional<CartesianEstimate> estimate = estimateNow();
     if (!follower_ || !estimate) return;
-    if (!isAllowed(follower_->remaining(travelled_), estimate)) follower_->abandon();
+    if (isAllowed(follower_->remaining(travelled_), estimate)) return;
+    if (!isPlanned()) end(DriveEnd::kNoWay);
+    follower_->abandon();
   }
 
   DriveConfig config_;
   DriveGoal goal_;
   HopPlanner planner_;
-  HopSequence script_;
-  std::size_t next_in_script_ = 0;
+  DriveScript script_;
   OdometryTrack track_;  ///< anchored at known_'s stamp
   WheelDisplacement travelled_;
+  double turned_rad_ = 0.0;               ///< since the start, full turns too
   std::optional<DriveEstimate> waiting_;  ///< for the readings that cover it
   std::optional<DriveEstimate> known_;
   std::optional<HopFollower> follower_;

@@ -22,6 +22,12 @@ WheelDisplacement turningWheels(const Hop& hop, double wheel_separation_m) {
 
 WheelDisplacement straightWheels(const Hop& hop) { return {hop.length_m, hop.length_m}; }
 
+Hop driveable(const Hop& hop, double wheel_separation_m) {
+  const double turning_m = turningWheels(hop, wheel_separation_m).right_m;
+  return {std::abs(turning_m) > kArrived_m ? hop.turn_rad : 0.0,
+          std::abs(hop.length_m) > kArrived_m ? hop.length_m : 0.0};
+}
+
 double travelTime(double distance_m, const WheelLimits& limits) {
   const double way_m = std::abs(distance_m);
   const double ramps_m = limits.max_speed_mps * limits.max_speed_mps / limits.max_acceleration_mps2;

@@ -6,7 +6,6 @@
 namespace bearing_calibration {
 namespace {
 
-constexpr double kArrived_m = 1e-3;  // of a wheel; what is left is corrected by the next decision
 /// Share of the acceleration that braking for the end plans with: wheels answer late.
 constexpr double kBrakingShare = 0.7;
 /// A wheel may lag behind or roll back so far [m] before it is said to disobey.
@@ -33,8 +32,8 @@ WheelSpeeds braked(const WheelSpeeds& before, const WheelLimits& limits, double 
 
 HopFollower::HopFollower(const Hop& hop, const WheelLimits& limits,
                          const WheelDisplacement& travelled)
-    : hop_(hop), limits_(limits), part_start_(travelled) {
-  if (std::abs(targetOfPart()) <= kArrived_m) nextPart(travelled);
+    : hop_(driveable(hop, limits.wheel_separation_m)), limits_(limits), part_start_(travelled) {
+  if (hop_.turn_rad == 0.0) nextPart(travelled);
 }
 
 double HopFollower::targetOfPart() const {
@@ -53,7 +52,7 @@ void HopFollower::nextPart(const WheelDisplacement& travelled) {
   part_ = part_ == Part::kTurning ? Part::kStraight : Part::kDone;
   part_start_ = travelled;
   part_time_s_ = 0.0;
-  if (part_ == Part::kStraight && std::abs(hop_.length_m) <= kArrived_m) part_ = Part::kDone;
+  if (part_ == Part::kStraight && hop_.length_m == 0.0) part_ = Part::kDone;
 }
 
 Hop HopFollower::remaining(const WheelDisplacement& travelled) const {

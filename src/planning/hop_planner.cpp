@@ -84,12 +84,16 @@ bool HopPlanner::staysInside(const Hop& hop, const Pose2& start_from_base) const
   return region_.clearance(from, poseAfter(hop, start_from_base).position_m) >= needed_m;
 }
 
-bool HopPlanner::isAllowed(const Hop& hop, const CartesianEstimate& estimate,
-                           const Pose2& start_from_base) const {
+bool HopPlanner::keepsAway(const Hop& hop, const CartesianEstimate& estimate) const {
   const double here_m = lightClearance({}, estimate, config_.light_sigmas);
   const double needed_m = std::min(config_.light_distance_m, here_m);
-  return lightClearance(hop, estimate, config_.light_sigmas) >= needed_m &&
-         staysInside(hop, start_from_base);
+  return lightClearance(hop, estimate, config_.light_sigmas) >= needed_m;
+}
+
+bool HopPlanner::isSurelyTooNear(const Hop& hop, const CartesianEstimate& estimate) const {
+  const double here_m = lightClearance({}, estimate, -config_.light_sigmas);
+  const double needed_m = std::min(config_.light_distance_m, here_m);
+  return lightClearance(hop, estimate, -config_.light_sigmas) < needed_m;
 }
 
 /// Courses by where the light is: chords that pass it as near as allowed, a way straight to the
@@ -124,8 +128,10 @@ std::vector<HopPlanner::Candidate> HopPlanner::candidatesAt(const CartesianEstim
                                                             const Pose2& start_from_base) const {
   const double log_det = logDet(estimate);
   std::vector<Candidate> candidates;
-  for (const Hop& hop : proposals(estimate)) {
-    if (!isAllowed(hop, estimate, start_from_base)) continue;
+  for (const Hop& proposal : proposals(estimate)) {
+    // judged as it will be driven: without a small turn a way may pass nearer to the light
+    const Hop hop = driveable(proposal, limits_.wheel_separation_m);
+    if (!keepsAway(hop, estimate) || !staysInside(hop, start_from_base)) continue;
     Candidate candidate{hop, predictAfter(hop, estimate, limits_, sensing_),
                         poseAfter(hop, start_from_base), durationOf(hop, limits_), 0.0};
     candidate.gain = log_det - logDet(candidate.expected);

@@ -25,6 +25,7 @@ class Robot {
   bool has_ticks = true, sees_light = true, has_estimate = true;
   bool wheels_roll = true;
   CalibrationState state = CalibrationState::kInitialising;
+  std::optional<CartesianEstimate> cartesian;  ///< where the robot is now
 
   /// Drives for a while; the speeds that were commanded are kept.
   void drive(double time_s) {
@@ -32,7 +33,7 @@ class Robot {
       now_ += durationFromSeconds(kPeriod_s);
       if (has_ticks) driver_.addTravel({now_, travel_.left_m, travel_.right_m, 0.0}, now_);
       if (sees_light) driver_.noteBearing(now_);
-      if (has_estimate) driver_.addEstimate({now_, state, std::nullopt}, now_);
+      if (has_estimate) driver_.addEstimate({now_, state, cartesian}, now_);
       commands.push_back(driver_.steer(now_));
       if (!wheels_roll) continue;
       travel_.left_m += kPeriod_s * commands.back().left_mps;
@@ -121,6 +122,17 @@ TEST(CalibrationDriver, DrivesNoWayOutOfItsRegion) {
   Robot robot(kLongDrive, config);
   robot.expectEnd(DriveEnd::kNoWay, 12.0);
   EXPECT_GT(config.region.clearance(robot.driver().startFromBase().position_m), 0.1);
+}
+
+/// A script without a part of it would be another one: it ends where the light forbids to go on.
+TEST(CalibrationDriver, EndsAScriptThatLeadsIntoTheLight) {
+  Robot robot;
+  robot.drive(2.0);
+  ASSERT_FALSE(robot.driver().standing());
+  robot.cartesian.emplace();
+  robot.cartesian->mean << 0.6, 0.1, 0.05, 0.0, 0.0;
+  robot.cartesian->covariance = 1e-4 * Matrix5::Identity();
+  robot.expectEnd(DriveEnd::kNoWay, 0.1);
 }
 
 /// Somebody pushes it on where the first metre ends: it is the border itself that stops it.

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "bearing_calibration/filter/mount_filter.h"
-#include "bearing_calibration/planning/drive_motion.h"
+#include "bearing_calibration/planning/drive_script.h"
 #include "bearing_calibration/planning/hop_follower.h"
 #include "bearing_calibration/planning/hop_planner.h"
 
@@ -134,6 +134,42 @@ TEST(HopPlanner, PlansOnlyWhatIsAllowed) {
   }
 }
 
+/// What the follower makes of a plan is allowed, too: a turn that is too small to be driven must
+/// not be what keeps the way off the light. Else the robot would give up each hop at once, and
+/// stand.
+TEST(HopPlanner, PlansWhatIsDriven) {
+  const HopPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+  std::mt19937_64 engine(1);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  int straight_on = 0;
+  for (int i = 0; i < 100; ++i) {  // the light where the nearest way past it begins with no turn
+    const double distance_m = 0.55 + 0.3 * uniform(engine);
+    const double off_rad = radiansFromDegrees(1.2 * (uniform(engine) - 0.5));
+    const double tangent_rad = std::asin(kPlanner.light_distance_m / distance_m);
+    const Eigen::Vector2d light =
+        rotation2(tangent_rad + off_rad) * Eigen::Vector2d(distance_m, 0.0);
+    const CartesianEstimate estimate = estimateAt(light.x(), light.y(), 1e-3);
+    const auto plan = planner.plan(estimate, {});
+    ASSERT_TRUE(plan) << i;
+    const Hop driven = HopFollower(plan->hop, kLimits, {}).remaining({});
+    EXPECT_TRUE(planner.keepsAway(driven, estimate)) << i;
+    straight_on += driven.turn_rad == 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(straight_on, 10);
+}
+
+/// A way that somebody asked for is refused when the light is surely near, not when it may be.
+TEST(HopPlanner, RefusesAnAskedForWayOnlyWhenTheLightIsSurelyNear) {
+  const HopPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+  const Hop past{0.0, 1.0};  // 0.45 m from the light's most probable place
+  const CartesianEstimate vague = estimateAt(0.5, 0.45, 0.1);
+  const CartesianEstimate sharp = estimateAt(0.5, 0.45, 0.01);
+  EXPECT_FALSE(planner.keepsAway(past, vague));
+  EXPECT_FALSE(planner.isSurelyTooNear(past, vague));
+  EXPECT_TRUE(planner.isSurelyTooNear(past, sharp));
+  EXPECT_FALSE(planner.isSurelyTooNear({kPi, 1.0}, sharp));  // away from it
+}
+
 TEST(HopPlanner, LeavesALightThatIsTooNear) {
   const HopPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
   const auto plan = planner.plan(estimateAt(0.25, 0.1, 0.01), {});
@@ -243,6 +279,29 @@ TEST(DriveMotion, ScriptsAreThePapersAndHaveWords) {
   for (int i = 0; i < 3; ++i) {
     EXPECT_FALSE(instructionsFor(static_cast<DriveMotion>(i)).empty());
   }
+}
+
+const auto kAnything = [](const Hop&) { return true; };
+
+TEST(DriveScript, MakesUpForWhatATurnHasMissed) {
+  DriveScript dance(DriveMotion::kDance);
+  dance.next(0.0, kAnything);
+  EXPECT_DOUBLE_EQ(dance.next(0.0, kAnything)->turn_rad, 2.5 * kPi);
+  EXPECT_DOUBLE_EQ(dance.next(2.5 * kPi - 0.02, kAnything)->turn_rad, 2.5 * kPi + 0.02);
+  // when something else was driven meanwhile, it goes on from there
+  EXPECT_DOUBLE_EQ(dance.next(-1.0, kAnything)->turn_rad, 2.5 * kPi);
+}
+
+TEST(DriveScript, AnOpeningTurnsToWhereThereIsRoom) {
+  const auto backwards_only = [](const Hop& hop) { return std::cos(hop.turn_rad) < -0.9; };
+  DriveScript opening(DriveMotion::kOptimal);
+  opening.next(0.0, kAnything);  // a spin
+  EXPECT_DOUBLE_EQ(opening.next(2.0 * kPi, backwards_only)->turn_rad, kPi);
+  EXPECT_DOUBLE_EQ(opening.next(3.0 * kPi, kAnything)->turn_rad, 2.0 * kPi);
+  const auto short_ways_only = [](const Hop& hop) { return hop.length_m < 0.6; };
+  EXPECT_DOUBLE_EQ(opening.next(5.0 * kPi, short_ways_only)->length_m, 0.5);
+  DriveScript dance(DriveMotion::kDance);
+  EXPECT_FALSE(dance.next(0.0, short_ways_only));
 }
 
 }  // namespace

@@ -28,6 +28,12 @@ struct Hop {
 WheelDisplacement turningWheels(const Hop& hop, double wheel_separation_m);
 WheelDisplacement straightWheels(const Hop& hop);
 
+/// A wheel that is so near to the end of a part [m] has arrived: what is left is corrected by the
+/// next decision.
+inline constexpr double kArrived_m = 1e-3;
+/// The hop as it is driven: without the parts that have arrived before they begin.
+Hop driveable(const Hop& hop, double wheel_separation_m);
+
 /// Least time for a wheel to roll `distance_m` from standstill to standstill [s].
 double travelTime(double distance_m, const WheelLimits& limits);
 /// How far it has come after `time_s` of that: speeds up, cruises, brakes.

@@ -47,11 +47,12 @@ class HopPlanner {
   std::optional<PlannedHop> plan(const CartesianEstimate& estimate,
                                  const Pose2& start_from_base) const;
 
-  /// Whether a hop keeps away from the light and inside the region, or at least comes no nearer to
-  /// either than the robot is.
-  bool isAllowed(const Hop& hop, const CartesianEstimate& estimate,
-                 const Pose2& start_from_base) const;
-  /// The same for the region alone, while nothing is known of the light.
+  /// Whether a hop keeps away from the light, or at least comes no nearer than the robot is.
+  bool keepsAway(const Hop& hop, const CartesianEstimate& estimate) const;
+  /// Whether it comes too near even if the light stands as much farther as may well be: what
+  /// forbids a way that somebody has asked for.
+  bool isSurelyTooNear(const Hop& hop, const CartesianEstimate& estimate) const;
+  /// Whether a hop keeps inside the region, or at least comes no nearer to its border.
   bool staysInside(const Hop& hop, const Pose2& start_from_base) const;
 
   const WheelLimits& limits() const { return limits_; }
