@@ -12,6 +12,7 @@
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_bearings.h"
+#include "bearing_calibration_ros/tick_message.h"
 
 namespace bearing_calibration {
 namespace {
@@ -40,7 +41,7 @@ struct OpenBag {
     const std::lock_guard<std::mutex> lock(opening);
     bag.open(path, rosbag::bagmode::Read);
     rosbag::View whole(bag);
-    topics = findTopics(whole, setup.topics, setup.calibration.wheels_from_joint_states);
+    topics = findTopics(whole, setup.topics, setup.calibration.wheel_source);
     view.addQuery(bag, rosbag::TopicQuery(topics.names()));
   }
 
@@ -103,6 +104,8 @@ class Replay {
       addBearings(ros_side::bearingsFromMessage(*bearings), received);
     } else if (const auto image = message.instantiate<sensor_msgs::Image>()) {
       addImage(image, received);
+    } else if (const auto count = message.instantiate<topic_tools::ShapeShifter>()) {
+      addWheel(message.getTopic(), *count, message.getTime());
     }
     noteEstimate();
   }
@@ -128,6 +131,14 @@ class Replay {
       warn("joints", "joint states without '" + wheels.left + "' and '" + wheels.right +
                          "' were left out; the first has (" + ros_side::jointNames(joints) + ")");
     }
+  }
+
+  void addWheel(const std::string& topic, const topic_tools::ShapeShifter& count,
+                const ros::Time& received) {
+    const Timing timing(&outcome_->times.estimation);
+    const WheelSide side = topic == outcome_->topics.wheels ? WheelSide::kLeft : WheelSide::kRight;
+    calibrator_.addWheel(side, ros_side::countFromMessage(count, received),
+                         ros_side::stampFromRos(received));
   }
 
   void addBearings(BearingSet bearings, Stamp received) {

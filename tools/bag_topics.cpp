@@ -6,10 +6,15 @@
 #include <sensor_msgs/JointState.h>
 
 #include <map>
+#include <set>
 #include <stdexcept>
+
+#include "bearing_calibration_ros/tick_message.h"
 
 namespace bearing_calibration {
 namespace {
+
+using bearing_calibration_ros::WheelSource;
 
 /// Types by topic.
 using Contents = std::map<std::string, std::string>;
@@ -51,21 +56,49 @@ std::string findTopic(const Contents& contents, const std::string& wanted,
                            listOf(contents));
 }
 
+/// The topic of that name, or else of the default's, with the count of one wheel.
+std::string findWheel(const Contents& contents, const std::set<std::string>& wheel_counts,
+                      const std::string& wanted, const std::string& default_name) {
+  const std::string name = withoutSlash(wanted.empty() ? default_name : wanted);
+  for (const std::string& topic : wheel_counts) {
+    if (withoutSlash(topic) == name) return topic;
+  }
+  throw std::runtime_error("no topic " + name +
+                           " with the count of one wheel, such as std_msgs/Int32: choose one by "
+                           "--wheels-topic LEFT --right-wheel-topic RIGHT; the bag holds" +
+                           listOf(contents));
+}
+
 }  // namespace
 
 std::vector<std::string> BagTopics::names() const {
-  return {wheels, images.empty() ? bearings : images};
+  std::vector<std::string> names = {wheels};
+  if (!right_wheel.empty()) names.push_back(right_wheel);
+  names.push_back(images.empty() ? bearings : images);
+  return names;
 }
 
-BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, bool wheels_are_joints) {
+BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, WheelSource source) {
   Contents contents;
+  std::set<std::string> wheel_counts;
   for (const rosbag::ConnectionInfo* connection : whole_bag.getConnections()) {
     contents[connection->topic] = connection->datatype;
+    if (bearing_calibration_ros::isWheelCount(connection->msg_def)) {
+      wheel_counts.insert(connection->topic);
+    }
   }
   BagTopics found;
-  found.wheels = wheels_are_joints
-                     ? findTopic<sensor_msgs::JointState>(contents, wanted.wheels, "wheels-topic")
-                     : findTopic<WheelTicks>(contents, wanted.wheels, "wheels-topic");
+  switch (source) {
+    case WheelSource::kTicks:
+      found.wheels = findTopic<WheelTicks>(contents, wanted.wheels, "wheels-topic");
+      break;
+    case WheelSource::kJointStates:
+      found.wheels = findTopic<sensor_msgs::JointState>(contents, wanted.wheels, "wheels-topic");
+      break;
+    case WheelSource::kSeparateTicks:
+      found.wheels = findWheel(contents, wheel_counts, wanted.wheels, "left_ticks");
+      found.right_wheel = findWheel(contents, wheel_counts, wanted.right_wheel, "right_ticks");
+  }
   const bool has_bearings =
       !topicsOfType(contents, ros::message_traits::datatype<LightBearings>()).empty();
   if (wanted.images.empty() && (has_bearings || !wanted.bearings.empty())) {

@@ -8,6 +8,7 @@
 #include "bearing_calibration/calibration/unestimated_mount.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/param_reader.h"
+#include "bearing_calibration_ros/wheel_params.h"
 
 namespace bearing_calibration_ros {
 
@@ -35,7 +36,7 @@ struct OutputConfig {
 /// Everything that the calibration nodelet reads from its private parameters.
 struct CalibrationNodeConfig {
   FrameNames frames;
-  bool wheels_from_joint_states = false;
+  WheelSource wheel_source = WheelSource::kTicks;
   WheelJoints joints;
   bearing_calibration::CalibratorConfig calibrator;
   bearing_calibration::UnestimatedMount unestimated_mount;

@@ -19,6 +19,7 @@ class Calibrator::Impl {
  public:
   explicit Impl(const CalibratorConfig& config)
       : config_(validated(config)),
+        pairing_(config.drive.counter_bits, config.max_wheels_apart_s),
         odometer_(config.drive),
         track_(config.drive.wheel_separation_m, config.wheel_noise,
                durationFromSeconds(config.tick_history_s)),
@@ -37,6 +38,25 @@ class Calibrator::Impl {
       fuseCovered();
     }
     return outcome;
+  }
+
+  InputOutcome addWheel(WheelSide side, const WheelCount& count, Stamp received) {
+    const InputOutcome stamp = checkStamp(count.stamp, received, config_.bearings.max_future_s);
+    if (!stamp.accepted()) {
+      ++counts_.tick_inputs[stamp.status];
+      return stamp;
+    }
+    const PairingOutcome paired = pairing_.add(side, count);
+    InputOutcome worst;
+    for (const InputOutcome& refused : paired.refused) {
+      ++counts_.tick_inputs[refused.status];
+      if (!worst.isBadInput()) worst = refused;
+    }
+    for (const WheelCounts& counts : paired.pairs) {
+      const InputOutcome outcome = addReading(counts, received);
+      if (!worst.isBadInput()) worst = outcome;
+    }
+    return worst;
   }
 
   InputOutcome addBearings(const BearingSet& bearings, Stamp received) {
@@ -136,6 +156,7 @@ class Calibrator::Impl {
   }
 
   CalibratorConfig config_;
+  WheelPairing pairing_;
   WheelOdometer odometer_;
   OdometryTrack track_;
   BearingQueue queue_;
@@ -158,6 +179,10 @@ InputOutcome Calibrator::addTicks(const WheelCounts& ticks, Stamp received) {
 
 InputOutcome Calibrator::addAngles(const WheelAngles& angles, Stamp received) {
   return impl_->addReading(angles, received);
+}
+
+InputOutcome Calibrator::addWheel(WheelSide side, const WheelCount& count, Stamp received) {
+  return impl_->addWheel(side, count, received);
 }
 
 InputOutcome Calibrator::addBearings(const BearingSet& bearings, Stamp received) {

@@ -54,6 +54,7 @@ std::vector<std::string> CalibratorConfig::validate() const {
   Requirements require;
   require.add(drive.validate());
   require.add(wheel_noise.validate());
+  require.positive("wheels/max_apart", max_wheels_apart_s);
   require.positive("wheels/history", tick_history_s);
   require.add(bearings.validate());
   require.add(start.validate());

@@ -34,6 +34,8 @@ const char* nameOf(InputStatus status) {
       return "count exceeds the counter";
     case InputStatus::kAngleNotFinite:
       return "joint position not finite";
+    case InputStatus::kNoPartner:
+      return "no reading of the other wheel";
     case InputStatus::kQueueFull:
       return "too many bearings wait for ticks";
     case InputStatus::kTicksLost:
@@ -77,6 +79,8 @@ std::string describe(const InputOutcome& outcome) {
       return "the count " + value + " does not fit wheels/counter_bits: reading left out";
     case InputStatus::kAngleNotFinite:
       return "the joint position " + value + " rad is not finite: reading left out";
+    case InputStatus::kNoPartner:
+      return "the other wheel has no reading for " + value + " s around it: reading left out";
     case InputStatus::kQueueFull:
       return "more than " + value + " bearings wait for ticks: the oldest one dropped";
     case InputStatus::kTicksLost:

@@ -9,12 +9,6 @@ namespace {
 constexpr double kReadingSlackTicks = 2.0;  // one of quantisation at each end
 constexpr double kStampJitter_s = 0.01;     // drivers stamp on receipt
 
-bool fitsCounter(std::int64_t ticks, int bits) {
-  if (bits == 64) return true;
-  const std::int64_t range = std::int64_t{1} << bits;
-  return ticks >= -range / 2 && ticks < range;  // sent as signed or as unsigned
-}
-
 double largest(const WheelDisplacement& wheels) {
   return std::max(std::abs(wheels.left_m), std::abs(wheels.right_m));
 }
@@ -30,6 +24,12 @@ std::int64_t wrappedTickDifference(std::int64_t from_ticks, std::int64_t to_tick
   return wrapped < range / 2
              ? static_cast<std::int64_t>(wrapped)
              : static_cast<std::int64_t>(wrapped) - static_cast<std::int64_t>(range);
+}
+
+bool fitsCounter(std::int64_t ticks, int bits) {
+  if (bits == 64) return true;
+  const std::int64_t range = std::int64_t{1} << bits;
+  return ticks >= -range / 2 && ticks < range;
 }
 
 InputOutcome WheelOdometer::add(const WheelCounts& ticks) {

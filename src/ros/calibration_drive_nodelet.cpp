@@ -3,11 +3,9 @@
 #include <bearing_calibration/CalibrationEstimate.h>
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/StartDrive.h>
-#include <bearing_calibration/WheelTicks.h>
 #include <geometry_msgs/Twist.h>
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
-#include <sensor_msgs/JointState.h>
 #include <std_msgs/Bool.h>
 #include <std_srvs/Trigger.h>
 
@@ -15,13 +13,17 @@
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
+#include <vector>
 
 #include "bearing_calibration/odometry/wheel_odometer.h"
+#include "bearing_calibration/odometry/wheel_pairing.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/drive_params.h"
 #include "bearing_calibration_ros/drive_publisher.h"
 #include "bearing_calibration_ros/input_watch.h"
 #include "bearing_calibration_ros/log_throttle.h"
+#include "bearing_calibration_ros/tick_message.h"
+#include "bearing_calibration_ros/wheel_subscription.h"
 
 namespace bearing_calibration_ros {
 
@@ -47,6 +49,7 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
 
   void onTicks(const core::WheelTicksConstPtr& message);
   void onJointStates(const sensor_msgs::JointStateConstPtr& message);
+  void onWheel(core::WheelSide side, const WheelCountEvent& event);
   void onBearings(const core::LightBearingsConstPtr& message);
   void onEstimate(const core::CalibrationEstimateConstPtr& message);
   void onObstacle(const std_msgs::BoolConstPtr& message);
@@ -77,6 +80,7 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   }
 
   DriveNodeConfig config_;
+  std::optional<core::WheelPairing> pairing_;  ///< of separate ticks
   std::optional<core::WheelOdometer> odometer_;
   std::optional<core::CalibrationDriver> driver_;  ///< while a goal is active
   core::CalibrationEstimate estimate_;             ///< the last one
@@ -91,7 +95,8 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   std::unique_ptr<ActionServer> action_server_;
   ros::Publisher command_publisher_;
   ros::ServiceServer start_service_, stop_service_;
-  ros::Subscriber wheel_subscriber_, bearing_subscriber_, estimate_subscriber_;
+  std::vector<ros::Subscriber> wheel_subscribers_;
+  ros::Subscriber bearing_subscriber_, estimate_subscriber_;
   ros::Subscriber obstacle_subscriber_, enable_subscriber_;
   ros::WallTimer timer_;
   LogThrottle throttle_{kWarningPeriod_s};
@@ -106,6 +111,7 @@ CalibrationDriveNodelet::~CalibrationDriveNodelet() {
 void CalibrationDriveNodelet::onInit() {
   try {
     config_ = readDriveNodeConfig(ParamReader(getPrivateNodeHandle()));
+    pairing_.emplace(config_.wheels.drive.counter_bits, config_.wheels.max_apart_s);
     odometer_.emplace(config_.wheels.drive);
     advertise();
     subscribe();
@@ -135,12 +141,11 @@ void CalibrationDriveNodelet::subscribe() {
   constexpr std::uint32_t kQueue = 10;
   const auto hints = ros::TransportHints().tcpNoDelay();
   ros::NodeHandle& node_handle = getNodeHandle();
-  wheel_subscriber_ =
-      config_.wheels.from_joint_states
-          ? node_handle.subscribe("joint_states", kWheelQueue,
-                                  &CalibrationDriveNodelet::onJointStates, this, hints)
-          : node_handle.subscribe("wheel_ticks", kWheelQueue, &CalibrationDriveNodelet::onTicks,
-                                  this, hints);
+  wheel_subscribers_ = subscribeToWheels(
+      node_handle, config_.wheels.source, kWheelQueue,
+      {[this](const core::WheelTicksConstPtr& message) { onTicks(message); },
+       [this](const sensor_msgs::JointStateConstPtr& message) { onJointStates(message); },
+       [this](core::WheelSide side, const WheelCountEvent& event) { onWheel(side, event); }});
   bearing_subscriber_ =
       node_handle.subscribe("bearings", kQueue, &CalibrationDriveNodelet::onBearings, this, hints);
   estimate_subscriber_ =
@@ -161,6 +166,15 @@ void CalibrationDriveNodelet::onJointStates(const sensor_msgs::JointStateConstPt
   guarded("joint states", [&] {
     const auto angles = anglesFromMessage(*message, config_.wheels.joints);
     if (angles) addTravel(odometer_->add(*angles));
+  });
+}
+
+void CalibrationDriveNodelet::onWheel(core::WheelSide side, const WheelCountEvent& event) {
+  guarded("separate ticks", [&] {
+    const core::WheelCount count = countFromMessage(*event.getMessage(), event.getReceiptTime());
+    for (const core::WheelCounts& pair : pairing_->add(side, count).pairs) {
+      addTravel(odometer_->add(pair));
+    }
   });
 }
 

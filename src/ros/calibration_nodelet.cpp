@@ -1,9 +1,7 @@
 #include <bearing_calibration/LightBearings.h>
-#include <bearing_calibration/WheelTicks.h>
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
-#include <sensor_msgs/JointState.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
@@ -22,6 +20,8 @@
 #include "bearing_calibration_ros/prediction_publisher.h"
 #include "bearing_calibration_ros/result_publisher.h"
 #include "bearing_calibration_ros/result_saving.h"
+#include "bearing_calibration_ros/tick_message.h"
+#include "bearing_calibration_ros/wheel_subscription.h"
 
 namespace bearing_calibration_ros {
 
@@ -45,6 +45,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
 
   void onTicks(const core::WheelTicksConstPtr& message);
   void onJointStates(const sensor_msgs::JointStateConstPtr& message);
+  void onWheel(core::WheelSide side, const WheelCountEvent& event);
   void onBearings(const core::LightBearingsConstPtr& message);
   void onSecond(const ros::WallTimerEvent& event);
   void savePeriodically();
@@ -98,7 +99,8 @@ class CalibrationNodelet : public nodelet::Nodelet {
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   std::string wheel_topic_, bearing_topic_;
   ros::ServiceServer reset_service_, pause_service_, save_service_;
-  ros::Subscriber wheel_subscriber_, bearing_subscriber_;
+  std::vector<ros::Subscriber> wheel_subscribers_;
+  ros::Subscriber bearing_subscriber_;
   ros::WallTimer timer_;
 
   static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
@@ -142,8 +144,9 @@ void CalibrationNodelet::advertise() {
 
 void CalibrationNodelet::watchInputs() {
   const ros::NodeHandle& node_handle = getNodeHandle();
-  wheel_topic_ =
-      node_handle.resolveName(config_.wheels_from_joint_states ? "joint_states" : "wheel_ticks");
+  for (const std::string& topic : wheelTopics(config_.wheel_source)) {
+    wheel_topic_ += (wheel_topic_.empty() ? "" : " with ") + node_handle.resolveName(topic);
+  }
   bearing_topic_ = node_handle.resolveName("bearings");
   input_watch_ =
       std::make_unique<InputWatch>(wheel_topic_, bearing_topic_, config_.input_timeout_s);
@@ -160,11 +163,11 @@ void CalibrationNodelet::subscribe() {
   pause_service_ =
       private_node_handle.advertiseService("pause", &CalibrationNodelet::onPause, this);
   save_service_ = private_node_handle.advertiseService("save", &CalibrationNodelet::onSave, this);
-  wheel_subscriber_ = config_.wheels_from_joint_states
-                          ? node_handle.subscribe("joint_states", kWheelQueue,
-                                                  &CalibrationNodelet::onJointStates, this, hints)
-                          : node_handle.subscribe("wheel_ticks", kWheelQueue,
-                                                  &CalibrationNodelet::onTicks, this, hints);
+  wheel_subscribers_ = subscribeToWheels(
+      node_handle, config_.wheel_source, kWheelQueue,
+      {[this](const core::WheelTicksConstPtr& message) { onTicks(message); },
+       [this](const sensor_msgs::JointStateConstPtr& message) { onJointStates(message); },
+       [this](core::WheelSide side, const WheelCountEvent& event) { onWheel(side, event); }});
   bearing_subscriber_ = node_handle.subscribe("bearings", kBearingQueue,
                                               &CalibrationNodelet::onBearings, this, hints);
   timer_ = node_handle.createWallTimer(ros::WallDuration(1.0), &CalibrationNodelet::onSecond, this);
@@ -188,6 +191,21 @@ void CalibrationNodelet::onJointStates(const sensor_msgs::JointStateConstPtr& me
       finishWheels(calibrator_->addAngles(*angles, stampFromRos(*now)), angles->stamp, *now);
     } else if (namesEither(*message, config_.joints) || !input_watch_->areWheelsAlive(*now)) {
       refuseJointState(*message);  // else it is another publisher's, an arm's for instance
+    }
+  });
+}
+
+/// The stamps of the left wheel alone tell whether they have begun anew: both would take turns.
+void CalibrationNodelet::onWheel(core::WheelSide side, const WheelCountEvent& event) {
+  guarded(side == core::WheelSide::kLeft ? "left ticks" : "right ticks", [&] {
+    const std::optional<ros::Time> now = timeOfReceipt();
+    if (!now) return;
+    const core::WheelCount count = countFromMessage(*event.getMessage(), event.getReceiptTime());
+    const core::InputOutcome outcome = calibrator_->addWheel(side, count, stampFromRos(*now));
+    if (side == core::WheelSide::kLeft) {
+      finishWheels(outcome, count.stamp, *now);
+    } else {
+      warn(wheel_topic_, outcome);
     }
   });
 }

@@ -3,7 +3,6 @@
 #include <cstdlib>
 
 #include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration_ros/wheel_params.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -65,6 +64,7 @@ core::CalibratorConfig readCalibrator(const WheelParams& wheels, ParamReader& pa
   core::CalibratorConfig config;
   config.drive = wheels.drive;
   config.wheel_noise = wheels.noise;
+  config.max_wheels_apart_s = wheels.max_apart_s;
   config.tick_history_s = wheels.history_s;
   config.bearings = readBearings(params);
   config.start = readStart(params);
@@ -140,7 +140,7 @@ CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params) {
   CalibrationNodeConfig config;
   config.frames = readFrames(params);
   const WheelParams wheels = readWheels(params);
-  config.wheels_from_joint_states = wheels.from_joint_states;
+  config.wheel_source = wheels.source;
   config.joints = wheels.joints;
   config.calibrator = readCalibrator(wheels, params);
   config.unestimated_mount = readUnestimatedMount(params);

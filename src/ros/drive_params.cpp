@@ -55,6 +55,7 @@ std::vector<std::string> DriveNodeConfig::validate() const {
   require.positive("drive/max_time", default_goal.max_time_s);
   require.positive("drive/max_path", default_goal.max_path_m);
   require.positive("timeouts/clock", clock_timeout_s);
+  require.positive("wheels/max_apart", wheels.max_apart_s);
   require.positive("drive/control_rate", control_rate_hz);
   require.that(!start_frame.empty(), "drive/start_frame must not be empty");
   require.that(

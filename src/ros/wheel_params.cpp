@@ -16,7 +16,8 @@ std::vector<std::string> WheelParams::validate() const {
 
 WheelParams readWheels(ParamReader& params) {
   WheelParams wheels;
-  wheels.from_joint_states = params.choice("wheels/source", {"ticks", "joint_states"}) == 1;
+  wheels.source = static_cast<WheelSource>(
+      params.choice("wheels/source", {"ticks", "joint_states", "separate_ticks"}));
   wheels.joints = {params.text("wheels/left_joint"), params.text("wheels/right_joint")};
   wheels.drive.wheel_separation_m = params.number("wheels/separation");
   wheels.drive.left_wheel_radius_m = params.number("wheels/left_radius");
@@ -26,6 +27,7 @@ WheelParams readWheels(ParamReader& params) {
   wheels.drive.max_wheel_speed_mps = params.number("wheels/max_speed");
   wheels.noise.independent_k_m = params.number("wheels/noise_independent");
   wheels.noise.common_k_m = params.number("wheels/noise_common");
+  wheels.max_apart_s = params.number("wheels/max_apart");
   wheels.history_s = params.number("wheels/history");
   return wheels;
 }

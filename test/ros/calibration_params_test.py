@@ -19,7 +19,7 @@ EXPECTED = [
     ('wheels/separation', 'greater than 0', '-0.25'),
     ('wheels/counter_bits', '17'),
     ('wheels/seperation', 'not known'),
-    ('wheels/source', 'ticks, joint_states', "'encoder'"),
+    ('wheels/source', 'ticks, joint_states, separate_ticks', "'encoder'"),
     ('bearings/latency', 'finite number', "'late'"),
     ('start/from', 'is missing'),
     ('filter/gate_probability', '1.5'),

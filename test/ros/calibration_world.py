@@ -9,6 +9,7 @@ import random
 import threading
 import time
 
+import genpy.dynamic
 import rosbag
 import rospy
 from bearing_calibration.msg import CalibrationEstimate, LightBearing, LightBearings, WheelTicks
@@ -128,10 +129,30 @@ def recordBag(path, world, seconds=120.0, joints=False, look=None):
     return path
 
 
+def duckietownCount():
+    """The class of a message as Duckietown's robots send it, one for each wheel."""
+    name = 'duckietown_msgs/WheelEncoderStamped'
+    definition = """
+uint8 ENCODER_TYPE_ABSOLUTE=0
+uint8 ENCODER_TYPE_INCREMENTAL=1
+std_msgs/Header header
+int32 data
+uint16 resolution
+uint8 type
+================================================================================
+MSG: std_msgs/Header
+uint32 seq
+time stamp
+string frame_id
+"""
+    return genpy.dynamic.generate_dynamic(name, definition)[name]
+
+
 class Node:
     """The other end of the topics and services of one calibration node."""
 
-    def __init__(self, name='calibration', wheels='wheel_ticks', bearings='bearings'):
+    def __init__(self, name='calibration', wheels='wheel_ticks', bearings='bearings',
+                 wheels_type=None):
         self.name = rospy.resolve_name(name)
         self.lock = threading.Lock()
         self.estimates, self.poses, self.transforms, self.logs = [], [], [], []
@@ -140,7 +161,7 @@ class Node:
                          self._into(self.poses))
         rospy.Subscriber(name + '/transform', TransformStamped, self._into(self.transforms))
         rospy.Subscriber('/rosout', Log, self._into(self.logs))  # no /rosout_agg in a rostest
-        kind = WheelTicks if wheels.endswith('wheel_ticks') else JointState
+        kind = wheels_type or (WheelTicks if wheels.endswith('wheel_ticks') else JointState)
         self.wheels = rospy.Publisher(wheels, kind, queue_size=10000)
         self.bearings = rospy.Publisher(bearings, LightBearings, queue_size=10000)
         self.reset_service = rospy.ServiceProxy(name + '/reset', Trigger)

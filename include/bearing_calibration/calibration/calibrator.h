@@ -7,6 +7,7 @@
 #include "bearing_calibration/calibration/look.h"
 #include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/common/input_outcome.h"
+#include "bearing_calibration/odometry/wheel_pairing.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
 
@@ -26,6 +27,9 @@ class Calibrator {
 
   InputOutcome addTicks(const WheelCounts& ticks, Stamp received);
   InputOutcome addAngles(const WheelAngles& angles, Stamp received);
+  /// The counter of one wheel, where each has its own stream (see WheelPairing). The outcome is the
+  /// first bad one of this reading and of those that it completes.
+  InputOutcome addWheel(WheelSide side, const WheelCount& count, Stamp received);
 
   /// Bad candidates are left out one by one; the outcome is that of the message, or of the first
   /// bad candidate in it.

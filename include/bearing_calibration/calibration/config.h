@@ -79,7 +79,8 @@ struct KnockConfig {
 struct CalibratorConfig {
   DriveGeometry drive;
   WheelNoise wheel_noise;
-  double tick_history_s = 0.0;  ///< travel is remembered so long for bearings that arrive late
+  double max_wheels_apart_s = 0.0;  ///< see WheelPairing; only for wheels that come one by one
+  double tick_history_s = 0.0;      ///< travel is remembered so long for bearings that arrive late
   BearingInputConfig bearings;
   StartConfig start;
   /// Not among the parameters, for its values hold for every robot, but for batch.errors: those of

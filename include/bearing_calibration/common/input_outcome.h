@@ -24,6 +24,7 @@ enum class InputStatus : std::uint8_t {
   kTicksGap,         ///< no readings for so long that the counter may have wrapped unseen
   kTicksOutOfRange,  ///< the count does not fit the counter's width
   kAngleNotFinite,   ///< a joint position is not finite
+  kNoPartner,        ///< one wheel's counter has no reading of the other wheel's beside it
   kQueueFull,        ///< too many bearings wait for ticks: the oldest one was dropped
   kTicksLost,        ///< ticks no longer cover the stamp of a waiting bearing
 };

@@ -14,6 +14,9 @@ namespace bearing_calibration {
 /// round: in [-2^(bits-1), 2^(bits-1)).
 std::int64_t wrappedTickDifference(std::int64_t from_ticks, std::int64_t to_ticks, int bits);
 
+/// Whether a counter of `bits` can show this count, sent as signed or as unsigned.
+bool fitsCounter(std::int64_t ticks, int bits);
+
 /// Wheel readings, as they come from the encoders, to the travel of each wheel since the first one.
 ///
 /// What the wheels cannot have done since the last reading, at DriveGeometry::max_wheel_speed_mps,
