@@ -14,8 +14,11 @@ import roslib.packages
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 SCRIPT = os.path.join(REPOSITORY, 'tools', 'reproduce_paper.py')
 COMMITTED = os.path.join(REPOSITORY, 'doc', 'paper')
-# The paper's own numbers and the settings of the runs, as they stand in the text.
-SETTINGS = {'0.01', '0.074', '0.1', '0.2', '0.5', '1.58', '3.11'}
+# The paper's own numbers, those of its figures, equations and parameters, and the settings of the
+# runs with the moments that are looked at, as they stand in the text.
+SETTINGS = {'0', '0.01', '0.074', '0.1', '0.2', '0.5', '1', '1.58', '1.8', '2', '3', '3.11', '4', '5',
+            '6', '8', '10', '12', '14', '20', '45', '100', '200', '450', '480', '640', '800', '1000',
+            '2006'}
 
 spec = importlib.util.spec_from_file_location('reproduce_paper', SCRIPT)
 reproduce_paper = importlib.util.module_from_spec(spec)
@@ -93,10 +96,45 @@ class CommittedFigures(unittest.TestCase):
             self.assertEqual(file.read(), reproduce_paper.filledIn(template, COMMITTED))
 
     def testNothingElseInTheTemplateIsMeasured(self):
-        """A decimal fraction in it is the paper's own number or a setting: all are listed here."""
+        """Any other number in it is the paper's own or a setting: all are listed here."""
         with open(reproduce_paper.TEMPLATE) as file:
             template = reproduce_paper.FIELD.sub('', file.read())
-        self.assertLessEqual(set(re.findall(r'\d+\.\d+', template)), SETTINGS)
+        template = re.sub(r'\]\([^)]*\)', ']', template)  # names of files
+        self.assertLessEqual(set(re.findall(r'\d+(?:\.\d+)?', template)), SETTINGS)
+
+    def testItsVerdictsHold(self):
+        """What the text concludes in words, by the files' numbers."""
+        def value(name, column, *where):
+            path = os.path.join(COMMITTED, name + '.csv')
+            return reproduce_paper.Table(path).value(column, *where)
+        at_4_m = ('distance_m', 4.0)
+        # Fig. 2: reachable with large steps only
+        self.assertLess(value('fig2_centimetre_runs', 'phi_bound_deg'), 4.0)
+        self.assertLess(value('fig2_centimetre_runs', 'rho_bound_mm'), 10.0)
+        self.assertGreater(value('fig2_literal_runs', 'phi_bound_deg'), 4.0)
+        for name in ('fig2_tenth_runs', 'fig2_hundredth_runs'):
+            self.assertGreater(value(name, 'phi_bound_deg'), 10.0)
+        # Fig. 3: ten times beyond what is printed; even an exact camera does not reach it
+        self.assertGreater(value('fig3_runs', 'phi_bound_deg', *at_4_m), 1.0)
+        self.assertGreater(value('fig3_exact_camera_runs', 'phi_bound_deg', *at_4_m), 0.3)
+        self.assertLess(value('fig3_runs', 'as_printed_percent', *at_4_m), 1.0)
+        self.assertLess(value('fig3_runs', 'phi_rmse_deg'),
+                        1.15 * value('fig3_runs', 'phi_bound_deg'))
+        # the second trajectory is faster than any reading of the first
+        for reading in ('literal', 'centimetre', 'tenth', 'hundredth'):
+            self.assertLess(value('fig3_runs', 'phi_rmse_deg', 'time_s', 99.9),
+                            value('fig2_%s_runs' % reading, 'phi_bound_deg', 'time_s', 99.9))
+        # Fig. 5: found everywhere, stable from 3 m on, and on the bound when told the noise
+        self.assertEqual(value('fig5_camera', 'found'), value('fig5_camera', 'images'))
+        for distance_m in (3.0, 5.0, 10.0):
+            for column, unit in (('phi', 'deg'), ('rho', 'mm'), ('psi', 'deg')):
+                there = ('distance_m', distance_m)
+                error = (value('fig5_run', '%s_estimate_%s' % (column, unit), *there)
+                         - value('fig5_run', '%s_truth_%s' % (column, unit), *there))
+                stddev = value('fig5_run', '%s_stddev_%s' % (column, unit), *there)
+                self.assertLess(abs(error), 3.0 * stddev)
+        self.assertAlmostEqual(value('fig5_told_runs', 'phi_rmse_deg')
+                               / value('fig5_told_runs', 'phi_bound_deg'), 1.0, delta=0.15)
 
 
 if __name__ == '__main__':
