@@ -12,7 +12,7 @@ struct Words {
 };
 
 const Words& wordsFor(DriveEnd end) {
-  static constexpr std::array<Words, 14> kWords{{
+  static constexpr std::array<Words, 15> kWords{{
       {"DRIVING", "the robot drives"},
       {"CONVERGED", "the calibration has converged"},
       {"CANCELLED", "the drive was cancelled"},
@@ -28,6 +28,7 @@ const Words& wordsFor(DriveEnd end) {
        "the wheels do not roll as commanded: check cmd_vel, and whether they are swapped"},
       {"TIME_OVER", "the time of this drive is over"},
       {"PATH_OVER", "the path of this drive is over"},
+      {"SHUT_DOWN", "the drive node was told to end"},
   }};
   return kWords.at(static_cast<std::size_t>(end));
 }

@@ -9,10 +9,13 @@
 #include <std_msgs/Bool.h>
 #include <std_srvs/Trigger.h>
 
+#include <atomic>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "bearing_calibration/odometry/wheel_odometer.h"
@@ -21,6 +24,7 @@
 #include "bearing_calibration_ros/drive_params.h"
 #include "bearing_calibration_ros/drive_publisher.h"
 #include "bearing_calibration_ros/input_watch.h"
+#include "bearing_calibration_ros/last_words.h"
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/tick_message.h"
 #include "bearing_calibration_ros/wheel_subscription.h"
@@ -67,6 +71,7 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   bool timeStandsStill(const ros::Time& now);
   void finish();
   void reportActionEnd(const core::CalibrationDriveResult& result);
+  void speakLastWords();
   void stand() { command_publisher_.publish(geometry_msgs::Twist()); }
 
   template <typename Work>
@@ -83,7 +88,10 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   std::optional<core::WheelPairing> pairing_;  ///< of separate ticks
   std::optional<core::WheelOdometer> odometer_;
   std::optional<core::CalibrationDriver> driver_;  ///< while a goal is active
-  core::CalibrationEstimate estimate_;             ///< the last one
+  // Between the callbacks and the thread of the last words:
+  std::atomic<bool> is_driving_{false};    ///< there is a driver_
+  std::atomic<bool> is_shut_down_{false};  ///< no drive any more
+  core::CalibrationEstimate estimate_;     ///< the last one
   bool is_enabled_ = true;
   bool has_obstacle_ = false;
   ClockWatch clock_watch_;
@@ -100,12 +108,23 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   ros::Subscriber obstacle_subscriber_, enable_subscriber_;
   ros::WallTimer timer_;
   LogThrottle throttle_{kWarningPeriod_s};
+  std::unique_ptr<LastWords> last_words_;
 
   static constexpr double kWarningPeriod_s = 5.0;
 };
 
 CalibrationDriveNodelet::~CalibrationDriveNodelet() {
   if (driver_) stand();  // at once: nobody is left to brake
+  is_driving_ = false;
+}
+
+/// While the process still lives, the control loop brakes as for any other reason.
+void CalibrationDriveNodelet::speakLastWords() {
+  constexpr int kWaits = 100;
+  constexpr std::chrono::milliseconds kWait{10};
+  is_shut_down_ = true;
+  for (int i = 0; i < kWaits && is_driving_; ++i) std::this_thread::sleep_for(kWait);
+  if (is_driving_) stand();  // the control loop is stuck
 }
 
 void CalibrationDriveNodelet::onInit() {
@@ -114,6 +133,7 @@ void CalibrationDriveNodelet::onInit() {
     pairing_.emplace(config_.wheels.drive.counter_bits, config_.wheels.max_apart_s);
     odometer_.emplace(config_.wheels.drive);
     advertise();
+    last_words_ = std::make_unique<LastWords>([this] { speakLastWords(); });
     subscribe();
   } catch (const std::exception& error) {
     NODELET_FATAL("not started: %s", error.what());
@@ -246,12 +266,14 @@ std::string CalibrationDriveNodelet::begin(const std::string& motion, double max
   ros::Time::waitForValid(clock_patience);  // whoever starts all nodes at once is ahead of /clock
   const ros::Time now = ros::Time::now();
   if (now.isZero()) error = "/clock has not begun (use_sim_time is set)";
+  if (is_shut_down_) error = core::describe(core::DriveEnd::kShutDown);
   if (has_obstacle_) error = core::describe(core::DriveEnd::kObstacle);
   if (!is_enabled_) error = core::describe(core::DriveEnd::kDisabled);
   if (error.empty()) {
     try {
       const core::DriveGoal goal = goalFrom(motion, max_time_s, max_path_m, config_.default_goal);
       driver_.emplace(config_.drive, goal, stampFromRos(now));
+      is_driving_ = true;
       publisher_->restart();
       last_time_ = now;
       last_time_moved_ = ros::SteadyTime::now();
@@ -279,6 +301,7 @@ void CalibrationDriveNodelet::onControl(const ros::WallTimerEvent&) {
 void CalibrationDriveNodelet::steer() {
   const ros::Time now = ros::Time::now();
   if (timeStandsStill(now)) end(core::DriveEnd::kClockLost);
+  if (is_shut_down_) end(core::DriveEnd::kShutDown);
   const core::WheelSpeeds speeds = driver_->steer(stampFromRos(now));
   const bool is_without_time = driver_->ended() == core::DriveEnd::kClockLost;
   if (is_without_time || (driver_->ended() != core::DriveEnd::kNone && driver_->standing())) {
@@ -306,6 +329,7 @@ void CalibrationDriveNodelet::finish() {
   const core::CalibrationDriveResult result = resultFrom(*driver_, estimate_);
   publisher_->publish(*driver_, estimate_.header.frame_id, ros::Time::now());
   driver_.reset();
+  is_driving_ = false;
   const bool is_good = result.end == core::CalibrationDriveResult::CONVERGED;
   if (is_good) {
     NODELET_INFO("the drive ended after %.1f s and %.2f m: %s", result.time_s, result.path_m,

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""When the drive node is killed, the robot's own watchdog stops the wheels: assumed of every robot,
-and the simulated one has it."""
+"""The end of the drive node: told to end, it stops the robot first. Killed, it can say nothing: the
+robot's own watchdog stops the wheels, which is assumed of every robot, and the simulated one has it.
+And the end of time: the robot stops when /clock does."""
 
 import os
 import signal
@@ -12,10 +13,26 @@ import xmlrpc.client
 import rosgraph
 import rospy
 import rostest
+from bearing_calibration.msg import CalibrationDriveResult
 
-from drivable_robot import DrivableRobot
+from calibration_world import wait_until
+from drivable_robot import DrivableRobot, is_zero
 
 WATCHDOG_S = 0.5  # trajectory/command_timeout of the simulation
+
+
+def pid_of(name):
+    node = rosgraph.Master('/test').lookupNode(rospy.resolve_name(name))
+    _, _, pid = xmlrpc.client.ServerProxy(node).getPid('/test')
+    return pid
+
+
+def is_running(pid):
+    try:
+        os.kill(pid, 0)
+        return True
+    except ProcessLookupError:
+        return False
 
 
 class CalibrationDriveKilledTest(unittest.TestCase):
@@ -24,18 +41,50 @@ class CalibrationDriveKilledTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('calibration_drive_killed_test')
         cls.robot = DrivableRobot()
-        cls.robot.forget()
 
-    def test_the_robot_stands(self):
-        self.robot.drive()
-        node = rosgraph.Master('/test').lookupNode('/manager')
-        _, _, pid = xmlrpc.client.ServerProxy(node).getPid('/test')
-        os.kill(pid, signal.SIGKILL)
-        time.sleep(WATCHDOG_S + 0.5)
+    def setUp(self):
+        self.robot.reconnect()
+        self.robot.forget()
+
+    def assertStands(self):
         before = self.robot.place()
         time.sleep(0.5)
         for now, then in zip(self.robot.place(), before):
             self.assertAlmostEqual(now, then, delta=1e-6)
+
+    def assertEndedBySignalItStops(self, number):
+        self.robot.drive()
+        pid = pid_of('calibration_drive')
+        os.kill(pid, number)
+        wait_until(lambda: not is_running(pid), 'the process ends')
+        self.assertTrue(is_zero(self.robot.said()[-1][1]), 'its last word is to stand')
+        result = self.robot.client.get_result()
+        self.assertEqual(result.end, CalibrationDriveResult.SHUT_DOWN, result)
+
+    def test_interrupted_it_stops_the_robot(self):
+        self.assertEndedBySignalItStops(signal.SIGINT)
+
+    def test_terminated_it_stops_the_robot(self):
+        self.assertEndedBySignalItStops(signal.SIGTERM)
+
+    def test_killed_the_robot_stops_by_itself(self):
+        self.robot.drive()
+        pid = pid_of('calibration_drive')
+        os.kill(pid, signal.SIGKILL)
+        wait_until(lambda: not is_running(pid), 'the process ends')
+        self.assertFalse(is_zero(self.robot.said()[-1][1]))
+        time.sleep(WATCHDOG_S + 0.5)
+        self.assertStands()
+
+    def test_it_stops_when_time_stands_still(self):
+        self.robot.drive()
+        pid = pid_of('simulation')
+        os.kill(pid, signal.SIGSTOP)
+        self.addCleanup(os.kill, pid, signal.SIGCONT)
+        wait_until(lambda: is_zero(self.robot.said()[-1][1]), 'the last command is to stand')
+        wait_until(self.robot.client.get_result, 'the drive ends')
+        result = self.robot.client.get_result()
+        self.assertEqual(result.end, CalibrationDriveResult.CLOCK_LOST, result.end_text)
 
 
 if __name__ == '__main__':

@@ -62,6 +62,14 @@ class CalibrationDriveTest(unittest.TestCase):
                      for before, now in zip(first, second))
         self.assertLessEqual(change, 4 * ACCELERATION * CONTROL_PERIOD_S)
 
+    def test_it_stops_when_converged(self):
+        self.robot.drive()
+        since = rospy.get_time()
+        self.robot.claims_convergence = True
+        estimate_period_s = 1.0
+        self.assertEnds(CalibrationDriveResult.CONVERGED, since, estimate_period_s + MOST_STOPPING_S,
+                        GoalStatus.SUCCEEDED)
+
     def test_the_services_start_and_stop_it(self):
         self.assertTrue(self.robot.start_service('dance', 0.0, 0.0).success)
         wait_until(self.robot.is_moving, 'the robot moves')

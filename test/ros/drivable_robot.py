@@ -43,6 +43,7 @@ class DrivableRobot:
         self.commands = []  # (seconds, Twist)
         self.base = None
         self.cut = set()
+        self.claims_convergence = False
         self.push_mps = 0.0  # what the wheels report beyond what they do
         self.pushed_m = 0.0
         self.random = random.Random(1)
@@ -56,10 +57,14 @@ class DrivableRobot:
         self.start_service = rospy.ServiceProxy('calibration_drive/start', StartDrive)
         self.stop_service = rospy.ServiceProxy('calibration_drive/stop', Trigger)
         self.reset_service = rospy.ServiceProxy('calibration/reset', Trigger)
+        self.reconnect()
+
+    def reconnect(self):
+        """Waits for the drive node, which may be a new one."""
         self.start_service.wait_for_service(20.0)
         self.client = actionlib.SimpleActionClient('calibration_drive/drive',
                                                    CalibrationDriveAction)
-        assert self.client.wait_for_server(rospy.Duration(20.0))
+        wait_until(lambda: self.client.wait_for_server(rospy.Duration(0.5)), 'the action server')
         wait_until(lambda: self.base is not None and self.obstacle.get_num_connections()
                    and self.enable.get_num_connections(), 'the robot is there')
 
@@ -73,6 +78,8 @@ class DrivableRobot:
                 self.pushed_m += self.push_mps / TICK_RATE
                 message.left += round(self.pushed_m * TICKS_PER_METRE)
                 message.right += round(self.pushed_m * TICKS_PER_METRE)
+            if name == 'estimate' and self.claims_convergence:
+                message.state = CalibrationEstimate.CONVERGED
             if name == 'light':  # the truth is too good to be a sensor's
                 for candidate in message.candidates:
                     candidate.azimuth += self.random.gauss(0.0, BEARING_STDDEV)
@@ -89,6 +96,7 @@ class DrivableRobot:
     def forget(self):
         """Everything is as it should be again, and nothing has been said."""
         self.cut.clear()
+        self.claims_convergence = False
         self.push_mps = 0.0
         self.reset_service()  # else a drive would end at once where the one before has converged
         self.obstacle.publish(False)

@@ -2,6 +2,7 @@
 
 #include "bearing_calibration_ros/drive_params.h"
 
+#include <bearing_calibration/CalibrationDriveResult.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -41,6 +42,15 @@ TEST(DriveParams, AreReadAsShipped) {
   EXPECT_EQ(config.drive.planner.block, core::PlannerConfig::Block::kMount);
   EXPECT_TRUE(config.drive.region.polygon_m.empty());
   EXPECT_EQ(config.default_goal.motion, core::DriveMotion::kOptimal);
+}
+
+TEST(DriveEnd, HasTheNumbersOfTheMessage) {
+  using Result = core::CalibrationDriveResult;
+  EXPECT_EQ(static_cast<int>(core::DriveEnd::kConverged), +Result::CONVERGED);
+  EXPECT_EQ(static_cast<int>(core::DriveEnd::kClockLost), +Result::CLOCK_LOST);
+  EXPECT_EQ(static_cast<int>(core::DriveEnd::kPathOver), +Result::PATH_OVER);
+  EXPECT_EQ(static_cast<int>(core::DriveEnd::kShutDown), +Result::SHUT_DOWN);
+  EXPECT_STREQ(core::nameOf(core::DriveEnd::kShutDown), "SHUT_DOWN");
 }
 
 TEST(DriveParams, AllErrorsComeAtOnce) {

@@ -20,6 +20,7 @@ enum class DriveEnd : std::uint8_t {
   kWheelsDisobeyed,  ///< they do not roll as commanded
   kTimeOver,
   kPathOver,
+  kShutDown,  ///< the process of the drive node is about to end
 };
 
 /// "CONVERGED" and so on.
