@@ -26,8 +26,9 @@ struct OutputConfig {
   double save_period_s = 0.0;  ///< wall time between two savings without being asked; 0 is never
   bool take_up = false;        ///< go on from the result.yaml that is there at the start
   bool publish_tf = false;
-  std::string tf_child_frame;       ///< of its own: a frame may have one parent only
-  double max_rate_hz = 0.0;         ///< of the estimate, in wall time
+  std::string tf_child_frame;  ///< of its own: a frame may have one parent only
+  std::string start_frame;     ///< of the markers that stand in the world: the base's child, too
+  double max_rate_hz = 0.0;    ///< of the estimate, in wall time
   double prediction_rate_hz = 0.0;  ///< of the predicted bearing, in the encoders' time
 
   std::vector<std::string> validate(const FrameNames& frames) const;

@@ -4,6 +4,7 @@
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/PredictedBearing.h>
 #include <bearing_calibration/WheelTicks.h>
+#include <geometry_msgs/Pose.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
@@ -16,6 +17,7 @@
 #include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/calibration/unestimated_mount.h"
 #include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
 
@@ -65,6 +67,14 @@ bearing_calibration::CalibrationEstimate messageFromResult(
 /// Light and mount of such a message; none where it has no estimate yet.
 std::optional<bearing_calibration::CartesianEstimate> cartesianFromMessage(
     const bearing_calibration::CalibrationEstimate& message);
+
+/// A pose of the plane at a height above it.
+geometry_msgs::Pose poseFromPlane(const bearing_calibration::Pose2& pose, double z_m = 0.0);
+
+/// The transform that maps points from the child frame to the parent frame.
+geometry_msgs::TransformStamped transformFromPlane(
+    const bearing_calibration::Pose2& parent_from_child, bearing_calibration::Stamp stamp,
+    const std::string& parent_frame, const std::string& child_frame);
 
 /// The sensor's pose in the base frame; 6x6 covariance row-major in (x, y, z, roll, pitch, yaw)
 /// (REP 103). What is not estimated enters with its configured variance, uncorrelated.

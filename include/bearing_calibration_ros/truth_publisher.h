@@ -9,7 +9,7 @@
 namespace bearing_calibration_ros {
 
 /// What the simulation knows and the calibration is to find: ~truth/base_from_camera and
-/// ~truth/light (latched), ~truth/base and ~truth/bearings.
+/// ~truth/light (latched), the former as ~truth/marker too, ~truth/base and ~truth/bearings.
 class TruthPublisher {
  public:
   TruthPublisher(ros::NodeHandle private_node_handle, const SimulationNodeConfig& config,
@@ -21,6 +21,7 @@ class TruthPublisher {
  private:
   SimulatedFrames frames_;
   ros::Publisher mount_;
+  ros::Publisher marker_;
   ros::Publisher light_;
   ros::Publisher base_;
   ros::Publisher bearings_;

@@ -88,6 +88,12 @@ class Calibrator::Impl {
                              calibration_.lightId()};
   }
 
+  std::optional<BasePlace> place() const {
+    if (track_.empty()) return std::nullopt;
+    const Stamp newest = track_.newest();
+    return BasePlace{newest, start_from_fused_ * track_.motionTo(newest).start_from_end};
+  }
+
   void takeUp(const MountEstimate& earlier) { calibration_.takeUp(earlier); }
 
   void observe(LookObserver observer) { observer_ = std::move(observer); }
@@ -101,6 +107,7 @@ class Calibrator::Impl {
   CalibrationResult result() const {
     CalibrationResult result = counts_;
     result.stamp = last_fused_.value_or(Stamp());
+    result.start_from_base = start_from_fused_;
     result.bearings_waiting = static_cast<std::uint32_t>(queue_.size());
     result.state =
         track_.empty() ? CalibrationState::kWaitingForTicks : CalibrationState::kWaitingForLight;
@@ -151,6 +158,7 @@ class Calibrator::Impl {
     const TravelNearby nearby = track_.travelAround(bearings.stamp);
     track_.anchorAt(bearings.stamp);
     last_fused_ = bearings.stamp;
+    start_from_fused_ = start_from_fused_ * motion.start_from_end;
     const Look look = calibration_.look(bearings, motion, nearby);
     if (observer_) observer_(look);
   }
@@ -163,6 +171,7 @@ class Calibrator::Impl {
   MountCalibration calibration_;
   std::optional<WheelTravel> last_travel_;
   std::optional<Stamp> last_fused_;  ///< on the encoders' clock
+  Pose2 start_from_fused_;           ///< the base at that moment, in its frame at the first one
   bool paused_ = false;
   LookObserver observer_;     ///< may be empty
   CalibrationResult counts_;  ///< only what is counted up here
@@ -194,6 +203,8 @@ std::optional<BearingPrediction> Calibrator::predictBearing(Stamp stamp) const {
 }
 
 CalibrationResult Calibrator::result() const { return impl_->result(); }
+
+std::optional<BasePlace> Calibrator::place() const { return impl_->place(); }
 
 void Calibrator::takeUp(const MountEstimate& earlier) { impl_->takeUp(earlier); }
 

@@ -15,6 +15,7 @@
 #include "bearing_calibration_ros/calibration_diagnostics.h"
 #include "bearing_calibration_ros/calibrator_params.h"
 #include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/display_publisher.h"
 #include "bearing_calibration_ros/input_watch.h"
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/prediction_publisher.h"
@@ -88,6 +89,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
   std::unique_ptr<core::Calibrator> calibrator_;
   std::unique_ptr<ResultPublisher> publisher_;
   std::unique_ptr<PredictionPublisher> prediction_publisher_;
+  std::unique_ptr<DisplayPublisher> display_publisher_;
   std::unique_ptr<InputWatch> input_watch_;
   ClockWatch clock_watch_;
   StampWatch stamp_watch_;
@@ -136,6 +138,8 @@ void CalibrationNodelet::advertise() {
   ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
   publisher_ = std::make_unique<ResultPublisher>(private_node_handle, config_);
   prediction_publisher_ = std::make_unique<PredictionPublisher>(private_node_handle, config_);
+  display_publisher_ = std::make_unique<DisplayPublisher>(private_node_handle, config_);
+  calibrator_->observe([this](const core::Look& look) { display_publisher_->see(look); });
   diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), private_node_handle,
                                                                getName());
   diagnostics_->setHardwareID("none");
@@ -230,6 +234,7 @@ void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
   guarded("timer", [&] {
     timeOfReceipt();  // a clock that jumped back is noticed without inputs, too
     publishNow();
+    display_publisher_->offer(*calibrator_);
     diagnostics_->force_update();
     savePeriodically();
   });
@@ -298,6 +303,7 @@ void CalibrationNodelet::startAnew() {
   calibrator_->reset();
   joint_states_without_wheels_ = refused_before_ = 0;
   prediction_publisher_->restart();
+  display_publisher_->restart();
   stamp_watch_ = {};
   throttle_ = LogThrottle(kWarningPeriod_s);  // what was said of the old calibration is old, too
   input_watch_->restart();
@@ -319,6 +325,7 @@ void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::S
   }
   publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
   prediction_publisher_->offer(*calibrator_, stamp);
+  display_publisher_->offer(*calibrator_);
 }
 
 void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message) {

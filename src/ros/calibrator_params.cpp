@@ -100,6 +100,7 @@ OutputConfig readOutput(ParamReader& params) {
   output.take_up = params.boolean("output/take_up");
   output.publish_tf = params.boolean("output/publish_tf");
   output.tf_child_frame = params.text("output/tf_child_frame");
+  output.start_frame = params.text("output/start_frame");
   output.max_rate_hz = params.number("output/max_rate");
   output.prediction_rate_hz = params.number("output/prediction_rate");
   return output;
@@ -130,6 +131,10 @@ std::vector<std::string> OutputConfig::validate(const FrameNames& frames) const 
   requireFrameName("output/tf_child_frame", tf_child_frame, &require);
   require.that(tf_child_frame != frames.base,
                "output/tf_child_frame must not be frames/base, but both are '" + frames.base + "'");
+  requireFrameName("output/start_frame", start_frame, &require);
+  require.that(
+      start_frame != frames.base && start_frame != frames.sensor && start_frame != tf_child_frame,
+      "output/start_frame must be a frame of its own, but is '" + start_frame + "'");
   require.notNegative("output/save_period", save_period_s);
   require.positive("output/max_rate", max_rate_hz);
   require.positive("output/prediction_rate", prediction_rate_hz);

@@ -221,6 +221,28 @@ std::optional<core::CartesianEstimate> cartesianFromMessage(
   return estimate;
 }
 
+geometry_msgs::Pose poseFromPlane(const core::Pose2& pose, double z_m) {
+  geometry_msgs::Pose message;
+  message.position.x = pose.position_m.x();
+  message.position.y = pose.position_m.y();
+  message.position.z = z_m;
+  tf2::Quaternion orientation;
+  orientation.setRPY(0.0, 0.0, pose.yaw_rad);
+  message.orientation = tf2::toMsg(orientation);
+  return message;
+}
+
+geometry_msgs::TransformStamped transformFromPlane(const core::Pose2& parent_from_child,
+                                                   core::Stamp stamp,
+                                                   const std::string& parent_frame,
+                                                   const std::string& child_frame) {
+  geometry_msgs::PoseWithCovarianceStamped pose;
+  pose.header.stamp = rosFromStamp(stamp);
+  pose.header.frame_id = parent_frame;
+  pose.pose.pose = poseFromPlane(parent_from_child);
+  return transformFromPose(pose, child_frame);
+}
+
 geometry_msgs::PoseWithCovarianceStamped poseFromMount(const core::MountEstimate& base_from_sensor,
                                                        const core::UnestimatedMount& unestimated,
                                                        core::Stamp stamp,

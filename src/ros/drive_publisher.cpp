@@ -1,8 +1,6 @@
 #include "bearing_calibration_ros/drive_publisher.h"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <tf2/LinearMath/Quaternion.h>
-#include <tf2_geometry_msgs/tf2_geometry_msgs.h>
 
 #include <cmath>
 #include <limits>
@@ -19,11 +17,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 geometry_msgs::PoseStamped poseMessage(const core::Pose2& pose, const std_msgs::Header& header) {
   geometry_msgs::PoseStamped message;
   message.header = header;
-  message.pose.position.x = pose.position_m.x();
-  message.pose.position.y = pose.position_m.y();
-  tf2::Quaternion orientation;
-  orientation.setRPY(0.0, 0.0, pose.yaw_rad);
-  message.pose.orientation = tf2::toMsg(orientation);
+  message.pose = poseFromPlane(pose);
   return message;
 }
 
@@ -91,17 +85,8 @@ void DrivePublisher::extendPath(const core::Pose2& start_from_base, const ros::T
 void DrivePublisher::placeStart(const core::Pose2& start_from_base, const std::string& base_frame,
                                 const ros::Time& now) {
   if (base_frame.empty()) return;
-  std_msgs::Header header;
-  header.stamp = now;
-  header.frame_id = base_frame;
-  const geometry_msgs::Pose base_from_start = poseMessage(start_from_base.inverse(), header).pose;
-  geometry_msgs::TransformStamped transform;
-  transform.header = header;
-  transform.child_frame_id = path_.header.frame_id;
-  transform.transform.translation.x = base_from_start.position.x;
-  transform.transform.translation.y = base_from_start.position.y;
-  transform.transform.rotation = base_from_start.orientation;
-  tf_broadcaster_.sendTransform(transform);
+  tf_broadcaster_.sendTransform(transformFromPlane(start_from_base.inverse(), stampFromRos(now),
+                                                   base_frame, path_.header.frame_id));
 }
 
 void DrivePublisher::publish(const core::CalibrationDriver& driver, const std::string& base_frame,

@@ -3,8 +3,7 @@
 #include <bearing_calibration/LightBearings.h>
 #include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>
-#include <tf2/LinearMath/Quaternion.h>
-#include <tf2_geometry_msgs/tf2_geometry_msgs.h>
+#include <visualization_msgs/Marker.h>
 
 #include <limits>
 #include <string>
@@ -24,13 +23,25 @@ geometry_msgs::PoseStamped poseMessage(const core::Pose2& pose, double z_m, core
   geometry_msgs::PoseStamped message;
   message.header.stamp = rosFromStamp(stamp);
   message.header.frame_id = frame;
-  message.pose.position.x = pose.position_m.x();
-  message.pose.position.y = pose.position_m.y();
-  message.pose.position.z = z_m;
-  tf2::Quaternion orientation;
-  orientation.setRPY(0.0, 0.0, pose.yaw_rad);
-  message.pose.orientation = tf2::toMsg(orientation);
+  message.pose = poseFromPlane(pose, z_m);
   return message;
+}
+
+/// An arrow along the sensor's x axis, for RViz.
+visualization_msgs::Marker mountMarker(const core::Pose2& base_from_sensor, double z_m,
+                                       const std::string& base_frame) {
+  visualization_msgs::Marker marker;
+  marker.header.frame_id = base_frame;  // stamp zero: of the newest transform, whenever one looks
+  marker.frame_locked = true;
+  marker.ns = "truth";
+  marker.type = visualization_msgs::Marker::ARROW;
+  marker.pose = poseFromPlane(base_from_sensor, z_m);
+  marker.scale.x = 0.12;  // its length
+  marker.scale.y = marker.scale.z = 0.002;
+  marker.color.g = 0.75F;
+  marker.color.b = 0.45F;
+  marker.color.a = 1.0F;
+  return marker;
 }
 
 /// The azimuths alone: nothing else of a LightBearing is known without a camera.
@@ -59,11 +70,13 @@ TruthPublisher::TruthPublisher(ros::NodeHandle private_node_handle,
     : frames_(config.frames) {
   ros::NodeHandle truth(private_node_handle, "truth");
   mount_ = truth.advertise<geometry_msgs::PoseStamped>("base_from_camera", 1, kLatched);
+  marker_ = truth.advertise<visualization_msgs::Marker>("marker", 1, kLatched);
   light_ = truth.advertise<geometry_msgs::PointStamped>("light", 1, kLatched);
   base_ = truth.advertise<geometry_msgs::PoseStamped>("base", kQueue);
   bearings_ = truth.advertise<core::LightBearings>("bearings", kQueue);
   mount_.publish(
       poseMessage(config.robot.base_from_sensor, config.mount_height_m, start, frames_.base));
+  marker_.publish(mountMarker(config.robot.base_from_sensor, config.mount_height_m, frames_.base));
   if (config.scene.lights.empty()) return;
   const core::Light& light = config.scene.lights.front();
   geometry_msgs::PointStamped message;

@@ -41,6 +41,9 @@ class Calibrator {
 
   CalibrationResult result() const;
 
+  /// Where the newest wheel reading has the base; none before the first one.
+  std::optional<BasePlace> place() const;
+
   /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with
   /// it. To be called before the first input.
   void takeUp(const MountEstimate& earlier);

@@ -9,6 +9,7 @@
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/paper_state.h"
 #include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/geometry/pose2.h"
 
 namespace bearing_calibration {
 
@@ -30,11 +31,18 @@ const char* nameOf(CalibrationState state);
 /// What the driver should do in a state, where nothing more precise is known.
 const char* adviceFor(CalibrationState state);
 
+/// Where odometry has the base at a moment, in the base frame of the first image.
+struct BasePlace {
+  Stamp stamp;  ///< on the encoders' clock
+  Pose2 start_from_base;
+};
+
 /// What the calibration knows after the last input.
 struct CalibrationResult {
   CalibrationState state = CalibrationState::kWaitingForTicks;
-  std::string advice;  ///< a sentence for the driver
-  Stamp stamp;         ///< of the last fused bearing, on the encoders' clock
+  std::string advice;     ///< a sentence for the driver
+  Stamp stamp;            ///< of the last fused bearing, on the encoders' clock
+  Pose2 start_from_base;  ///< at that stamp (BasePlace)
   std::optional<MountEstimate> base_from_sensor;     ///< none before the first estimate
   std::optional<PaperEstimate> paper_state;          ///< none before the first estimate
   std::optional<CartesianEstimate> cartesian_state;  ///< none before the first estimate

@@ -1,0 +1,76 @@
+#include "bearing_calibration/calibration/calibration_sketch.h"
+
+#include <cmath>
+
+#include "bearing_calibration/geometry/covariance_ellipse.h"
+
+namespace bearing_calibration {
+namespace {
+
+constexpr double kPathSpacing_m = 0.02;    // fine enough for the eye, and no growth while it stands
+constexpr std::size_t kPathPoints = 2000;  // more than a screen has pixels
+constexpr int kEllipseSegments = 64;       // looks round
+constexpr double kRayPart = 1.1;           // of the light's distance: one sees where it passes by
+
+/// From the sensor in the direction of the bearing, by the mount and the pose of that moment.
+std::array<Eigen::Vector2d, 2> rayOf(double azimuth_rad, const CartesianEstimate& estimate,
+                                     const Pose2& start_from_base) {
+  const Pose2 base_from_sensor{estimate.sensorInBase(), estimate.sensorYaw()};
+  const Pose2 start_from_sensor = start_from_base * base_from_sensor;
+  const double length_m = kRayPart * (estimate.lightInBase() - estimate.sensorInBase()).norm();
+  const Eigen::Vector2d along(length_m * std::cos(azimuth_rad), length_m * std::sin(azimuth_rad));
+  return {start_from_sensor.position_m, start_from_sensor * along};
+}
+
+}  // namespace
+
+CalibrationSketcher::CalibrationSketcher(double sigmas)
+    : sigmas_(sigmas), path_(kPathSpacing_m, kPathPoints) {}
+
+void CalibrationSketcher::see(const Look& look) {
+  if (look.kind == Look::Kind::kTaken) last_fused_ = look.sight;
+}
+
+CalibrationSketch CalibrationSketcher::draw(const CalibrationResult& result,
+                                            const Pose2& start_from_base_now) {
+  path_.add(start_from_base_now.position_m);
+  CalibrationSketch sketch;
+  sketch.path_in_start = path_.points_m();
+  if (!result.cartesian_state) return sketch;
+  sketch.found = drawFound(result);
+  if (last_fused_ && last_fused_->stamp == result.stamp) {
+    ray_in_start_ =
+        rayOf(last_fused_->azimuth_rad, *result.cartesian_state, result.start_from_base);
+  }
+  sketch.ray_in_start = ray_in_start_;
+  return sketch;
+}
+
+CalibrationSketch::Found CalibrationSketcher::drawFound(const CalibrationResult& result) const {
+  const CartesianEstimate& estimate = *result.cartesian_state;
+  const Eigen::Matrix2d light_covariance = estimate.covariance.topLeftCorner<2, 2>();
+  const Eigen::Matrix2d sensor_covariance =
+      estimate.covariance.block<2, 2>(CartesianIndex::kSensorX, CartesianIndex::kSensorX);
+  const double yaw_variance =
+      estimate.covariance(CartesianIndex::kSensorYaw, CartesianIndex::kSensorYaw);
+  CalibrationSketch::Found found;
+  found.base_from_sensor = {estimate.sensorInBase(), estimate.sensorYaw()};
+  found.sensor_ellipse_in_base = outlineOf(covarianceEllipse(sensor_covariance, sigmas_),
+                                           estimate.sensorInBase(), kEllipseSegments);
+  found.sensor_yaw_band_rad = sigmas_ * std::sqrt(yaw_variance);
+  found.light_in_start = result.start_from_base * estimate.lightInBase();
+  found.light_ellipse_in_start = outlineOf(covarianceEllipse(light_covariance, sigmas_),
+                                           estimate.lightInBase(), kEllipseSegments);
+  for (Eigen::Vector2d& point : found.light_ellipse_in_start) {
+    point = result.start_from_base * point;
+  }
+  return found;
+}
+
+void CalibrationSketcher::restart() {
+  path_.clear();
+  last_fused_.reset();
+  ray_in_start_.reset();
+}
+
+}  // namespace bearing_calibration
