@@ -19,6 +19,9 @@ class ImageBearings {
  public:
   explicit ImageBearings(const DetectionNodeConfig& config);
 
+  /// Looks with another detector from the next image on; what is known of blinking stays.
+  void setDetector(const bearing_calibration::DetectorConfig& detector);
+
   /// Moment of the image's middle row, for which a prediction is of use.
   bearing_calibration::Stamp middleOf(const sensor_msgs::Image& image) const;
 

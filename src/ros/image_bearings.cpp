@@ -11,6 +11,12 @@ ImageBearings::ImageBearings(const DetectionNodeConfig& config)
   if (config.blink.use) blink_.emplace(config.blink);
 }
 
+void ImageBearings::setDetector(const core::DetectorConfig& detector) {
+  config_.detector = detector;
+  detector_ = core::LightDetector(detector);
+  result_ = nullptr;
+}
+
 core::Stamp ImageBearings::middleOf(const sensor_msgs::Image& image) const {
   return core::midExposure(config_.shutter, stampFromRos(image.header.stamp),
                            0.5 * config_.detector.sensor.height_px);

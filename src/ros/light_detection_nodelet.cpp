@@ -27,6 +27,7 @@
 #include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/mirror_service.h"
+#include "bearing_calibration_ros/threshold_server.h"
 
 namespace bearing_calibration_ros {
 
@@ -50,6 +51,8 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   bool onFindMirror(core::FindMirror::Request&, core::FindMirror::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
   void publishAdvice(const std::optional<core::Advice>& advice);
+  void takeThresholds(const core::DetectorConfig& detector);
+  void sayOfThresholds(bool is_refused, const std::string& sentence);
 
   std::optional<ImageRefusal> refusalOfImage(const sensor_msgs::Image& image) const;
   void refuse(const ImageRefusal& refusal);
@@ -84,6 +87,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   std::unique_ptr<image_transport::ImageTransport> private_images_;
   ros::Publisher bearings_publisher_, advice_publisher_;
   ros::ServiceServer mirror_service_;
+  std::unique_ptr<ThresholdServer> thresholds_;
   image_transport::Publisher annotated_publisher_;
   std::string image_topic_, camera_info_topic_, prediction_topic_;
   image_transport::Subscriber image_subscriber_;
@@ -124,6 +128,10 @@ void LightDetectionNodelet::advertise() {
   advice_publisher_ = getPrivateNodeHandle().advertise<std_msgs::String>("advice", 1, kLatched);
   mirror_service_ = getPrivateNodeHandle().advertiseService(
       "find_mirror", &LightDetectionNodelet::onFindMirror, this);
+  thresholds_ = std::make_unique<ThresholdServer>(
+      getPrivateNodeHandle(), config_.detector,
+      [this](const core::DetectorConfig& detector) { takeThresholds(detector); },
+      [this](bool is_refused, const std::string& said) { sayOfThresholds(is_refused, said); });
   diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(),
                                                                getPrivateNodeHandle(), getName());
   diagnostics_->setHardwareID("none");
@@ -216,6 +224,20 @@ bool LightDetectionNodelet::onFindMirror(core::FindMirror::Request&,
   });
   NODELET_INFO("find_mirror: %s", response.text.c_str());
   return true;
+}
+
+void LightDetectionNodelet::takeThresholds(const core::DetectorConfig& detector) {
+  config_.detector = detector;
+  bearings_->setDetector(detector);
+  adviser_ = std::make_unique<core::SightAdviser>(detector);
+}
+
+void LightDetectionNodelet::sayOfThresholds(bool is_refused, const std::string& sentence) {
+  if (is_refused) {
+    NODELET_WARN("thresholds refused, those before stay: %s", sentence.c_str());
+  } else {
+    NODELET_INFO("%s", sentence.c_str());
+  }
 }
 
 void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {

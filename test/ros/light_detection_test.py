@@ -7,6 +7,7 @@ import threading
 import time
 import unittest
 
+import dynamic_reconfigure.client
 import rospy
 import rostest
 from bearing_calibration.msg import LightBearing, LightBearings, PredictedBearing
@@ -227,6 +228,52 @@ class LightDetectionTest(unittest.TestCase):
                                'shorten the exposure' in status.message
                                for status in self.statuses), 'the advice in /diagnostics')
         wait_until(lambda: last_word_after(good) == '', 'the advice is withdrawn')
+
+    def thresholds(self):
+        """A client of the thresholds that leaves them as they are now."""
+        client = dynamic_reconfigure.client.Client('/managed/light_detection/thresholds', timeout=10)
+        self.addCleanup(client.close)
+        before = client.get_configuration(timeout=10)
+        self.addCleanup(client.update_configuration, {
+            name: value for name, value in before.items() if name not in ('groups', 'refusal')})
+        return client
+
+    def test_thresholds_begin_as_configured(self):
+        config = rospy.get_param('/managed/light_detection')
+        expected = {name: value for group in ('threshold', 'gates')
+                    for name, value in config[group].items()
+                    if name not in ('mirror', 'max_candidates')}
+        found = self.thresholds().get_configuration(timeout=10)
+        self.assertEqual({name: found[name] for name in expected}, expected)
+        self.assertEqual(set(found) - set(expected), {'groups', 'refusal'})
+
+    def test_thresholds_change_while_it_runs(self):
+        spot = Spot(azimuth=0.7)
+        thresholds = self.thresholds()
+        self.assert_seen(self.managed.answer_to(image_of([spot], rospy.Time.now())), [spot])
+        changed = thresholds.update_configuration({'min_contrast': 240.0})
+        self.assertEqual((changed['min_contrast'], changed['refusal']), (240.0, ''))
+        self.assertEqual(self.managed.answer_to(image_of([spot], rospy.Time.now())).candidates, [])
+        thresholds.update_configuration({'min_contrast': 12.0})
+        self.assert_seen(self.managed.answer_to(image_of([spot], rospy.Time.now())), [spot])
+
+    def test_impossible_thresholds_are_refused_and_those_before_stay(self):
+        spot = Spot(azimuth=0.7)
+        thresholds = self.thresholds()
+        for wrong, sentence in (
+                ({'min_pixels': 50, 'max_pixels': 40, 'spreads': 3.0}, 'gates/min_pixels must lie in'),
+                ({'min_fill': 1.0}, 'gates/min_fill must be less than 1'),
+                ({'min_contrast': float('nan'), 'min_quality': 2.0},
+                 'gates/min_quality must lie in')):
+            before = thresholds.get_configuration(timeout=10)
+            answer = thresholds.update_configuration(wrong)
+            self.assertIn(sentence, answer['refusal'])
+            for name in wrong:
+                self.assertEqual(answer[name], before[name], 'taken: %s' % name)
+            wait_until(lambda: [log for log in self.logs if log.level == Log.WARN and
+                                'thresholds refused' in log.msg and sentence in log.msg],
+                       'a warning')
+            self.assert_seen(self.managed.answer_to(image_of([spot], rospy.Time.now())), [spot])
 
     def assert_said(self, *pieces):
         wait_until(lambda: [log for log in self.logs if log.level == Log.WARN and

@@ -1,0 +1,75 @@
+#include "bearing_calibration_ros/threshold_server.h"
+
+#include <cstdint>
+#include <exception>
+#include <utility>
+
+#include "bearing_calibration/common/validated.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration;
+using Config = core::DetectionThresholdsConfig;
+
+Config configFrom(const core::DetectorConfig& detector) {
+  Config config = Config::__getDefault__();
+  config.min_contrast = detector.threshold.min_contrast_levels;
+  config.spreads = detector.threshold.spreads;
+  config.min_pixels = detector.gates.min_pixels;
+  config.max_pixels = detector.gates.max_pixels;
+  config.min_fill = detector.gates.min_fill;
+  config.max_fill = detector.gates.max_fill;
+  config.size_tolerance = detector.gates.size_tolerance;
+  config.peakedness_tolerance = detector.gates.peakedness_tolerance;
+  config.max_axis_error = detector.gates.max_axis_error_rad;
+  config.min_quality = detector.gates.min_quality;
+  return config;
+}
+
+core::DetectorConfig detectorWith(const Config& config, core::DetectorConfig detector) {
+  detector.threshold.min_contrast_levels = config.min_contrast;
+  detector.threshold.spreads = config.spreads;
+  detector.gates.min_pixels = config.min_pixels;
+  detector.gates.max_pixels = config.max_pixels;
+  detector.gates.min_fill = config.min_fill;
+  detector.gates.max_fill = config.max_fill;
+  detector.gates.size_tolerance = config.size_tolerance;
+  detector.gates.peakedness_tolerance = config.peakedness_tolerance;
+  detector.gates.max_axis_error_rad = config.max_axis_error;
+  detector.gates.min_quality = config.min_quality;
+  return detector;
+}
+
+}  // namespace
+
+ThresholdServer::ThresholdServer(const ros::NodeHandle& private_node_handle,
+                                 const core::DetectorConfig& detector, Apply apply, Say say)
+    : detector_(detector),
+      apply_(std::move(apply)),
+      say_(std::move(say)),
+      server_(ros::NodeHandle(private_node_handle, "thresholds")) {
+  server_.setConfigDefault(configFrom(detector_));
+  server_.setCallback([this](Config& config, std::uint32_t) { onChange(config); });
+}
+
+void ThresholdServer::onChange(Config& config) {
+  if (!has_begun_) {  // what an earlier run left on the parameter server gives way
+    has_begun_ = true;
+    config = configFrom(detector_);
+    return;
+  }
+  std::string refusal;
+  try {
+    detector_ = core::validated(detectorWith(config, detector_));
+    apply_(detector_);
+    say_(false, "the thresholds have changed");
+  } catch (const std::exception& error) {
+    refusal = error.what();
+    say_(true, refusal);
+  }
+  config = configFrom(detector_);
+  config.refusal = refusal;
+}
+
+}  // namespace bearing_calibration_ros
