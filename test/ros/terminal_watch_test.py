@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""The terminal view beside a running calibration: once, and in a terminal until ctrl-C."""
+
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+
+from calibration_world import DEADLINE_S, Node, World
+
+COMMAND = ['rosrun', 'bearing_calibration', 'watch']
+LEAVE_SCREEN = b'\x1b[?1049l'  # what brings the terminal's own content back
+
+
+class Terminal:
+    """The program in a terminal of its own."""
+
+    def __init__(self, *arguments):
+        self.master, slave = pty.openpty()
+        environment = dict(os.environ, TERM='xterm', LINES='30', COLUMNS='100', LC_ALL='C.UTF-8')
+        self.process = subprocess.Popen(COMMAND + list(arguments), stdin=slave, stdout=slave,
+                                        stderr=slave, env=environment)
+        os.close(slave)
+        self.output = b''
+
+    def read(self):
+        """Whether there was something."""
+        if not select.select([self.master], [], [], 0.1)[0]:
+            return False
+        try:
+            self.output += os.read(self.master, 65536)
+            return True
+        except OSError:  # the program has ended
+            return False
+
+    def waitFor(self, text):
+        end = time.monotonic() + DEADLINE_S
+        while text.encode() not in self.output and time.monotonic() < end:
+            self.read()
+        assert text.encode() in self.output, '%r is not in %r' % (text, self.output)
+
+    def end(self, how):
+        how()
+        code = self.process.wait(timeout=DEADLINE_S)
+        while self.read():
+            pass
+        os.close(self.master)
+        return code
+
+
+class WatchTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('terminal_watch_test')
+        cls.node = Node()
+        cls.node.drive(World(rospy.Time.now().to_sec() - 1000.0), 20.0)
+        cls.estimate = cls.node.wait_for(lambda e: e.bearings_used + e.bearings_gated == 200,
+                                         'all bearings are in')
+
+    def test_once_prints_what_there_is_though_it_comes_late(self):
+        done = subprocess.run(COMMAND + ['--once'], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=DEADLINE_S)
+        self.assertEqual((done.returncode, done.stderr), (0, ''))
+        state = self.estimate.state_text.split(':')[0]
+        self.assertTrue(done.stdout.startswith(state + ' of /calibration/estimate\n'), done.stdout)
+        self.assertIn('%8.2f mm' % (1e3 * self.estimate.x_m), done.stdout)
+        self.assertIn('%10.2f mm' % (1e3 * self.estimate.x_stddev_m), done.stdout)
+        self.assertIn('10.00 mm', done.stdout, 'converged/position_stddev')
+        self.assertIn('driven %.2f m' % self.estimate.distance_travelled_m, done.stdout)
+
+    def test_once_without_a_calibration_says_what_is_missing(self):
+        done = subprocess.run(COMMAND + ['--once', '--estimate', 'nobody/estimate'],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=DEADLINE_S)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn('waiting for /nobody/estimate: does the calibration run?', done.stdout)
+
+    def test_a_terminal_shows_it_until_ctrl_c_and_is_left_clean(self):
+        terminal = Terminal()
+        terminal.waitFor('/calibration/estimate')
+        terminal.waitFor('driven')
+        self.assertEqual(terminal.end(lambda: terminal.process.send_signal(signal.SIGINT)), 0)
+        self.assertIn(LEAVE_SCREEN, terminal.output)
+        self.assertNotIn(b'Traceback', terminal.output)
+
+    def test_q_ends_it(self):
+        terminal = Terminal()
+        terminal.waitFor('q: quit')
+        self.assertEqual(terminal.end(lambda: os.write(terminal.master, b'q')), 0)
+        self.assertIn(LEAVE_SCREEN, terminal.output)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'terminal_watch', WatchTest, sys.argv)
