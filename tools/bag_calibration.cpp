@@ -1,5 +1,6 @@
 #include "tools/bag_calibration.h"
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
@@ -94,7 +95,9 @@ class Replay {
 
   void read(const rosbag::MessageInstance& message) {
     const Stamp received = ros_side::stampFromRos(message.getTime());
-    if (const auto ticks = message.instantiate<WheelTicks>()) {
+    if (const auto plan = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+      addPlan(*plan);
+    } else if (const auto ticks = message.instantiate<WheelTicks>()) {
       const Timing timing(&outcome_->times.estimation);
       calibrator_.addTicks(ros_side::countsFromMessage(*ticks), received);
     } else if (const auto joints = message.instantiate<sensor_msgs::JointState>()) {
@@ -120,6 +123,15 @@ class Replay {
     if (frame.empty() || frame == expected) return;
     warn("frame", "frame '" + frame + "' of the bearings is not frames/sensor '" + expected +
                       "': taken as if it were");
+  }
+
+  void addPlan(const geometry_msgs::PoseWithCovarianceStamped& expected) {
+    const auto& covariance = expected.pose.covariance;  // of x, y, z, roll, pitch, yaw
+    const Eigen::Vector3d stddev =
+        Eigen::Vector3d(covariance[0], covariance[7], covariance[35]).cwiseSqrt();
+    std::vector<PlanRow>& plans = outcome_->plans;
+    if (!plans.empty() && plans.back().stddev == stddev) return;  // it is said again and again
+    plans.push_back({ros_side::stampFromRos(expected.header.stamp), stddev});
   }
 
   void addJoints(const sensor_msgs::JointState& joints, Stamp received) {

@@ -36,6 +36,12 @@ struct EstimateRow {
   MountEstimate mount;
 };
 
+/// What a drive expected of its way ahead at one moment: standard deviations at the way's end.
+struct PlanRow {
+  Stamp stamp;
+  Eigen::Vector3d stddev;  ///< of x [m], y [m] and yaw [rad]
+};
+
 /// Where the time went [s].
 struct BagTimes {
   double whole = 0.0;
@@ -48,6 +54,7 @@ struct BagOutcome {
   CalibrationResult result;  ///< state of the running calibration, estimate of the whole record
   Review review;
   std::vector<EstimateRow> history;
+  std::vector<PlanRow> plans;  ///< as they changed
   BagTopics topics;
   std::vector<std::string> warnings;  ///< sentences
   std::uint64_t images = 0;           ///< searched for the light

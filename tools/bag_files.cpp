@@ -35,6 +35,17 @@ std::string estimatesCsv(const BagOutcome& outcome, Stamp start) {
   return csv.str();
 }
 
+std::string plansCsv(const BagOutcome& outcome, Stamp start) {
+  std::ostringstream csv;
+  csv << "t_s,x_stddev_m,y_stddev_m,yaw_stddev_rad\n";
+  for (const PlanRow& row : outcome.plans) {
+    csv << cell(secondsSince(start, row.stamp));
+    for (int i = 0; i < 3; ++i) csv << ',' << cell(row.stddev(i));
+    csv << '\n';
+  }
+  return csv.str();
+}
+
 const char* nameOf(Look::Kind kind) {
   switch (kind) {
     case Look::Kind::kNothingSeen:
@@ -128,7 +139,7 @@ std::string detailsYaml(const BagJob& job, const BagSetup& setup, const BagOutco
   emit(out, "name", job.name);
   emit(out, "bag", job.bag);
   emit(out, "wheels_topic", outcome.topics.wheels);
-  emit(out, "bearings_topic", outcome.topics.names().back());
+  emit(out, "bearings_topic", outcome.topics.sights());
   emit(out, "images", outcome.images);
   emit(out, "state", nameOf(outcome.result.state));
   emit(out, "advice", outcome.result.advice);
@@ -160,13 +171,16 @@ std::optional<std::string> writeBagFiles(const std::string& folder, const BagJob
   if (auto error = writeFileAtomically(path / "looks.csv", looksCsv(outcome.review, start))) {
     return error;
   }
+  if (auto error = writeFileAtomically(path / "plans.csv", plansCsv(outcome, start))) {
+    return error;
+  }
   if (!outcome.result.base_from_sensor) {
     removeResultFolder(folder);
     return std::nullopt;
   }
   const auto saved = bearing_calibration_ros::saveResult(
       outcome.result, setup.calibration, folder, "calibrate_bag",
-      job.bag + ": " + outcome.topics.wheels + ", " + outcome.topics.names().back());
+      job.bag + ": " + outcome.topics.wheels + ", " + outcome.topics.sights());
   if (!saved.success) return saved.message;
   return std::nullopt;
 }

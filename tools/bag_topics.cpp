@@ -2,6 +2,7 @@
 
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/WheelTicks.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/JointState.h>
 
@@ -69,12 +70,24 @@ std::string findWheel(const Contents& contents, const std::set<std::string>& whe
                            listOf(contents));
 }
 
+/// What a CalibrationDriveNodelet of whatever name has published; empty without one.
+std::string findPlan(const Contents& contents) {
+  const std::string name = "expected_base_from_camera";
+  const std::string type =
+      ros::message_traits::datatype<geometry_msgs::PoseWithCovarianceStamped>();
+  for (const std::string& topic : topicsOfType(contents, type)) {
+    if (topic.substr(topic.rfind('/') + 1) == name) return topic;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<std::string> BagTopics::names() const {
   std::vector<std::string> names = {wheels};
   if (!right_wheel.empty()) names.push_back(right_wheel);
-  names.push_back(images.empty() ? bearings : images);
+  if (!plan.empty()) names.push_back(plan);
+  names.push_back(sights());
   return names;
 }
 
@@ -106,6 +119,7 @@ BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, WheelSour
   } else {
     found.images = findTopic<sensor_msgs::Image>(contents, wanted.images, "image-topic");
   }
+  found.plan = findPlan(contents);
   return found;
 }
 

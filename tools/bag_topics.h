@@ -15,7 +15,9 @@ struct BagTopics {
   std::string right_wheel;  ///< only of separate ticks; `wheels` is the left one then
   std::string bearings;
   std::string images;  ///< only where the bearings are to be found in images
+  std::string plan;    ///< what a drive expects of its way ahead; empty where there is none
 
+  const std::string& sights() const { return images.empty() ? bearings : images; }
   std::vector<std::string> names() const;
 };
 

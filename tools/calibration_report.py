@@ -23,6 +23,9 @@ FIGURES = (
     (('estimates', plots.estimatesFigure, 'The estimate as the robot drove',
       'The band should shrink around the dashed line, and the line stay inside it. Strip at the '
       'bottom: what the running calibration said.'),),
+    (('sigmas', plots.sigmasFigure, 'How fast it became known',
+      'Standard deviations of the running calibration. Dots, where the robot drove by a plan: what '
+      'it expected to know at the end of its way ahead, when it chose that way.'),),
     (('trajectory', plots.trajectoryFigure, 'Where the robot drove',
       "Smoothed by odometry and bearings; the light's ellipse: three standard deviations, as seen "
       'from the end.'),),
@@ -37,7 +40,7 @@ FIGURES = (
      ('targets', plots.targetsFigure, 'How sure is it?',
       'Standard deviations beside converged/position_stddev and converged/yaw_stddev.')),
 )
-WITHOUT_ESTIMATE = ((FIGURES[1][0],),)
+WITHOUT_ESTIMATE = ((FIGURES[2][0],),)
 
 
 def embedded(figure, path):

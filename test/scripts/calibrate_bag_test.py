@@ -179,7 +179,7 @@ class CalibrateBag(unittest.TestCase):
         self.assertStatus(done, DEGENERATE)
         self.assertIn('line: DEGENERATE_MOTION', done.stdout)
         self.assertEqual(sorted(os.listdir(self.output)),
-                         ['details.yaml', 'estimates.csv', 'looks.csv'])
+                         ['details.yaml', 'estimates.csv', 'looks.csv', 'plans.csv'])
 
     def testABagThatCannotBeReadFailsAloneAndIsNamed(self):
         with open(self.path('broken.bag'), 'w') as file:

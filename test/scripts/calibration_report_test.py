@@ -10,6 +10,9 @@ import tempfile
 import unittest
 
 import roslib.packages
+import rosbag
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, '..', 'ros'))
@@ -17,7 +20,7 @@ from calibration_world import World, recordBag  # noqa: E402  (lies beside the n
 
 REPORT = ['rosrun', 'bearing_calibration', 'calibration_report']
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
-FIGURES = ('estimates.png', 'trajectory.png', 'residuals.png', 'nis.png', 'mount.png',
+FIGURES = ('estimates.png', 'sigmas.png', 'trajectory.png', 'residuals.png', 'nis.png', 'mount.png',
            'targets.png')
 PNG = b'\x89PNG'
 
@@ -63,6 +66,7 @@ class CalibrationReport(unittest.TestCase):
         cls.folder = folder.name
         drives = [recordBag(os.path.join(cls.folder, 'drive_%d.bag' % seed),
                             World(1000.0, seed=seed)) for seed in (1, 2)]
+        cls.addPlan(drives[0])
         cls.single = cls.calibrate('single', drives[0])
         cls.double = cls.calibrate('double', *drives, '--compare')
         straight = World(1000.0)
@@ -70,6 +74,18 @@ class CalibrationReport(unittest.TestCase):
         cls.line = cls.calibrate('line', recordBag(os.path.join(cls.folder, 'line.bag'), straight,
                                                    seconds=20.0))
         cls.pages = {each: cls.makePage(each) for each in (cls.single, cls.double, cls.line)}
+
+    @classmethod
+    def addPlan(cls, path):
+        """What a drive would have expected of its way ahead."""
+        with rosbag.Bag(path, 'a') as bag:
+            for second in range(1020, 1080, 10):
+                expected = PoseWithCovarianceStamped()
+                expected.header.stamp = rospy.Time(second)
+                for entry in (0, 7, 35):
+                    expected.pose.covariance[entry] = (20.0 / second) ** 2
+                bag.write('/calibration_drive/expected_base_from_camera', expected,
+                          expected.header.stamp)
 
     @classmethod
     def calibrate(cls, name, *arguments):
@@ -109,6 +125,18 @@ class CalibrationReport(unittest.TestCase):
         self.assertIn('<joint name="camera_joint" type="fixed">', text)
         self.assertRegex(text, r'Warnings\s+None\.')
 
+    def testThePlansExpectationsAreThoseOfTheBag(self):
+        with open(os.path.join(self.single, 'plans.csv')) as file:
+            rows = [dict(zip(('t', 'x', 'y', 'yaw'), map(float, line.split(','))))
+                    for line in file.read().split()[1:]]
+        self.assertEqual(len(rows), 6)
+        for row, second in zip(rows, range(1020, 1080, 10)):
+            self.assertAlmostEqual(row['t'], second - 1000.0, delta=0.01)  # of the first image
+            for name in ('x', 'y', 'yaw'):
+                self.assertAlmostEqual(row[name], 20.0 / second, delta=1e-9)
+        with open(os.path.join(self.line, 'plans.csv')) as file:
+            self.assertEqual(len(file.read().split()), 1, 'the names alone')
+
     def testComparesSeveral(self):
         text = Page(self.pages[self.double]).text
         self.assertIn('with 3 degrees of freedom', text)
@@ -145,7 +173,7 @@ class CalibrationReport(unittest.TestCase):
 
     @unittest.skipUnless(CHROMIUM, 'chromium is not installed: the page is not shown in a browser')
     def testABrowserShowsEveryFigureAndNothingOverlaps(self):
-        for folder, images in ((self.single, 6), (self.double, 13), (self.line, 1)):
+        for folder, images in ((self.single, 7), (self.double, 15), (self.line, 1)):
             for width in (1200, 600):
                 with self.subTest(folder=folder, width=width):
                     self.assertEqual(self.probe(self.pages[folder], width),

@@ -9,7 +9,7 @@ import yaml
 
 # One calibration. `result` is None where there is no estimate; `estimates` and `looks` hold columns
 # by name: arrays of numbers (NaN for an empty cell), lists of words.
-Record = collections.namedtuple('Record', 'name folder details result estimates looks')
+Record = collections.namedtuple('Record', 'name folder details result estimates looks plans')
 
 WORDS = ('state', 'live', 'verdict')
 
@@ -41,7 +41,8 @@ def readRecord(folder):
     details = readYaml(os.path.join(folder, 'details.yaml'))
     return Record(details['name'], folder, details, readYaml(os.path.join(folder, 'result.yaml')),
                   columnsOf(os.path.join(folder, 'estimates.csv')),
-                  columnsOf(os.path.join(folder, 'looks.csv')))
+                  columnsOf(os.path.join(folder, 'looks.csv')),
+                  columnsOf(os.path.join(folder, 'plans.csv')))
 
 
 def readFolder(folder):

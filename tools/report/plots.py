@@ -7,6 +7,7 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.patches as patches  # noqa: E402  (after the choice of the backend)
 import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.ticker as ticker  # noqa: E402
 import numpy as np  # noqa: E402
 
 BLUE, ORANGE, GREEN, RED, PURPLE, GREY = (
@@ -71,6 +72,31 @@ def estimatesFigure(record):
     rows[0].legend(handles, labels, loc='lower center', bbox_to_anchor=(0.5, 1.0), ncol=len(labels),
                    fontsize=8.5, columnspacing=1.2, handletextpad=0.5)
     rows[-1].set_xlabel('distance driven [m]')
+    return figure
+
+
+def sigmasFigure(record):
+    """Standard deviations against time, with what a drive's plan expected of them."""
+    estimates, plans = record.estimates, record.plans
+    settings = record.details['settings']
+    targets = {'x': settings['position_stddev_target_m'], 'y': settings['position_stddev_target_m'],
+               'yaw': settings['yaw_stddev_target_rad']}
+    figure, rows = plt.subplots(3, 1, sharex=True, figsize=(WIDTH_IN, 5.4))
+    for axes, (name, unit, scale) in zip(rows, QUANTITIES):
+        column = '%s_stddev_%s' % (name, 'rad' if name == 'yaw' else 'm')
+        axes.plot(estimates['t_s'], scale * estimates[column], color=BLUE, linewidth=1.4,
+                  label='running estimate')
+        axes.axhline(scale * targets[name], color=RED, linewidth=1.0, linestyle='--', label='wanted')
+        if len(plans['t_s']):
+            axes.plot(plans['t_s'], scale * plans[column], 'o', color=PURPLE, markersize=4,
+                      label='expected of the way ahead')
+        axes.set_yscale('log')
+        axes.yaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter('{x:g}')
+        axes.yaxis.set_minor_locator(ticker.NullLocator())
+        axes.set_ylabel('%s [%s]' % (name, unit))
+    rows[0].legend(loc='lower center', bbox_to_anchor=(0.5, 1.0), ncol=3, fontsize=8.5)
+    rows[-1].set_xlabel('time [s]')
     return figure
 
 
