@@ -90,10 +90,13 @@ class Demo(unittest.TestCase):
         self.assertNotRegex(self.nodes, CRASH)
 
     def testCtrlCStopsEverything(self):
-        process = self.start('--period', '0.5')
+        process = self.start('--period', '0.5', 'drive:=manual')
+        said = ''
         for line in process.stdout:
+            said += line
             if re.match(r' *\d+ s  ', line):  # a row: the nodes run
                 break
+        self.assertIn('2. Drive 1 m straight on.', said)
         process.send_signal(signal.SIGINT)
         output, code = self.finish(process, 60)
         self.assertEqual(code, 128 + signal.SIGINT, output + self.nodes)
