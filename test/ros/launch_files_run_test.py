@@ -1,5 +1,6 @@
 """Every launch file starts, all its nodes stay, and it ends without a crash on ctrl-C."""
 
+import glob
 import os
 import re
 import signal
@@ -28,16 +29,37 @@ STOP_DEADLINE_S = 20
 CRASH = re.compile(r'terminate called|Aborted|Segmentation|Traceback|has died|exit code')
 
 
+class HiddenScreen:
+    """A screen of its own that nobody sees, drawn by software; `environment` leads to it."""
+
+    def __init__(self, folder):
+        read, write = os.pipe()
+        self.process = subprocess.Popen(
+            ['Xvfb', '-displayfd', str(write), '-screen', '0', '1280x800x24', '+extension', 'GLX'],
+            pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as numbers:
+            number = numbers.readline().strip()
+        os.chmod(folder, 0o700)
+        self.environment = {'DISPLAY': ':' + number, 'LIBGL_ALWAYS_SOFTWARE': '1',
+                            'QT_X11_NO_MITSHM': '1', 'XDG_RUNTIME_DIR': folder}
+
+    def close(self):
+        self.process.terminate()
+        self.process.wait(timeout=STOP_DEADLINE_S)
+
+
 class RunningLaunch:
     """A launch file of this package with a master of its own."""
 
-    def __init__(self, name, arguments, folder):
+    def __init__(self, name, arguments, folder, more_environment=()):
         self.path = os.path.join(REPOSITORY, 'launch', name)
         self.arguments = arguments
         port = demo_monitor.freePort(demo_monitor.masterPorts())
         self.master_uri = 'http://localhost:%d' % port
         self.log_path = os.path.join(folder, name + '.log')
-        environment = dict(os.environ, ROS_MASTER_URI=self.master_uri, ROS_LOG_DIR=folder)
+        environment = dict(os.environ, ROS_MASTER_URI=self.master_uri, ROS_LOG_DIR=folder,
+                           **dict(more_environment))
         with open(self.log_path, 'w') as log:
             self.process = subprocess.Popen(
                 ['roslaunch', '-p', str(port), self.path] + arguments,
@@ -55,6 +77,12 @@ class RunningLaunch:
             return {node for kind in master.getSystemState() for _, nodes in kind for node in nodes}
         except (OSError, rosgraph.MasterException):
             return set()  # not up yet
+
+    def topicsOf(self, node):
+        """What a node has subscribed to."""
+        subscribers = rosgraph.Master(
+            '/launch_files_run_test', master_uri=self.master_uri).getSystemState()[1]
+        return {topic for topic, nodes in subscribers if node in nodes}
 
     def missingNodes(self):
         return self.expectedNodes() - self.presentNodes()
@@ -107,6 +135,30 @@ class LaunchFilesRun(unittest.TestCase):
 
     def testCalibrateStandalone(self):
         self.assertRuns('calibrate.launch', 'standalone:=true')
+
+    def testTheDemoInRviz(self):
+        screen = HiddenScreen(self.folder)
+        self.addCleanup(screen.close)
+        launch = RunningLaunch('demo.launch', ['rviz:=true'], self.folder, screen.environment)
+        try:
+            launch.waitForNodes()
+            self.assertEqual(launch.missingNodes(), set(), launch.output())
+            wanted = {'/calibration/markers', '/light_detection/annotated',
+                      '/simulation/truth/marker', '/calibration_drive/way_ahead',
+                      '/calibration_drive/expected_base_from_camera'}
+            deadline = time.monotonic() + START_DEADLINE_S
+            while wanted - launch.topicsOf('/rviz') and time.monotonic() < deadline:
+                time.sleep(0.2)
+            self.assertEqual(wanted - launch.topicsOf('/rviz'), set())
+            time.sleep(STAY_S)
+            self.assertEqual(launch.missingNodes(), set(), launch.output())
+        finally:
+            launch.stop()
+        logs = glob.glob(os.path.join(self.folder, '**', 'rviz-*.log'), recursive=True)
+        self.assertTrue(logs)
+        for path in logs:
+            with open(path) as log:
+                self.assertNotRegex(log.read(), r'ERROR|could not be loaded')
 
     def testDetect(self):
         self.assertRuns('detect.launch')
