@@ -92,7 +92,7 @@ def sigmasFigure(record):
                       label='expected of the way ahead')
         axes.set_yscale('log')
         axes.yaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.yaxis.set_major_formatter('{x:g}')
+        axes.yaxis.set_major_formatter(ticker.StrMethodFormatter('{x:g}'))
         axes.yaxis.set_minor_locator(ticker.NullLocator())
         axes.set_ylabel('%s [%s]' % (name, unit))
     rows[0].legend(loc='lower center', bbox_to_anchor=(0.5, 1.0), ncol=3, fontsize=8.5)
