@@ -51,7 +51,7 @@ options::options_description describeOptions(Arguments* arguments) {
       "random: any mount, light and heading; paper: section V of the paper");
   add("trajectory", options::value(&arguments->trajectory)->default_value("mixed"),
       "mixed (dance, turns, sinusoid, random in turn), degenerate (standing, line, back_and_forth, "
-      "circle, spin in turn) or one by its name");
+      "circle, spin, a line through the light and a circle about it in turn) or one by its name");
   add("runs", options::value(&arguments->runs)->default_value(200), "number of runs");
   add("threads", options::value(&arguments->threads)->default_value(2), "at work");
   add("seed", options::value(&arguments->seed)->default_value(1), "of the first run");
@@ -83,13 +83,12 @@ options::options_description describeOptions(Arguments* arguments) {
 
 using Kind = TrajectoryConfig::Kind;
 
+constexpr const char* kDegenerate = "degenerate";
+
 Kind kindOfSeed(const std::string& trajectory, std::uint64_t seed) {
   static const std::vector<Kind> kMixed = {Kind::kDance, Kind::kTurns, Kind::kSinusoid,
                                            Kind::kRandom};
-  static const std::vector<Kind> kDegenerate = {Kind::kStanding, Kind::kLine, Kind::kBackAndForth,
-                                                Kind::kCircle, Kind::kSpin};
   if (trajectory == "mixed") return kMixed[(seed - 1) % kMixed.size()];
-  if (trajectory == "degenerate") return kDegenerate[(seed - 1) % kDegenerate.size()];
   const std::vector<std::string>& names = trajectoryNames();
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == trajectory) return static_cast<Kind>(i);
@@ -97,15 +96,19 @@ Kind kindOfSeed(const std::string& trajectory, std::uint64_t seed) {
   throw std::invalid_argument("no trajectory is called " + trajectory);
 }
 
+/// World and trajectory by the seed alone: runs are repeatable.
+SimulatedCase idealCase(const Arguments& arguments, std::uint64_t seed) {
+  if (arguments.trajectory == kDegenerate) return degenerateCase(seed);
+  const Kind kind = kindOfSeed(arguments.trajectory, seed);
+  if (arguments.world != "paper") return randomCase(seed, kind, RandomCaseRange());
+  SimulatedCase simulated = paperCase(seed);
+  if (arguments.trajectory != "mixed") simulated.trajectory.kind = kind;
+  return simulated;
+}
+
 SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   const std::uint64_t seed = arguments.seed + run;
-  const Kind kind =
-      kindOfSeed(arguments.trajectory, seed);  // by the seed alone: runs are repeatable
-  SimulatedCase simulated =
-      arguments.world == "paper" ? paperCase(seed) : randomCase(seed, kind, RandomCaseRange());
-  if (arguments.world == "paper" && arguments.trajectory != "mixed") {
-    simulated.trajectory.kind = kind;
-  }
+  SimulatedCase simulated = idealCase(arguments, seed);
   simulated.duration_s = arguments.duration_s;
   simulated.robot.sensor.outlier_probability = arguments.outliers;
   simulated.robot.sensor.correlation = arguments.correlation;
@@ -126,7 +129,7 @@ TrialFunction trialOf(const std::string& what) {
 /// All trials, in the order of their seeds whatever the number of threads.
 std::vector<Trial> runAll(const Arguments& arguments) {
   const TrialFunction attempt = trialOf(arguments.what);
-  kindOfSeed(arguments.trajectory, arguments.seed);
+  idealCase(arguments, arguments.seed);  // throws on a name that is none
   std::vector<Trial> trials(static_cast<std::size_t>(arguments.runs));
   forEachInParallel(trials.size(), arguments.threads, [&](std::size_t i) {
     trials[i] = attempt(makeCase(arguments, i), arguments.times_s);
@@ -172,9 +175,9 @@ int run(int argc, char** argv) {
   std::cout << formatRobotErrors(trials);
   printRemarkable(trials, arguments.seed);
   if (values.count("check") == 0) return 0;
-  const ClaimKind kind = arguments.trajectory == "degenerate" ? ClaimKind::kForbidden
-                         : arguments.what == "calibrator"     ? ClaimKind::kVerdict
-                                                              : ClaimKind::kEstimate;
+  const ClaimKind kind = arguments.trajectory == kDegenerate ? ClaimKind::kForbidden
+                         : arguments.what == "calibrator"    ? ClaimKind::kVerdict
+                                                             : ClaimKind::kEstimate;
   const std::vector<Bar> bars = judgeBars(trials, rows, kind);
   std::cout << format(bars);
   return allReached(bars) ? 0 : kBarMissed;

@@ -84,6 +84,30 @@ SimulatedCase randomCase(std::uint64_t seed, TrajectoryConfig::Kind kind,
   return simulated;
 }
 
+SimulatedCase degenerateCase(std::uint64_t seed) {
+  using Kind = TrajectoryConfig::Kind;
+  enum class Place : std::uint8_t { kAnywhere, kOnTheLine, kInTheCircle };
+  struct Motion {
+    Kind kind;
+    Place light;
+  };
+  static const std::vector<Motion> kMotions = {
+      {Kind::kStanding, Place::kAnywhere},     {Kind::kLine, Place::kAnywhere},
+      {Kind::kBackAndForth, Place::kAnywhere}, {Kind::kCircle, Place::kAnywhere},
+      {Kind::kSpin, Place::kAnywhere},         {Kind::kLine, Place::kOnTheLine},
+      {Kind::kCircle, Place::kInTheCircle}};
+  const Motion& motion = kMotions[(seed - 1) % kMotions.size()];
+  SimulatedCase simulated = randomCase(seed, motion.kind, RandomCaseRange());
+  const Pose2& start = simulated.robot.world_from_start;
+  Eigen::Vector2d& light = simulated.lights.front().position_m;
+  if (motion.light == Place::kOnTheLine) light = start * Eigen::Vector2d(light.norm(), 0.0);
+  if (motion.light == Place::kInTheCircle) {
+    light =
+        start * Eigen::Vector2d(0.0, simulated.trajectory.circle_radius_m);  // driven to the left
+  }
+  return simulated;
+}
+
 void addSlips(SimulatedCase& simulated, int count, std::uint64_t seed) {
   Draws draws(seed, Draws::Purpose::kSlips);
   for (int i = 0; i < count; ++i) {

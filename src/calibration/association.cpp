@@ -45,4 +45,15 @@ Association associate(const AzimuthPrediction& prediction, const std::vector<Bea
   return nearest;
 }
 
+Association fuseLight(const std::vector<Bearing>& candidates, const TravelNearby& nearby,
+                      const FusionConfig& fusion, MountFilter* filter) {
+  const Association association =
+      associate(filter->predictAzimuth(nearby), candidates, fusion.gate);
+  if (association.kind == Association::Kind::kFound) {
+    const Bearing& light = candidates[association.candidate];
+    filter->update(light.azimuth_rad, fusion.widening * light.azimuth_variance_rad2, nearby);
+  }
+  return association;
+}
+
 }  // namespace bearing_calibration

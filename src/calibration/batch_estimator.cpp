@@ -193,7 +193,7 @@ BatchEstimate Fit::run() {
   estimate.errors = pass_.last.errors;
   estimate.at_last_sight.mean(CartesianIndex::kSensorYaw) =
       wrapAngle(estimate.at_last_sight.sensorYaw());
-  estimate.cost = costOf(pass_, path_) + weights_.costOfDisbelief();
+  estimate.cost = costOf(pass_, path_) + weights_.costOfDisbelief(path_);
   estimate.correlation = weights_.correlation();
   judgeInnovations(estimate);
   estimate.path = std::move(path_.points);
@@ -218,6 +218,23 @@ std::vector<std::string> BatchConfig::validate() const {
 double BatchEstimate::inlierFraction() const {
   if (nis.empty()) return 0.0;
   return 1.0 - static_cast<double>(rejected.size()) / static_cast<double>(nis.size());
+}
+
+RecordStart surestStart(const BatchEstimate& fit) {
+  std::size_t longest_begin = 0;
+  std::size_t longest = 0;
+  std::size_t begin = 0;
+  const auto endStretch = [&](std::size_t end) {
+    if (end - begin > longest) {
+      longest_begin = begin;
+      longest = end - begin;
+    }
+    begin = end;
+  };
+  for (std::size_t slip : fit.slips) endStretch(slip);
+  endStretch(fit.path.size());
+  const std::size_t sight = longest_begin + longest / 2;
+  return {fit.path[sight].state, sight, fit.errors.mean};
 }
 
 BatchEstimator::BatchEstimator(const BatchConfig& config) : config_(validated(config)) {}

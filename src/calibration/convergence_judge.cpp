@@ -122,7 +122,11 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vecto
   const CartesianEstimate estimate = tracker.filter().cartesian();
   if (knock_) return *knock_;
   if (!settled) return stillConverging(estimate);
-  const std::optional<JumpTest> jump = findJump(*settled, wayOf(record));
+  // What comes after the light was lost may be another light for a while, or the light after a
+  // knock.
+  const bool sure_of_light = !tracker.isSearching();
+  const std::optional<JumpTest> jump =
+      sure_of_light ? findJump(*settled, wayOf(record)) : std::nullopt;
   if (jump && confirmed_) {
     knock_ = sayKnock(*jump);
     return *knock_;
@@ -132,6 +136,10 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vecto
     return {CalibrationState::kInconsistent,
             "two parts of the drive give different mounts: check the latency and the wheels' "
             "parameters, and whether mount and light are fixed"};
+  }
+  if (!sure_of_light && !confirmed_) {
+    return {CalibrationState::kConverging,
+            "known well enough, but the light was lost: drive on until it is seen again"};
   }
   if (testJump(settled->mount_jumps[middleByMotion(record)]).directions < kMountDegrees) {
     return {CalibrationState::kConverging,

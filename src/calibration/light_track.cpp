@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <optional>
+#include <utility>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/bearing_model.h"
@@ -23,24 +26,14 @@ class LightTracker {
     covariance_ = R * covariance_ * R.transpose() + noise;
   }
 
-  /// Updates the light, unless the sight is far off: then false. After several of those in a row
-  /// the light itself is looked for anew.
+  /// Updates the light, unless the sight is far off: then false.
   bool look(const Sight& sight) {
     constexpr double kGateSigmas = 4.0;
     constexpr double kGate_rad = 0.1;  // for what a start's mount may be wrong
-    constexpr int kLostAfter = 5;      // with 20 % outliers, that many in a row are one in 3000
-    constexpr double kLost_rad = 0.3;  // more than one slip turns the robot
     const Eigen::RowVector2d H = azimuthFromCartesian(state_).J_azimuth_state.head<2>();
     const double S = (H * covariance_ * H.transpose()).value() + sight.azimuth_variance_rad2;
     const double innovation = residualOf(sight, state_, errors_);
-    if (std::abs(innovation) > kGateSigmas * std::sqrt(S) + kGate_rad) {
-      if (++far_off_ >= kLostAfter) {
-        covariance_ += Eigen::Matrix2d::Identity() * std::pow(kLost_rad * rangeOf(state_), 2);
-        far_off_ = 0;
-      }
-      return false;
-    }
-    far_off_ = 0;
+    if (std::abs(innovation) > kGateSigmas * std::sqrt(S) + kGate_rad) return false;
     // What is within the gate but unlikely pulls no more than this.
     constexpr double kLimitSigmas = 2.0;
     const double limit = kLimitSigmas * std::sqrt(S);
@@ -48,6 +41,12 @@ class LightTracker {
     state_.head<2>() += K * std::clamp(innovation, -limit, limit);
     covariance_ -= (K * S * K.transpose()).eval();
     return true;
+  }
+
+  /// The light is somewhere about here.
+  void widen() {
+    constexpr double kLost_rad = 0.3;  // more than one slip turns the robot
+    covariance_ += Eigen::Matrix2d::Identity() * std::pow(kLost_rad * rangeOf(state_), 2);
   }
 
   Eigen::Vector2d light() const { return state_.head<2>(); }
@@ -61,22 +60,115 @@ class LightTracker {
   Vector5 state_;
   ErrorVector errors_;
   Eigen::Matrix2d covariance_;
-  int far_off_ = 0;  ///< sights in a row
 };
 
-/// A stretch of sights that are far off one after the other is a slip, not a row of outliers: takes
-/// the marks off such stretches.
-void keepStretches(std::vector<bool>& is_plausible) {
-  constexpr std::size_t kShortest = 4;
-  std::size_t begin = 0;
-  while (begin < is_plausible.size()) {
-    const auto first = is_plausible.begin() + static_cast<std::ptrdiff_t>(begin);
-    const auto last = std::find(first, is_plausible.end(), !*first);
-    if (!*first && static_cast<std::size_t>(last - first) >= kShortest)
-      std::fill(first, last, true);
-    begin = static_cast<std::size_t>(last - is_plausible.begin());
+/// What a tracker made of one sight.
+struct Point {
+  std::size_t sight = 0;
+  Vector5 state;
+  bool seen = false;
+};
+
+/// A tracker, and what it made of the sights since it began.
+class Trail {
+ public:
+  explicit Trail(const LightTracker& tracker) : tracker_(tracker) {}
+
+  /// @param noise_at  of the motion, as a function of the light before it
+  template <class NoiseAt>
+  const Point& follow(std::size_t index, const Sight& sight, const Pose2& now_from_before,
+                      const NoiseAt& noise_at) {
+    tracker_.move(now_from_before, noise_at(tracker_.light()));
+    const bool seen = tracker_.look(sight);
+    points_.push_back({index, tracker_.state(), seen});
+    seen_ += seen ? 1 : 0;
+    far_off_ = seen ? 0 : far_off_ + 1;
+    return points_.back();
   }
-}
+
+  /// The light is looked for about here.
+  void widen() {
+    tracker_.widen();
+    far_off_ = 0;
+  }
+
+  /// Of the last `sights`, all but one at most were seen.
+  bool sawTheLast(std::size_t sights) const {
+    if (points_.size() < sights) return false;
+    const auto last = points_.end() - static_cast<std::ptrdiff_t>(sights);
+    return std::count_if(last, points_.end(), [](const Point& p) { return !p.seen; }) <= 1;
+  }
+
+  const LightTracker& tracker() const { return tracker_; }
+  const std::vector<Point>& points() const { return points_; }
+  int seen() const { return seen_; }
+  int farOff() const { return far_off_; }  ///< sights in a row, until now
+
+ private:
+  LightTracker tracker_;
+  std::vector<Point> points_;
+  int seen_ = 0;
+  int far_off_ = 0;
+};
+
+/// Follows the light in one direction of time. Where sight after sight is far off, either a wheel
+/// has slipped, and the light is to be looked for anew; or another light was taken for it, until it
+/// is seen again at its old place. Both are followed until it is known which.
+class Pursuit {
+ public:
+  Pursuit(const std::vector<Sight>& sights, const RecordStart& start, LightTrack* track)
+      : sights_(sights), track_(track), place_(LightTracker(start.state, start.errors)) {}
+
+  /// @param noise_at  of the motion, as a function of the light before it
+  template <class NoiseAt>
+  void follow(std::size_t index, const Pose2& now_from_before, const NoiseAt& noise_at) {
+    note(place_.follow(index, sights_[index], now_from_before, noise_at));
+    if (!anew_ && place_.farOff() >= kLostAfter) lookAnew();
+    if (!anew_) return;
+    if (!is_first_) anew_->follow(index, sights_[index], now_from_before, noise_at);
+    is_first_ = false;
+    if (place_.sawTheLast(kLostAfter)) {
+      anew_.reset();
+    } else if (anew_->seen() >= kSure) {
+      moveOn();
+    } else if (anew_->farOff() >= kLostAfter) {
+      anew_->widen();
+    }
+  }
+
+ private:
+  static constexpr int kLostAfter = 5;  // 20 % outliers: so many in a row are one in 3000
+  static constexpr int kSure = 40;      // sights: so long no other light is taken for it
+
+  void note(const Point& point) {
+    track_->states[point.sight] = point.state;
+    track_->is_plausible[point.sight] = point.seen;
+  }
+
+  void lookAnew() {
+    anew_.emplace(place_.tracker());
+    anew_->widen();
+    lost_ = place_.points().size() - kLostAfter;
+    is_first_ = true;
+  }
+
+  /// After a slip.
+  void moveOn() {
+    for (std::size_t i = lost_; i < place_.points().size(); ++i) {
+      track_->is_plausible[place_.points()[i].sight] = true;
+    }
+    for (const Point& point : anew_->points()) note(point);
+    place_ = std::move(*anew_);
+    anew_.reset();
+  }
+
+  const std::vector<Sight>& sights_;
+  LightTrack* track_;
+  Trail place_;
+  std::optional<Trail> anew_;
+  std::size_t lost_ = 0;   ///< of place_'s points, the first one since the light was lost
+  bool is_first_ = false;  ///< anew_ begins at this sight, which is behind it
+};
 
 }  // namespace
 
@@ -92,23 +184,21 @@ LightTrack trackLight(const std::vector<Sight>& sights, const RecordStart& start
   const auto motionTo = [&](std::size_t i) {
     return correctMotion<kErrorCount>(sights[i].motion, start.errors).start_from_end;
   };
-  LightTracker forward(start.state, start.errors);
+  Pursuit forward(sights, start, &track);
   for (std::size_t i = start.sight + 1; i < sights.size(); ++i) {
     const Pose2 end_from_start = motionTo(i).inverse();
-    forward.move(end_from_start, lightNoise(sights[i].motion, end_from_start * forward.light()));
-    track.is_plausible[i] = forward.look(sights[i]);
-    track.states[i] = forward.state();
+    forward.follow(i, end_from_start, [&](const Eigen::Vector2d& light) {
+      return lightNoise(sights[i].motion, end_from_start * light);
+    });
   }
-  LightTracker backward(start.state, start.errors);
+  Pursuit backward(sights, start, &track);
   for (std::size_t i = start.sight; i > 0; --i) {
     const Pose2 start_from_end = motionTo(i);
     const Eigen::Matrix2d R = rotation2(start_from_end.yaw_rad);
-    backward.move(start_from_end,
-                  R * lightNoise(sights[i].motion, backward.light()) * R.transpose());
-    track.is_plausible[i - 1] = backward.look(sights[i - 1]);
-    track.states[i - 1] = backward.state();
+    backward.follow(i - 1, start_from_end, [&](const Eigen::Vector2d& light) {
+      return (R * lightNoise(sights[i].motion, light) * R.transpose()).eval();
+    });
   }
-  keepStretches(track.is_plausible);
   return track;
 }
 

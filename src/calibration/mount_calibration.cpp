@@ -98,6 +98,8 @@ void MountCalibration::start(const BearingSet& image, const TravelNearby& nearby
   if (misfits_ >= kMisfitsToSay) diagnose(stamp);
   if (!attempt_->ready()) return;
   diagnosis_.clear();
+  noteSettled(
+      {attempt_->estimate.mean, initializer_.record().sights().size() - 1, attempt_->errors.mean});
   startTracker(withEarlier({attempt_->estimate, attempt_->errors}), attempt_->bearing_correlation);
   judge_.emplace(config_.converged);
   started_ = true;
@@ -161,6 +163,32 @@ void MountCalibration::followKnock() {
   startAnew();
 }
 
+/// The batch over the record, from where it settled the last time: since then the filter may have
+/// followed something else. Only without success there, from the filter.
+BatchEstimate MountCalibration::fitRecord(const RobotEstimate& running) const {
+  const std::vector<Sight>& sights = initializer_.record().sights();
+  if (settled_) {
+    const auto there = std::find_if(sights.begin(), sights.end(), [this](const Sight& sight) {
+      return sight.stamp == settled_->stamp;
+    });
+    if (there != sights.end()) {  // it has not been thinned out
+      RecordStart start = settled_->start;
+      start.sight = static_cast<std::size_t>(there - sights.begin());
+      BatchEstimate batch = batch_.estimate(sights, start);
+      if (hasSettled(batch)) return batch;
+    }
+  }
+  return batch_.estimate(sights, {running.cartesian.mean, sights.size() - 1, running.errors.mean});
+}
+
+void MountCalibration::noteSettled(const RecordStart& start) {
+  settled_ = {initializer_.record().sights()[start.sight].stamp, start};
+}
+
+bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
+  return batch.converged && batch.inlierFraction() >= config_.initializer.min_inlier_fraction;
+}
+
 /// The filter cannot take back what it has once believed: a slip that passed the gate, a bearing
 /// that was none. The batch over the record can, and knows about them by what came after.
 void MountCalibration::refineAndJudge(Stamp stamp) {
@@ -168,12 +196,14 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
   const std::vector<Sight>& sights = initializer_.record().sights();
   next_refinement_ = nextTime(kRefinements, sights);
   const RobotEstimate robot = tracker_->filter().robot();
-  const BatchEstimate batch =
-      batch_.estimate(sights, {robot.cartesian.mean, sights.size() - 1, robot.errors.mean});
+  const BatchEstimate batch = fitRecord(robot);
   std::optional<BatchEstimate> settled;
-  if (batch.converged && batch.inlierFraction() >= config_.initializer.min_inlier_fraction) {
+  if (hasSettled(batch)) {
     SlipAverage average = averageOverSlips(sights, batch, config_.initializer.batch);
-    tracker_->rebase(withEarlier(average.estimate), average.best.correlation);
+    if (!tracker_->isSearching()) {
+      tracker_->rebase(withEarlier(average.estimate), average.best.correlation);
+    }
+    noteSettled(surestStart(average.best));
     settled = std::move(average.best);
   }
   judge_->judge(*tracker_, sights, settled);
@@ -212,6 +242,7 @@ void MountCalibration::noteLight(const Bearing& light) {
 void MountCalibration::startAnew() {
   started_ = false;
   judge_.reset();
+  settled_.reset();
   initializer_.restart();
   picker_.restart();
   motion_since_sight_ = {};
@@ -219,7 +250,7 @@ void MountCalibration::startAnew() {
 
 std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
     const OdometryIncrement& motion, const TravelNearby& nearby) const {
-  if (!tracker_) return std::nullopt;
+  if (!tracker_ || tracker_->isSearching()) return std::nullopt;
   return tracker_->filter().predictAzimuthAfter(motion, nearby);
 }
 

@@ -35,8 +35,8 @@ double wideningFor(double bearing_correlation) {
 MountTracker::MountTracker(const FilterConfig& config, const RobotEstimate& start,
                            double bearing_correlation, int errors_in_use)
     : config_(config),
-      gate_(chiSquareQuantile(config.gate_probability, 1.0)),
-      widening_(wideningFor(bearing_correlation)),
+      errors_in_use_(errors_in_use),
+      fusion_{chiSquareQuantile(config.gate_probability, 1.0), wideningFor(bearing_correlation)},
       filter_(makeFilter(config.chart, start, errors_in_use)),
       recent_nis_(kWindow) {}
 
@@ -47,6 +47,7 @@ void MountTracker::move(const OdometryIncrement& motion) {
     known.covariance.setZero();  // the light is placed anew at the next look
   }
   filter_->predict(known);
+  if (former_) former_->move(known);
 }
 
 Association MountTracker::look(const std::vector<Bearing>& candidates, const TravelNearby& nearby) {
@@ -56,34 +57,53 @@ Association MountTracker::look(const std::vector<Bearing>& candidates, const Tra
     RobotEstimate robot = filter_->robot();
     const double range = (robot.cartesian.lightInBase() - robot.cartesian.sensorInBase()).norm();
     robot.cartesian = placeLight(mountFromCartesian(robot.cartesian), {range, range},
-                                 light.azimuth_rad, widening_ * light.azimuth_variance_rad2);
+                                 light.azimuth_rad, fusion_.widening * light.azimuth_variance_rad2);
     robot.errors.cross_covariance.setZero();  // of another light
     filter_->restart(robot);
     motion_unknown_ = false;
+    former_.reset();
     return {};
   }
-  const Association association = associate(filter_->predictAzimuth(nearby), candidates, gate_);
+  if (former_) {
+    const Association found = former_->look(candidates, nearby, fusion_);
+    if (former_->isBack()) {
+      filter_ = former_->takeFilter();
+      former_.reset();
+      noteFused(found);
+      return found;
+    }
+    if (former_->isHistory()) former_.reset();
+  }
+  const Association association = fuseLight(candidates, nearby, fusion_, filter_.get());
   if (association.kind == Association::Kind::kFound) {
-    const Bearing& light = candidates[association.candidate];
-    filter_->update(light.azimuth_rad, widening_ * light.azimuth_variance_rad2, nearby);
-    gated_in_a_row_ = 0;
-    recent_nis_.push_back(association.innovation.nis());
+    noteFused(association);
     return association;
   }
   recent_nis_.push_back(kNotFused);
   if (association.kind == Association::Kind::kGated &&
       ++gated_in_a_row_ >= config_.recovery_after) {
     gated_in_a_row_ = 0;
-    RobotEstimate robot = filter_->robot();
-    robot.cartesian = widenLight(robot.cartesian, config_.recovery_distance_stddev_m,
-                                 config_.recovery_bearing_stddev_rad);
-    filter_->restart(robot);
+    lookAnew();
   }
   return association;
 }
 
+void MountTracker::noteFused(const Association& association) {
+  gated_in_a_row_ = 0;
+  recent_nis_.push_back(association.innovation.nis());
+}
+
+/// The light has been gated too often: it is looked for near and far.
+void MountTracker::lookAnew() {
+  RobotEstimate robot = filter_->robot();
+  if (!former_) former_.emplace(makeFilter(config_.chart, robot, errors_in_use_));
+  robot.cartesian = widenLight(robot.cartesian, config_.recovery_distance_stddev_m,
+                               config_.recovery_bearing_stddev_rad);
+  filter_->restart(robot);
+}
+
 void MountTracker::rebase(const RobotEstimate& estimate, double bearing_correlation) {
-  widening_ = wideningFor(bearing_correlation);
+  fusion_.widening = wideningFor(bearing_correlation);
   filter_->restart(estimate);
   motion_unknown_ = false;
 }

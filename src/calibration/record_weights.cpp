@@ -122,14 +122,23 @@ double RecordWeights::bearingCost(const RecordPath& path) const {
   return cost;
 }
 
-double RecordWeights::costOfDisbelief() const {
+double RecordWeights::costOfDisbelief(const RecordPath& path) const {
   const double cost_of_outlier = config_.reject_sigmas * config_.reject_sigmas;
   double cost = config_.slip_gain * static_cast<double>(slips_.size());
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     if (weights_[i].use_bearing) continue;
-    cost += isInsideSlip(i) ? 1.0 : cost_of_outlier;  // a bearing in use costs 1 on the average
+    // A slip must not gain by the outliers that it happens to hide: a bearing in use costs 1 on the
+    // average, and so does one inside a slip that may be the light's.
+    cost += isInsideSlip(i) && mayBeLight(i, path) ? 1.0 : cost_of_outlier;
   }
   return cost;
+}
+
+/// Whether a sight inside a slip is as near to where the light is seen before and after as a slip
+/// leaves it.
+bool RecordWeights::mayBeLight(std::size_t i, const RecordPath& path) const {
+  constexpr double kMostTurn_rad = 0.5;
+  return std::abs(residualOf(records_[i], path.points[i].state, path.errors)) < kMostTurn_rad;
 }
 
 double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWeight>& weights) {

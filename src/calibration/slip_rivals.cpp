@@ -38,7 +38,7 @@ std::vector<BatchEstimate> findRivals(const std::vector<Sight>& sights, const Ba
   for (std::size_t slip : batch.slips) suppositions.push_back(withSlipElsewhere(batch, slip));
 
   const BatchEstimator estimator(config);
-  const RecordStart start{batch.at_last_sight.mean, sights.size() - 1, batch.errors.mean};
+  const RecordStart start = surestStart(batch);
   std::vector<BatchEstimate> rivals;
   for (const SlipHypothesis& supposition : suppositions) {
     BatchEstimate rival = estimator.estimate(sights, start, supposition);

@@ -65,6 +65,43 @@ SimulatedRecord simulateKnock(const RobotConfig& robot, const Pose2& knocked, do
   return record;
 }
 
+/// The same drive with another light in the images from `from_s` to `to_s`.
+SimulatedRecord simulateAnotherLight(const RobotConfig& robot, double from_s, double to_s,
+                                     double duration_s) {
+  const Light another{{-1.5, 2.0}};
+  RobotSimulator simulator(
+      robot, {another},
+      makeTrajectory(TrajectoryConfig(), robot.encoders.drive.wheel_separation_m));
+  const SimulatedRecord other = record(&simulator, duration_s);
+  SimulatedRecord mixed = simulate(robot, duration_s);
+  for (std::size_t i = 0; i < mixed.bearings.size(); ++i) {
+    const double time_s = secondsFromDuration(mixed.bearings[i].stamp - robot.start);
+    if (time_s >= from_s && time_s < to_s) mixed.bearings[i] = other.bearings[i];
+  }
+  return mixed;
+}
+
+TEST(States, AnotherLightForAWhileIsNotBelieved) {
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const RobotConfig robot = paperRobot(seed);
+    Calibrator calibrator(calibratorConfig());
+    const SimulatedRecord record = simulateAnotherLight(robot, 60.0, 63.0, 80.0);
+    const auto isPredictedAt = [&](double time_s) {
+      return calibrator.predictBearing(robot.start + durationFromSeconds(time_s)).has_value();
+    };
+    play(record, &calibrator, {0.0}, 0.0, 59.0);
+    EXPECT_TRUE(isPredictedAt(59.0));
+    play(record, &calibrator, {0.0}, 59.0, 62.0);
+    EXPECT_FALSE(isPredictedAt(62.0)) << "one of the two is looked for where the other is";
+    play(record, &calibrator, {0.0}, 62.0, 65.0);
+    EXPECT_TRUE(isPredictedAt(65.0)) << "seed " << seed;
+    const CalibrationResult end = play(record, &calibrator, {0.0}, 65.0, 80.0);
+    EXPECT_EQ(end.state, CalibrationState::kConverged) << "seed " << seed << ": " << end.advice;
+    EXPECT_LT(mountChiSquare(*end.base_from_sensor, robot.base_from_sensor),
+              chiSquareQuantile(0.999, 3.0));
+  }
+}
+
 TEST(States, ADanceFromNothingEndsConvergedAndRight) {
   double chi_square = 0.0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {

@@ -27,4 +27,15 @@ struct Association {
 Association associate(const AzimuthPrediction& prediction, const std::vector<Bearing>& candidates,
                       double gate);
 
+/// How an image's light updates a filter.
+struct FusionConfig {
+  double gate = 0.0;      ///< largest NIS that passes
+  double widening = 1.0;  ///< of the bearings' variances, for their correlation
+};
+
+/// Chooses the light among an image's candidates and updates the filter by it, if there is one.
+/// @param nearby  travel around the image's stamp
+Association fuseLight(const std::vector<Bearing>& candidates, const TravelNearby& nearby,
+                      const FusionConfig& fusion, MountFilter* filter);
+
 }  // namespace bearing_calibration

@@ -63,6 +63,11 @@ struct BatchEstimate {
   RobotEstimate robot() const { return {at_last_sight, errors}; }
 };
 
+/// Where another fit of the same record had best begin, or one that has grown: in the middle of the
+/// longest stretch without a slip. After a slip near the end it may be another light that is seen.
+/// @param fit  with a path
+RecordStart surestStart(const BatchEstimate& fit);
+
 /// The most probable mount, light and path given all bearings and the noise of all wheel motions:
 /// Gauss-Newton on the Cartesian state by relinearised Kalman smoother passes (doc/model.md,
 /// section "Batch").

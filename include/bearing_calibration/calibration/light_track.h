@@ -21,12 +21,12 @@ struct RecordStart {
 /// A record seen from a known mount.
 struct LightTrack {
   std::vector<Vector5> states;     ///< Cartesian, at each sight
-  std::vector<bool> is_plausible;  ///< of each sight: false for one that is alone far off
+  std::vector<bool> is_plausible;  ///< of each sight: false where something else was seen
 };
 
 /// Follows the light from `start` to both ends of the record by odometry and bearings, so that
-/// neither the odometry's drift nor a slip nor outliers lead astray: what a smoother pass is
-/// linearised about first.
+/// neither the odometry's drift nor a slip nor outliers nor another light lead astray: what a
+/// smoother pass is linearised about first.
 LightTrack trackLight(const std::vector<Sight>& sights, const RecordStart& start);
 
 }  // namespace bearing_calibration

@@ -31,7 +31,8 @@ class MountCalibration {
   /// @returns what became of it
   Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
 
-  /// Where the light would be seen after a further motion; none before the first estimate.
+  /// Where the light would be seen after a further motion; none before the first estimate, or while
+  /// the light is looked for.
   std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion,
                                                        const TravelNearby& nearby) const;
   /// The light that is followed, where the sensor tells lights apart.
@@ -48,6 +49,9 @@ class MountCalibration {
   RobotEstimate withEarlier(const RobotEstimate& estimate);
   void follow(const BearingSet& image, const TravelNearby& nearby, Look* look);
   void refineAndJudge(Stamp stamp);
+  BatchEstimate fitRecord(const RobotEstimate& running) const;
+  void noteSettled(const RecordStart& start);
+  bool hasSettled(const BatchEstimate& batch) const;
   void diagnose(Stamp stamp);
   void remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby);
   void noteLight(const Bearing& light);
@@ -67,6 +71,11 @@ class MountCalibration {
   Stamp next_diagnosis_;
   std::string diagnosis_;  ///< the fault that would explain why nothing fits; empty when none does
   std::optional<MountTracker> tracker_;
+  struct Settled {
+    Stamp stamp;        ///< of the sight that it is surest of
+    RecordStart start;  ///< there; `sight` as the record was then
+  };
+  std::optional<Settled> settled_;         ///< the batch, the last time that it did
   std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
   bool started_ = false;                   ///< tracker_ carries on from the initialiser
   std::string knock_;  ///< why the calibration began anew; empty unless the mount was knocked

@@ -2,10 +2,12 @@
 
 #include <boost/circular_buffer.hpp>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "bearing_calibration/calibration/association.h"
 #include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/former_track.h"
 #include "bearing_calibration/filter/mount_filter.h"
 #include "bearing_calibration/optics/bearing.h"
 
@@ -42,16 +44,22 @@ class MountTracker {
   void rebase(const RobotEstimate& estimate, double bearing_correlation);
 
   const MountFilter& filter() const { return *filter_; }
+  /// Whether the light may be elsewhere than the filter says: it was looked for anew not long ago.
+  bool isSearching() const { return former_.has_value(); }
   Consistency consistency() const;
   /// Whether so little fits the estimate that it is better to start anew.
   bool isLost() const;
 
  private:
+  void noteFused(const Association& association);
+  void lookAnew();
+
   FilterConfig config_;
-  double gate_;      ///< largest NIS that passes
-  double widening_;  ///< of the bearings' variances, for their correlation
+  int errors_in_use_;
+  FusionConfig fusion_;
   std::unique_ptr<MountFilter> filter_;
-  bool motion_unknown_ = false;  ///< the light's direction is lost since the last update
+  std::optional<FormerTrack> former_;  ///< while the light may turn up at its old place
+  bool motion_unknown_ = false;        ///< the light's direction is lost since the last update
   int gated_in_a_row_ = 0;
   boost::circular_buffer<double> recent_nis_;  ///< of the last images; negative where not fused
 };

@@ -35,11 +35,12 @@ class RecordWeights {
   /// Cost of the bearings in use along `path`, Huber's or the plain one.
   double bearingCost(const RecordPath& path) const;
   /// What the sights left out and the motions given up cost: what they would cost at their limits.
-  double costOfDisbelief() const;
+  double costOfDisbelief(const RecordPath& path) const;
 
  private:
   double sigmas(std::size_t i, const RecordPath& path) const;
   bool isInsideSlip(std::size_t i) const;
+  bool mayBeLight(std::size_t i, const RecordPath& path) const;
   bool isNear(std::size_t i, std::size_t slip) const;
   void giveUp(std::size_t slip);
 

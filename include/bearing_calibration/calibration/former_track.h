@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "bearing_calibration/calibration/association.h"
+#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/optics/bearing.h"
+
+namespace bearing_calibration {
+
+/// The light as it was followed before it was looked for anew. Either a wheel has slipped, and this
+/// is history; or the light was hidden for a while, another was taken for it, and it turns up where
+/// the odometry says.
+class FormerTrack {
+ public:
+  explicit FormerTrack(std::unique_ptr<MountFilter> filter);
+
+  void move(const OdometryIncrement& motion) { filter_->predict(motion); }
+
+  /// An image at the end of the last motion.
+  Association look(const std::vector<Bearing>& candidates, const TravelNearby& nearby,
+                   const FusionConfig& fusion);
+
+  /// The last image and nearly all before it showed the light at its old place.
+  bool isBack() const;
+  /// It has not turned up for so long that it will not.
+  bool isHistory() const;
+
+  std::unique_ptr<MountFilter> takeFilter() { return std::move(filter_); }
+
+ private:
+  std::unique_ptr<MountFilter> filter_;
+  unsigned found_ = 0;  ///< a bit for each image, the last one's lowest
+  int images_ = 0;
+};
+
+}  // namespace bearing_calibration

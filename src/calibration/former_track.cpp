@@ -1,0 +1,35 @@
+#include "bearing_calibration/calibration/former_track.h"
+
+#include <bitset>
+#include <utility>
+
+namespace bearing_calibration {
+namespace {
+
+constexpr unsigned kLookBack = 5;   // images
+constexpr std::size_t kFewest = 4;  // of these, which after a slip happens by chance once in 10^5
+/// Images, six seconds of another light: more than the batch needs to know it (light_track.cpp).
+constexpr int kPatience = 60;
+
+}  // namespace
+
+FormerTrack::FormerTrack(std::unique_ptr<MountFilter> filter) : filter_(std::move(filter)) {}
+
+Association FormerTrack::look(const std::vector<Bearing>& candidates, const TravelNearby& nearby,
+                              const FusionConfig& fusion) {
+  ++images_;
+  const Association association = fuseLight(candidates, nearby, fusion, filter_.get());
+  const bool found = association.kind == Association::Kind::kFound;
+  found_ = found_ << 1U | static_cast<unsigned>(found);
+  return association;
+}
+
+bool FormerTrack::isBack() const {
+  constexpr unsigned kLast = 1U;
+  constexpr unsigned kMask = (1U << kLookBack) - 1U;
+  return (found_ & kLast) != 0 && std::bitset<kLookBack>(found_ & kMask).count() >= kFewest;
+}
+
+bool FormerTrack::isHistory() const { return images_ > kPatience; }
+
+}  // namespace bearing_calibration
