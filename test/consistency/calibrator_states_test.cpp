@@ -2,9 +2,12 @@
 // miswired robot, motions that cannot tell the mount.
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <random>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/trajectory_config.h"
@@ -98,6 +101,41 @@ TEST(States, AnotherLightForAWhileIsNotBelieved) {
     const CalibrationResult end = play(record, &calibrator, {0.0}, 65.0, 80.0);
     EXPECT_EQ(end.state, CalibrationState::kConverged) << "seed " << seed << ": " << end.advice;
     EXPECT_LT(mountChiSquare(*end.base_from_sensor, robot.base_from_sensor),
+              chiSquareQuantile(0.999, 3.0));
+  }
+}
+
+/// What a broken line does to a drive's ticks: counts that are none, none at all, counters that
+/// begin anew.
+SimulatedRecord withWrongTicks(SimulatedRecord record, const RobotConfig& robot) {
+  std::mt19937 engine(7);
+  std::uniform_int_distribution<std::int64_t> anything(0, (std::int64_t{1} << 32) - 1);
+  std::vector<WheelCounts> kept;
+  for (WheelCounts ticks : record.ticks) {
+    const double time_s = secondsFromDuration(ticks.stamp - robot.start);
+    if (time_s >= 50.0 && time_s < 50.3) continue;
+    if (time_s >= 30.0 && time_s < 30.2) {
+      ticks.left_ticks = anything(engine);
+      ticks.right_ticks = anything(engine);
+    }
+    if (time_s >= 70.0) ticks.left_ticks += 12345678;
+    kept.push_back(ticks);
+  }
+  record.ticks = std::move(kept);
+  return record;
+}
+
+TEST(States, BurstsOfWrongTicksAreSurvived) {
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const RobotConfig robot = paperRobot(seed);
+    Calibrator calibrator(calibratorConfig());
+    const Story story = tell(withWrongTicks(simulate(robot, 100.0), robot), &calibrator);
+    const auto& inputs = story.last.tick_inputs;
+    EXPECT_EQ(story.last.state, CalibrationState::kConverged) << story.last.advice;
+    EXPECT_EQ(story.states.count(CalibrationState::kInconsistent), 0U) << "seed " << seed;
+    EXPECT_GE(inputs[InputStatus::kTicksTooFast], 18U) << "of a burst of 20";
+    EXPECT_GE(inputs[InputStatus::kCounterReset], 1U);
+    EXPECT_LT(mountChiSquare(*story.last.base_from_sensor, robot.base_from_sensor),
               chiSquareQuantile(0.999, 3.0));
   }
 }
