@@ -24,6 +24,8 @@ struct TableRow {
   int beyond = 0;           ///< claimed, beyond the 99 % ellipsoid
   double mount_nees = 0.0;  ///< mean over the claims, per degree of freedom
   double state_nees = 0.0;
+  int estimates = 0;           ///< whether claimed or not
+  double estimate_nees = 0.0;  ///< mean over these, of the mount, per degree of freedom
   /// RMSE over the square root of the mean bound, over the trials with an estimate: phi, rho, psi,
   /// x, y, yaw.
   Eigen::Matrix<double, 6, 1> rmse_per_bound = Eigen::Matrix<double, 6, 1>::Zero();

@@ -163,7 +163,13 @@ std::vector<CounterRow> readCounters(std::istream& stream, const std::string& fi
   IncrementSum right_sum(units.meters_per_tick);
   while (csv.nextRow()) {
     const Stamp stamp = csv.stamp(time, units.start_time_s);
+    const auto isRepetition = [&] {
+      return has_ticks && stamp == rows.back().stamp &&
+             csv.wholeNumber(left) == rows.back().left_ticks &&
+             csv.wholeNumber(right) == rows.back().right_ticks;
+    };
     if (!rows.empty() && stamp <= rows.back().stamp) {
+      if (isRepetition()) continue;
       throw csv.error(csv.describe(time) + " is not later than that of the row before");
     }
     if (has_ticks) {

@@ -38,7 +38,8 @@ struct RecordingUnits {
 /// Wheel counters from a CSV file whose first line names its columns: `t_s,left_ticks,right_ticks`
 /// (counts) or `t_s,left_m,right_m` (what each wheel has rolled since the row before). Increments
 /// are summed up first and the sum is quantised, so that the ticks never drift from the metres.
-/// `file` names the stream in errors.
+/// A row that says the same counts at the same time once more is left out. `file` names the stream
+/// in errors.
 /// @throws RecordingError for a missing column, a cell that is not a finite number, a count that is
 ///   not whole, time that does not grow, a stamp that ROS cannot hold, or a file without rows.
 std::vector<CounterRow> readCounters(std::istream& stream, const std::string& file,

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "bearing_calibration/common/chi_square.h"
 #include "support/recording_calibration.h"
 
 namespace bearing_calibration {
@@ -293,6 +294,44 @@ TEST_P(Mrclam, IsRightInXWithTheMotionOfVicon) {
 
 INSTANTIATE_TEST_SUITE_P(Sets, Mrclam, ::testing::Values("mrclam_D6R3", "mrclam_D6R4"),
                          [](const auto& set) { return std::string(set.param); });
+
+// ---- raw ticks at 4 Hz of a tracked robot that slips ----
+
+class Brenner : public Recordings {};
+
+// Its tracks turn it as if they were 0.18 m apart instead of the 0.155 m that are measured.
+TEST_F(Brenner, IsFiniteAndNoSurerThanRight) {
+  RecordingSetup setup;
+  setup.set = "brenner_lego";
+  setup.odometry = "ticks.csv";
+  setup.meters_per_tick = 0.000349;
+  setup.wheel_separation_m = 0.155;
+  setup.wheel_noise = {1e-4, 0.0};  // a centimetre in a metre: tracks
+  setup.bearing_stddev_rad = 0.01;
+  setup.errors.setBlock("time_offset", 0.1);
+  setup.errors.setBlock("wheel_scales", 0.03);
+  setup.errors.setBlock("wheel_separation", 0.1);
+  const RecordedTruth truth = readTruth(setup.set);
+  int answers = 0;
+  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+    const LandmarkRecording recording = readLandmark(setup, landmark);
+    const CalibrationResult last = drive(recording, configFor(setup)).last;
+    if (!last.base_from_sensor) {
+      std::printf("landmark %d: %3zu sights, no answer: %s\n", landmark, recording.bearings.size(),
+                  last.advice.c_str());
+      continue;
+    }
+    ++answers;
+    const MountEstimate& mount = *last.base_from_sensor;
+    ASSERT_TRUE(mount.mean.allFinite() && mount.covariance.allFinite());
+    const MountError error = errorOf(mount, truth);
+    std::printf("landmark %d: %3zu sights, off by %.1f cm and %.2f deg, chi2 %.1f, %s: %s\n",
+                landmark, recording.bearings.size(), 100.0 * error.position_m,
+                error.yaw_rad / kDegree, error.chi_square, nameOf(last.state), last.advice.c_str());
+    EXPECT_LE(error.chi_square, chiSquareQuantile(0.999, 3.0)) << "landmark " << landmark;
+  }
+  EXPECT_GE(answers, 1);
+}
 
 }  // namespace
 }  // namespace bearing_calibration

@@ -15,7 +15,6 @@
 namespace bearing_calibration::testing {
 namespace {
 
-constexpr double kMetersPerTick = 1e-5;
 constexpr double kWheelRadius_m = 0.1;
 constexpr double kStart_s = 1000.0;  // stamp of t_s = 0; a stamp of zero is none
 
@@ -35,7 +34,7 @@ std::optional<std::string> recordingsFolder() {
 }
 
 LandmarkRecording readLandmark(const RecordingSetup& setup, std::int32_t landmark_id) {
-  const RecordingUnits units{kMetersPerTick, kStart_s};
+  const RecordingUnits units{setup.meters_per_tick, kStart_s};
   LandmarkRecording recording;
   std::ifstream odometry = open(setup.set, setup.odometry);
   for (const CounterRow& row : readCounters(odometry, setup.odometry, units)) {
@@ -76,7 +75,7 @@ CalibratorConfig configFor(const RecordingSetup& setup) {
   drive.wheel_separation_m = setup.wheel_separation_m;
   drive.left_wheel_radius_m = kWheelRadius_m;
   drive.right_wheel_radius_m = kWheelRadius_m;
-  drive.ticks_per_revolution = 2.0 * kPi * kWheelRadius_m / kMetersPerTick;
+  drive.ticks_per_revolution = 2.0 * kPi * kWheelRadius_m / setup.meters_per_tick;
   drive.counter_bits = 64;
   drive.max_wheel_speed_mps = 3.0;
   CalibratorConfig config = defaultCalibration(drive, setup.wheel_noise);

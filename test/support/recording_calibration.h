@@ -21,8 +21,9 @@ struct RecordingSetup {
   WheelNoise wheel_noise;
   double latency_s = 0.0;
   double bearing_stddev_rad = 0.0;
-  StartConfig start;   ///< from nothing unless given
-  ErrorPriors errors;  ///< none looked for unless given
+  StartConfig start;              ///< from nothing unless given
+  ErrorPriors errors;             ///< none looked for unless given
+  double meters_per_tick = 1e-5;  ///< of recorded ticks; else of those that metres are made into
 };
 
 /// One landmark of a recording: ticks and bearings as they would arrive.

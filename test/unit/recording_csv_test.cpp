@@ -127,6 +127,13 @@ TEST(ReadCounters, TimeMustGrow) {
             "wheels.csv:4: t_s '0.9' is not later than that of the row before");
   EXPECT_EQ(counterError("t_s,left_m,right_m\n1,0,0\n1,0,0\n"),
             "wheels.csv:3: t_s '1' is not later than that of the row before");
+  EXPECT_EQ(counterError("t_s,left_ticks,right_ticks\n1,5,6\n1,5,7\n"),
+            "wheels.csv:3: t_s '1' is not later than that of the row before");
+}
+
+TEST(ReadCounters, TheSameReadingOnceMoreIsLeftOut) {
+  std::istringstream stream("t_s,left_ticks,right_ticks\n1,5,6\n1,5,6\n2,7,8\n");
+  EXPECT_EQ(readCounters(stream, "wheels.csv", kMillimetres).size(), 2U);
 }
 
 TEST(ReadCounters, StampsThatRosCannotHoldAreErrors) {
