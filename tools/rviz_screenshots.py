@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 
+import matplotlib.image
 import yaml
 
 from bearing_calibration.msg import CalibrationEstimate
@@ -31,7 +32,10 @@ STATE, LEAST_DISTANCE_M = CalibrationEstimate.CONVERGING, 0.9
 STATE_DEADLINE_S = 120
 START_S = 8  # RViz takes so long until it has drawn everything, on a busy machine
 SETTLE_S = 2  # between the state and its picture
-MIN_COLOURS = 200  # an RViz that shows nothing has fewer
+# What every picture must show: colours of markers (src/ros/sketch_markers.cpp), in this many pixels.
+MARKS = {'path': (0.34, 0.71, 0.91), 'ray': (0.94, 0.89, 0.26)}
+MIN_PIXELS = 40
+LIKE = 0.06  # largest difference of a channel
 
 
 def configurationWith(view, fixed_frame, folder):
@@ -59,10 +63,11 @@ def waitForState(demo):
     raise RuntimeError('the calibration did not converge within %d s' % STATE_DEADLINE_S)
 
 
-def coloursIn(path):
-    done = subprocess.run(['identify', '-format', '%k', path], check=True, stdout=subprocess.PIPE,
-                          universal_newlines=True)
-    return int(done.stdout)
+def missingIn(path):
+    """Names of the marks that a picture does not show."""
+    picture = matplotlib.image.imread(path)[:, :, :3]
+    return [name for name, colour in MARKS.items()
+            if (abs(picture - colour).max(axis=2) < LIKE).sum() < MIN_PIXELS]
 
 
 def takePicture(demo, name, folder, output):
@@ -75,8 +80,8 @@ def takePicture(demo, name, folder, output):
         time.sleep(SETTLE_S)
         path = os.path.join(output, name + '.png')
         subprocess.run(['import', '-window', 'root', '-strip', path], check=True)
-        if coloursIn(path) < MIN_COLOURS:
-            raise RuntimeError('%s shows next to nothing: %d colours' % (path, coloursIn(path)))
+        if missingIn(path):
+            raise RuntimeError('%s does not show: %s' % (path, ', '.join(missingIn(path))))
         print(path, flush=True)
     finally:
         os.killpg(rviz.pid, signal.SIGTERM)

@@ -160,6 +160,18 @@ class LaunchFilesRun(unittest.TestCase):
             with open(path) as log:
                 self.assertNotRegex(log.read(), r'ERROR|could not be loaded')
 
+    def testAPictureOfRvizShowsTheCalibration(self):
+        screen = HiddenScreen(self.folder)
+        self.addCleanup(screen.close)
+        done = subprocess.run(
+            [sys.executable, os.path.join(REPOSITORY, 'tools', 'rviz_screenshots.py'), self.folder,
+             '--here', 'rviz_room', '--rate', '2'], stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, universal_newlines=True, timeout=150,
+            env=dict(os.environ, ROS_LOG_DIR=self.folder, ROS_HOME=self.folder,
+                     **screen.environment))
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertTrue(os.path.exists(os.path.join(self.folder, 'rviz_room.png')))
+
     def testDetect(self):
         self.assertRuns('detect.launch')
 

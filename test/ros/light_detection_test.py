@@ -2,6 +2,7 @@
 """The light detection nodelet: images in, bearings out; in a manager and alone."""
 
 import math
+import subprocess
 import sys
 import threading
 import time
@@ -254,7 +255,9 @@ class LightDetectionTest(unittest.TestCase):
         changed = thresholds.update_configuration({'min_contrast': 240.0})
         self.assertEqual((changed['min_contrast'], changed['refusal']), (240.0, ''))
         self.assertEqual(self.managed.answer_to(image_of([spot], rospy.Time.now())).candidates, [])
-        thresholds.update_configuration({'min_contrast': 12.0})
+        subprocess.run(['rosrun', 'dynamic_reconfigure', 'dynparam', 'set',
+                        '/managed/light_detection/thresholds', 'min_contrast', '12.0'],
+                       check=True, timeout=30)
         self.assert_seen(self.managed.answer_to(image_of([spot], rospy.Time.now())), [spot])
 
     def test_impossible_thresholds_are_refused_and_those_before_stay(self):
