@@ -1,5 +1,5 @@
-// A bag of images and ticks: only reading it, finding the light in each image, and the whole
-// calibration.
+// A bag of images and ticks: only reading it, finding the light in each image, and what
+// calibrate_bag does with it. In real time, for calibrate_bag reads on a thread of its own.
 #include <bearing_calibration/WheelTicks.h>
 #include <benchmark/benchmark.h>
 #include <rosbag/bag.h>
@@ -8,19 +8,20 @@
 #include <sensor_msgs/image_encodings.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <functional>
 #include <stdexcept>
 #include <string>
 
-#include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_conversion.h"
 #include "support/rendered_sights.h"
-#include "tools/default_calibration.h"
+#include "tools/bag_calibration.h"
 #include "tools/simulated_case.h"
 
 namespace bearing_calibration_ros {
@@ -62,7 +63,8 @@ class RenderedBag {
 
  private:
   void write() const;
-  std::string path_ = "/tmp/bearing_calibration_bench_XXXXXX.bag";
+  std::string path_ =
+      std::filesystem::temp_directory_path() / "bearing_calibration_bench_XXXXXX.bag";
 };
 
 void RenderedBag::write() const {
@@ -117,7 +119,7 @@ void readOnly(benchmark::State& state) {
             });
   }
 }
-BENCHMARK(readOnly)->Unit(benchmark::kMillisecond);
+BENCHMARK(readOnly)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// The light of each image as the calibration takes it.
 class ImageToBearings {
@@ -145,27 +147,21 @@ void readAndDetect(benchmark::State& state) {
     if (found == 0) state.SkipWithError("no light was found in any image");
   }
 }
-BENCHMARK(readAndDetect)->Unit(benchmark::kMillisecond);
+BENCHMARK(readAndDetect)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-void readAndCalibrate(benchmark::State& state) {
-  bagOfImages();
-  ImageToBearings bearings_of;
+void calibrateBag(benchmark::State& state) {
+  const double ticks = nearLight().robot.encoders.drive.ticks_per_revolution;
+  core::BagSetup setup =
+      core::readBagSetup({}, {"wheels/ticks_per_revolution=" + std::to_string(ticks)}, {});
+  setup.detection.detector = core::test::detectorOf(rig());
+  const core::BagJob job{bagOfImages().path(), std::nullopt, "bench"};
   for (auto _ : state) {
-    const core::EncoderConfig encoders = nearLight().robot.encoders;
-    core::Calibrator calibrator(core::defaultCalibration(encoders.drive, encoders.noise));
-    readBag(
-        [&](const core::WheelTicks& ticks) {
-          calibrator.addTicks(countsFromMessage(ticks), stampFromRos(ticks.header.stamp));
-        },
-        [&](const sensor_msgs::ImageConstPtr& image) {
-          calibrator.addBearings(bearings_of(image), stampFromRos(image->header.stamp));
-        });
-    if (calibrator.result().state != core::CalibrationState::kConverged) {
-      state.SkipWithError("the calibration did not converge");
-    }
+    std::atomic<std::uint64_t> progress{0};
+    const core::BagOutcome outcome = core::calibrateBag(job, setup, &progress);
+    if (!outcome.review.estimate) state.SkipWithError("the mount was not found");
   }
 }
-BENCHMARK(readAndCalibrate)->Unit(benchmark::kMillisecond);
+BENCHMARK(calibrateBag)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
 }  // namespace bearing_calibration_ros

@@ -1,55 +1,28 @@
 #include "tools/bag_calibration.h"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
 
 #include <algorithm>
-#include <chrono>
 #include <map>
-#include <mutex>
 #include <set>
+#include <variant>
 
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_bearings.h"
+#include "bearing_calibration_ros/parameter_files.h"
 #include "bearing_calibration_ros/tick_message.h"
+#include "tools/bag_reader.h"
+#include "tools/timing.h"
 
 namespace bearing_calibration {
 namespace {
 
 namespace ros_side = bearing_calibration_ros;
-using SteadyClock = std::chrono::steady_clock;
 
-/// Adds the time until its end to a sum [s].
-class Timing {
- public:
-  explicit Timing(double* sum_s) : sum_s_(sum_s) {}
-  ~Timing() { *sum_s_ += std::chrono::duration<double>(SteadyClock::now() - start_).count(); }
-  Timing(const Timing&) = delete;
-  Timing& operator=(const Timing&) = delete;
-
- private:
-  double* sum_s_;
-  SteadyClock::time_point start_ = SteadyClock::now();
-};
-
-/// A bag that is open, with the topics that are read of it.
-struct OpenBag {
-  OpenBag(const std::string& path, const BagSetup& setup) {
-    // opening loads rosbag's plugins, which is not made for several threads
-    static std::mutex opening;
-    const std::lock_guard<std::mutex> lock(opening);
-    bag.open(path, rosbag::bagmode::Read);
-    rosbag::View whole(bag);
-    topics = findTopics(whole, setup.topics, setup.calibration.wheel_source);
-    view.addQuery(bag, rosbag::TopicQuery(topics.names()));
-  }
-
-  rosbag::Bag bag;
-  BagTopics topics;
-  rosbag::View view;
-};
+BagReader openBag(const std::string& bag, const BagSetup& setup) {
+  return {bag, setup.topics, setup.calibration.wheel_source};
+}
 
 /// The running estimate, often enough to be drawn and never too long to be kept.
 class History {
@@ -93,23 +66,9 @@ class Replay {
     if (!outcome->topics.images.empty()) images_.emplace(setup.detection);
   }
 
-  void read(const rosbag::MessageInstance& message) {
-    const Stamp received = ros_side::stampFromRos(message.getTime());
-    if (const auto plan = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
-      addPlan(*plan);
-    } else if (const auto ticks = message.instantiate<WheelTicks>()) {
-      const Timing timing(&outcome_->times.estimation);
-      calibrator_.addTicks(ros_side::countsFromMessage(*ticks), received);
-    } else if (const auto joints = message.instantiate<sensor_msgs::JointState>()) {
-      addJoints(*joints, received);
-    } else if (const auto bearings = message.instantiate<LightBearings>()) {
-      checkFrame(bearings->header.frame_id);
-      addBearings(ros_side::bearingsFromMessage(*bearings), received);
-    } else if (const auto image = message.instantiate<sensor_msgs::Image>()) {
-      addImage(image, received);
-    } else if (const auto count = message.instantiate<topic_tools::ShapeShifter>()) {
-      addWheel(message.getTopic(), *count, message.getTime());
-    }
+  void take(const BagMessage& message) {
+    std::visit([this, &message](const auto& content) { add(content, message.received); },
+               message.content);
     noteEstimate();
   }
 
@@ -125,32 +84,40 @@ class Replay {
                       "': taken as if it were");
   }
 
-  void addPlan(const geometry_msgs::PoseWithCovarianceStamped& expected) {
-    const auto& covariance = expected.pose.covariance;  // of x, y, z, roll, pitch, yaw
+  void add(const geometry_msgs::PoseWithCovarianceStampedConstPtr& plan, const ros::Time&) {
+    const auto& covariance = plan->pose.covariance;  // of x, y, z, roll, pitch, yaw
     const Eigen::Vector3d stddev =
         Eigen::Vector3d(covariance[0], covariance[7], covariance[35]).cwiseSqrt();
     std::vector<PlanRow>& plans = outcome_->plans;
     if (!plans.empty() && plans.back().stddev == stddev) return;  // it is said again and again
-    plans.push_back({ros_side::stampFromRos(expected.header.stamp), stddev});
+    plans.push_back({ros_side::stampFromRos(plan->header.stamp), stddev});
   }
 
-  void addJoints(const sensor_msgs::JointState& joints, Stamp received) {
+  void add(const WheelTicksConstPtr& ticks, const ros::Time& received) {
+    const Timing timing(&outcome_->times.estimation);
+    calibrator_.addTicks(ros_side::countsFromMessage(*ticks), ros_side::stampFromRos(received));
+  }
+
+  void add(const sensor_msgs::JointStateConstPtr& joints, const ros::Time& received) {
     const Timing timing(&outcome_->times.estimation);
     const ros_side::WheelJoints& wheels = setup_.calibration.joints;
-    if (const auto angles = ros_side::anglesFromMessage(joints, wheels)) {
-      calibrator_.addAngles(*angles, received);
+    if (const auto angles = ros_side::anglesFromMessage(*joints, wheels)) {
+      calibrator_.addAngles(*angles, ros_side::stampFromRos(received));
     } else {
       warn("joints", "joint states without '" + wheels.left + "' and '" + wheels.right +
-                         "' were left out; the first has (" + ros_side::jointNames(joints) + ")");
+                         "' were left out; the first has (" + ros_side::jointNames(*joints) + ")");
     }
   }
 
-  void addWheel(const std::string& topic, const topic_tools::ShapeShifter& count,
-                const ros::Time& received) {
+  void add(const BagWheelCount& wheel, const ros::Time& received) {
     const Timing timing(&outcome_->times.estimation);
-    const WheelSide side = topic == outcome_->topics.wheels ? WheelSide::kLeft : WheelSide::kRight;
-    calibrator_.addWheel(side, ros_side::countFromMessage(count, received),
+    calibrator_.addWheel(wheel.side, ros_side::countFromMessage(*wheel.count, received),
                          ros_side::stampFromRos(received));
+  }
+
+  void add(const LightBearingsConstPtr& bearings, const ros::Time& received) {
+    checkFrame(bearings->header.frame_id);
+    addBearings(ros_side::bearingsFromMessage(*bearings), ros_side::stampFromRos(received));
   }
 
   void addBearings(BearingSet bearings, Stamp received) {
@@ -166,7 +133,7 @@ class Replay {
     calibrator_.addBearings(bearings, received);
   }
 
-  void addImage(const sensor_msgs::ImageConstPtr& image, Stamp received) {
+  void add(const sensor_msgs::ImageConstPtr& image, const ros::Time& received) {
     if (const auto refusal = ros_side::refusalOf(*image, setup_.detection.detector.sensor)) {
       warn(refusal->kind, "images were left out (" + refusal->kind + "): " + refusal->text);
       return;
@@ -177,7 +144,7 @@ class Replay {
       const Timing timing(&outcome_->times.detection);
       bearings = images_->detect(image, calibrator_.predictBearing(images_->middleOf(*image)));
     }
-    addBearings(std::move(bearings), received);
+    addBearings(std::move(bearings), ros_side::stampFromRos(received));
   }
 
   void noteEstimate() {
@@ -224,39 +191,53 @@ void Replay::finish() {
 
 }  // namespace
 
+BagSetup readBagSetup(const std::vector<std::string>& config_files,
+                      const std::vector<std::string>& assignments, const BagTopics& topics) {
+  ros_side::ParameterFiles files;
+  files.addNode("calibration", ros_side::packagedConfig("calibration.yaml"));
+  files.addNode("detection", ros_side::packagedConfig("detection.yaml"));
+  for (const std::string& file : config_files) files.overlay(file);
+  for (const std::string& assignment : assignments) files.set(assignment);
+  return {ros_side::readCalibrationNodeConfig(files.reader("calibration")),
+          ros_side::readDetectionNodeConfig(files.reader("detection")), topics};
+}
+
 BagOutcome calibrateBag(const BagJob& job, const BagSetup& setup,
                         std::atomic<std::uint64_t>* progress) {
   BagOutcome outcome;
   {
     const Timing timing(&outcome.times.whole);
-    OpenBag open(job.bag, setup);
-    outcome.topics = open.topics;
+    BagReader reader = openBag(job.bag, setup);
+    outcome.topics = reader.topics();
     Replay replay(job, setup, &outcome);
-    for (const rosbag::MessageInstance& message : open.view) {
-      replay.read(message);
-      ++*progress;
+    for (auto batch = reader.next(); !batch.empty(); batch = reader.next()) {
+      for (const BagMessage& message : batch) replay.take(message);
+      *progress += batch.size();
     }
+    outcome.times.reading = reader.readingSeconds();
     replay.finish();
   }
   return outcome;
 }
 
 std::uint64_t countMessages(const BagJob& job, const BagSetup& setup) {
-  return OpenBag(job.bag, setup).view.size();
+  return openBag(job.bag, setup).size();
 }
 
 std::vector<std::int32_t> listLights(const std::string& bag, const BagSetup& setup) {
-  OpenBag open(bag, setup);
-  if (!open.topics.images.empty()) {
+  BagReader reader = openBag(bag, setup);
+  if (!reader.topics().images.empty()) {
     throw std::runtime_error(
         "the lights of images cannot be told apart: --each-light wants bearings");
   }
   std::set<std::int32_t> ids;
-  for (const rosbag::MessageInstance& message : open.view) {
-    const auto bearings = message.instantiate<LightBearings>();
-    if (!bearings) continue;
-    for (const LightBearing& candidate : bearings->candidates) {
-      if (candidate.light_id != kUnknownLight) ids.insert(candidate.light_id);
+  for (auto batch = reader.next(); !batch.empty(); batch = reader.next()) {
+    for (const BagMessage& message : batch) {
+      const auto* bearings = std::get_if<LightBearingsConstPtr>(&message.content);
+      if (bearings == nullptr) continue;
+      for (const LightBearing& candidate : (*bearings)->candidates) {
+        if (candidate.light_id != kUnknownLight) ids.insert(candidate.light_id);
+      }
     }
   }
   return {ids.begin(), ids.end()};

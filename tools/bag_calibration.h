@@ -21,6 +21,12 @@ struct BagSetup {
   BagTopics topics;  ///< as wanted
 };
 
+/// The package's own parameters, with what differs from them.
+/// @param assignments  NAME=VALUE, after the files
+/// @throws std::runtime_error with every wrong parameter
+BagSetup readBagSetup(const std::vector<std::string>& config_files,
+                      const std::vector<std::string>& assignments, const BagTopics& topics);
+
 /// One calibration: a bag, and in it one light where the sensor tells lights apart.
 struct BagJob {
   std::string bag;
@@ -45,8 +51,9 @@ struct PlanRow {
 /// Where the time went [s].
 struct BagTimes {
   double whole = 0.0;
+  double reading = 0.0;  ///< on a thread of its own, while the rest goes on
   double detection = 0.0;
-  double estimation = 0.0;  ///< the running calibration and the review; the rest is reading
+  double estimation = 0.0;  ///< the running calibration and the review
 };
 
 /// What one bag told.

@@ -9,7 +9,6 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/atomic_file.h"
-#include "bearing_calibration_ros/parameter_files.h"
 #include "tools/bag_calibration.h"
 #include "tools/bag_files.h"
 #include "tools/calibrate_bag_arguments.h"
@@ -39,16 +38,6 @@ struct Done {
   BagOutcome outcome;
   std::string error;  ///< a sentence; empty when the outcome holds
 };
-
-BagSetup readSetup(const CalibrateBagArguments& arguments) {
-  ros_side::ParameterFiles files;
-  files.addNode("calibration", ros_side::packagedConfig("calibration.yaml"));
-  files.addNode("detection", ros_side::packagedConfig("detection.yaml"));
-  for (const std::string& file : arguments.config_files) files.overlay(file);
-  for (const std::string& assignment : arguments.assignments) files.set(assignment);
-  return {ros_side::readCalibrationNodeConfig(files.reader("calibration")),
-          ros_side::readDetectionNodeConfig(files.reader("detection")), arguments.topics};
-}
 
 /// What is to be done with one bag: a job for each light.
 std::vector<Done> listJobs(const std::string& bag, const CalibrateBagArguments& arguments,
@@ -139,9 +128,8 @@ void print(const Done& done) {
   std::printf("  %u bearings used, %u gated, in %.1f m and %.1f rad\n", result.bearings_used,
               result.bearings_gated, result.distance_travelled_m, result.rotation_travelled_rad);
   const BagTimes& times = outcome.times;
-  const double reading_s = times.whole - times.detection - times.estimation;
   std::printf("  %.1f s: reading %.1f s, detection %.1f s (%llu images), estimation %.1f s\n",
-              times.whole, reading_s, times.detection,
+              times.whole, times.reading, times.detection,
               static_cast<unsigned long long>(outcome.images), times.estimation);
   for (const std::string& warning : outcome.warnings) std::printf("  ! %s\n", warning.c_str());
   const std::string refused = ros_side::rejectionsText(result, 0);
@@ -197,7 +185,8 @@ std::vector<Done> runAll(const CalibrateBagArguments& arguments, const BagSetup&
 }
 
 ExitStatus run(const CalibrateBagArguments& arguments) {
-  const BagSetup setup = readSetup(arguments);
+  const BagSetup setup =
+      readBagSetup(arguments.config_files, arguments.assignments, arguments.topics);
   const std::vector<Done> all = runAll(arguments, setup);
   std::set<ExitStatus> statuses;
   for (const Done& done : all) {

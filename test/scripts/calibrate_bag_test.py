@@ -4,6 +4,7 @@ import csv
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -13,7 +14,8 @@ import rosbag
 import roslib.packages
 import yaml
 
-sys.path.insert(0, os.path.join(os.path.dirname(__file__), '..', 'ros'))
+REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+sys.path.insert(0, os.path.join(REPOSITORY, 'test', 'ros'))
 from calibration_world import World, recordBag  # noqa: E402  (lies beside the tests of the node)
 
 CONVERGED, FAILED, USAGE, DEGENERATE, UNCERTAIN, DISAGREE = range(6)
@@ -29,7 +31,8 @@ def worldOf(seed=1, sensor=None):
     return world
 
 
-class CalibrateBag(unittest.TestCase):
+class Drives(unittest.TestCase):
+    """Three drives of one robot, and a folder for each test."""
 
     @classmethod
     def setUpClass(cls):
@@ -50,6 +53,9 @@ class CalibrateBag(unittest.TestCase):
 
     def record(self, name, *arguments, **options):
         return recordBag(self.path(name), *arguments, **options)
+
+
+class CalibrateBag(Drives):
 
     def run_(self, *arguments):
         return subprocess.run([self.program] + list(arguments) + ['--output', self.output],
@@ -118,6 +124,16 @@ class CalibrateBag(unittest.TestCase):
             estimates = list(csv.DictReader(file))
         self.assertGreater(len(estimates), 50)
         self.assertEqual(estimates[-1]['state'], 'CONVERGED')
+
+    def testTheSameBagGivesTheSameBits(self):
+        """Reading and calibrating go on at once, on two threads."""
+        texts = []
+        for _ in range(2):
+            self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
+            for name in ('looks.csv', 'estimates.csv'):
+                with open(os.path.join(self.output, name)) as file:
+                    texts.append(file.read())
+        self.assertEqual(texts[:2], texts[2:])
 
     def testReadsJointStates(self):
         world = worldOf()
@@ -235,6 +251,43 @@ class CalibrateBag(unittest.TestCase):
         done = self.run_('--help')
         for status in range(6):
             self.assertTrue(re.search(r'\b%d\b' % status, done.stdout), status)
+
+class JobQueues(Drives):
+    """The commands of doc/calibrate_bag.md for many bags, as they stand there."""
+
+    def setUp(self):
+        super().setUp()
+        os.mkdir(self.path('bags'))
+        for bag in self.drives[:2]:
+            os.symlink(bag, self.path(os.path.join('bags', os.path.basename(bag))))
+        with open(self.path('robot.yaml'), 'w') as file:
+            file.write('wheels: {noise_independent: 1.0e-6}\n')
+
+    def documented(self, pattern):
+        with open(os.path.join(REPOSITORY, 'doc', 'calibrate_bag.md')) as file:
+            return re.search(pattern, file.read()).group(1)
+
+    def runInFolder(self, command, **environment):
+        done = subprocess.run(['bash', '-c', command], cwd=self.folder, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              universal_newlines=True, timeout=120,
+                              env=dict(os.environ, **environment))
+        self.assertEqual(done.returncode, 0, done.stdout)
+
+    def testGnuParallel(self):
+        if not shutil.which('parallel'):
+            self.skipTest('GNU parallel is not installed')
+        self.runInFolder(self.documented(r'\./scripts/run (parallel (?:.*\\\n)*.*)'))
+        for name in ('drive_1', 'drive_2'):
+            self.assertTrue(os.path.exists(self.path('results/%s/result.yaml' % name)), name)
+        with open(self.path('jobs.log')) as file:
+            self.assertEqual(len(file.readlines()), 1 + 2)
+
+    def testSlurmsJob(self):
+        """What sbatch is given to run; Slurm itself is not asked for."""
+        self.runInFolder(self.documented(r"sbatch --array=\S+ --wrap '([^']*)'"),
+                         SLURM_ARRAY_TASK_ID='1')
+        self.assertEqual(os.listdir(self.path('results')), ['drive_2'])
 
 
 if __name__ == '__main__':
