@@ -1,0 +1,120 @@
+"""The Debian package's description and the workflows agree with the rest of the repository."""
+
+import glob
+import os
+import re
+import subprocess
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+import yaml
+
+REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+
+# Sections of scripts/install_dependencies, and what debian/control takes of them.
+BUILD_SECTIONS = ('libraries', 'ROS, to build')
+RUN_SECTIONS = ('ROS, to run', 'the report, figures')
+COMMAND_LINE_SECTION = "ROS's command line"
+
+
+def textOf(*path):
+    with open(os.path.join(REPOSITORY, *path)) as file:
+        return file.read()
+
+
+def installedPackages():
+    """{section: packages} of scripts/install_dependencies."""
+    listed = re.search(r'packages=\((.*?)\n\)', textOf('scripts', 'install_dependencies'), re.S)
+    sections, current = {}, None
+    for line in listed.group(1).splitlines():
+        if line.strip().startswith('#'):
+            current = sections.setdefault(line.strip(' #').split(':')[0], set())
+        elif line.strip():
+            current.update(line.split())
+    return sections
+
+
+def relations(field):
+    """Packages of a field of debian/control, without versions and ${...}."""
+    found = re.search(r'^%s:((?:[^\n]*\n)(?: [^\n]*\n?)*)' % field, textOf('debian', 'control'), re.M)
+    names = [part.strip().split(' ')[0] for part in found.group(1).split(',')]
+    return {name for name in names if name and not name.startswith('${')}
+
+
+class DebianPackage(unittest.TestCase):
+
+    def setUp(self):
+        self.sections = installedPackages()
+
+    def packagesOf(self, names):
+        return set().union(*(self.sections[name] for name in names))
+
+    def testItsVersionIsThePackages(self):
+        version = ElementTree.parse(os.path.join(REPOSITORY, 'package.xml')).findtext('version')
+        first = textOf('debian', 'changelog').splitlines()[0]
+        self.assertRegex(first, r'^bearing-calibration \(%s\) ' % re.escape(version))
+
+    def testItIsBuiltWithWhatTheScriptsInstall(self):
+        missing = self.packagesOf(BUILD_SECTIONS) - relations('Build-Depends')
+        self.assertEqual(missing, set())
+
+    def testItDependsOnWhatTheScriptsInstallToRun(self):
+        self.assertEqual(self.packagesOf(RUN_SECTIONS) - relations('Depends'), set())
+        self.assertEqual(self.sections[COMMAND_LINE_SECTION]
+                         - relations('Depends') - relations('Recommends'), set())
+
+    def testItDependsOnNothingThatTheScriptsDoNotKnow(self):
+        known = set().union(*self.sections.values()) | {'debhelper-compat'}
+        for field in ('Build-Depends', 'Depends', 'Recommends'):
+            self.assertEqual(relations(field) - known, set(), field)
+
+    def testItsLicenceIsTheRepositorys(self):
+        def words(text):
+            return re.sub(r'[\s.]+', ' ', text[text.index('Redistribution and use'):]).split()
+        self.assertEqual(words(textOf('debian', 'copyright')), words(textOf('LICENSE')))
+
+    def testTheToolsReadIt(self):
+        said = subprocess.run(['dpkg-parsechangelog', '--show-field', 'Source'], cwd=REPOSITORY,
+                              stdout=subprocess.PIPE, universal_newlines=True, check=True).stdout
+        self.assertEqual(said.strip(), 'bearing-calibration')
+        self.assertTrue(os.access(os.path.join(REPOSITORY, 'debian', 'rules'), os.X_OK))
+
+
+class Workflows(unittest.TestCase):
+
+    def setUp(self):
+        self.jobs = {}
+        for path in glob.glob(os.path.join(REPOSITORY, '.github', 'workflows', '*.yml')):
+            workflow = yaml.safe_load(textOf(path))
+            self.assertEqual(set(workflow[True]), {'push', 'pull_request'})  # "on", in YAML 1.1
+            self.jobs.update(workflow['jobs'])
+
+    def commandsOf(self, job):
+        return [step['run'] for step in self.jobs[job]['steps'] if 'run' in step]
+
+    def testEachStepRunsSomethingThatIsThere(self):
+        self.assertTrue(self.jobs)
+        for name, job in self.jobs.items():
+            self.assertIn('runs-on', job)
+            for step in job['steps']:
+                with self.subTest(job=name, step=step):
+                    self.assertEqual(len({'run', 'uses'} & set(step)), 1)
+                    self.assertRegex(step.get('uses', 'a/b@c'), r'^[\w-]+/[\w-]+@\w+$')
+                    for script in re.findall(r'\./([\w/]+)', step.get('run', '')):
+                        self.assertTrue(os.access(os.path.join(REPOSITORY, script), os.X_OK), script)
+
+    def testDebianRunsEveryTestInItsOwnContainer(self):
+        self.assertEqual(self.jobs['debian-12']['container'], 'debian:12')
+        self.assertIn('./scripts/test', self.commandsOf('debian-12'))
+        self.assertEqual(self.jobs['debian-package']['container']['image'], 'debian:12')
+        self.assertIn('./scripts/package --test', self.commandsOf('debian-package'))
+
+    def testNoeticIsBuiltByIndustrialCi(self):
+        noetic = self.jobs['noetic']
+        self.assertEqual(noetic['env']['ROS_DISTRO'], 'noetic')
+        self.assertTrue(any(step.get('uses', '').startswith('ros-industrial/industrial_ci@')
+                            for step in noetic['steps']))
+
+
+if __name__ == '__main__':
+    unittest.main()
