@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""Writes doc/parameters.md and doc/messages.md from the files that they describe.
+
+A test (reference_pages) holds the pages against them, so neither can go stale.
+"""
+
+import os
+import re
+import sys
+
+REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..'))
+
+CONFIGURATIONS = (
+    ('calibration.yaml', 'Calibration', 'calibrate.launch, replay.launch, demo.launch, calibrate_bag'),
+    ('detection.yaml', 'Light detection', 'detect.launch, replay.launch, demo.launch, calibrate_bag'),
+    ('drive.yaml', 'Calibration drive', 'drive.launch, with the group `wheels` of the calibration'),
+    ('simulation.yaml', 'Simulation', 'demo.launch, simulate_bag, render_scene'),
+)
+INTERFACES = (
+    ('msg', 'WheelTicks', 'in: `wheel_ticks`'),
+    ('msg', 'LightBearings', 'in: `bearings`; out: those of the light detection'),
+    ('msg', 'LightBearing', 'one candidate in LightBearings'),
+    ('msg', 'CalibrationEstimate', 'out: `~estimate` of the calibration'),
+    ('msg', 'PredictedBearing', 'out: `~predicted_bearing` of the calibration; in: the detection'),
+    ('srv', 'FindMirror', '`~find_mirror` of the light detection'),
+    ('srv', 'StartDrive', '`~start` of the drive'),
+    ('action', 'CalibrationDrive', '`~drive` of the drive'),
+)
+PARAMETERS_HEAD = """# Parameters
+
+Made from `config/*.yaml` by `scripts/reference_pages.py`: change the comments there. SI units and radians. Every
+parameter is required: the launch files load these files first, and yours (`overrides:=FILE`) over them. A
+missing, misspelt or wrong one stops the node with all errors listed. Give a file only what differs:
+
+```yaml
+wheels:
+  separation: 0.40
+converged: {position_stddev: 0.005}
+```
+
+`calibrate_bag` takes the same files by `--config`, and single values by `--set wheels/separation=0.40`.
+[robots.md](robots.md) has whole files for known robots.
+"""
+MESSAGES_HEAD = """# Messages, services, actions
+
+Made from `msg/`, `srv/` and `action/` by `scripts/reference_pages.py`. Units are in the names; an angle grows
+counter-clockwise; NaN says "not known". What the nodes speak beside these are standard types: see the
+[README](../README.md) for the calibration's topics, [driving.md](driving.md) for the drive's.
+"""
+
+GROUP = re.compile(r'^([a-z_]\w*):\s*(?:#\s*(.*))?$')
+PARAMETER = re.compile(r'^  ([a-z_]\w*):\s*([^#]*?)\s*(?:#\s*(.*))?$')
+COMMENT = re.compile(r'^(\s*)#\s*(.*)$')
+
+
+def readText(*path):
+    with open(os.path.join(REPOSITORY, *path), encoding='utf-8') as file:
+        return file.read()
+
+
+def parametersOf(text):
+    """[(group, what the group is, [[name, value, comment]])] of a configuration file."""
+    groups, above = [], []
+    for line in text.splitlines():
+        group, parameter, comment = GROUP.match(line), PARAMETER.match(line), COMMENT.match(line)
+        if comment:
+            continues = groups and groups[-1][2] and len(comment.group(1)) > 2
+            if continues:
+                groups[-1][2][-1][2] += ' ' + comment.group(2)
+            else:
+                above.append(comment.group(2))
+            continue
+        if group:
+            groups.append((group.group(1), group.group(2) or '', []))
+        elif parameter:
+            own = parameter.group(3) or ''
+            groups[-1][2].append([parameter.group(1), parameter.group(2),
+                                  ' '.join(above + [own]).strip()])
+        above = []
+    return groups
+
+
+def cell(text):
+    return text.replace('|', '\\|').replace('*', '\\*').replace('<', '&lt;')
+
+
+def parametersPage():
+    parts = [PARAMETERS_HEAD]
+    for name, title, users in CONFIGURATIONS:
+        parts.append('\n## %s\n\n[config/%s](../config/%s), read by %s.\n' % (title, name, name, users))
+        for group, about, rows in parametersOf(readText('config', name)):
+            parts.append('\n### %s\n' % group)
+            if about:
+                parts.append('\n%s\n' % cell(about))
+            parts.append('\n| parameter | default | |\n|---|---|---|\n')
+            parts += ['| `%s/%s` | `%s` | %s |\n' % (group, key, value, cell(comment))
+                      for key, value, comment in rows]
+    return ''.join(parts)
+
+
+def messagesPage():
+    parts = [MESSAGES_HEAD]
+    for folder, name, where in INTERFACES:
+        path = '%s/%s.%s' % (folder, name, folder)
+        parts.append('\n## %s\n\n[%s](../%s), %s.\n\n```\n%s```\n'
+                     % (name, path, path, where, readText(path)))
+    return ''.join(parts)
+
+
+PAGES = {'parameters.md': parametersPage, 'messages.md': messagesPage}
+
+
+def main():
+    for name, page in PAGES.items():
+        with open(os.path.join(REPOSITORY, 'doc', name), 'w', encoding='utf-8') as file:
+            file.write(page())
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,165 @@
+"""The documents' commands have the options that they are shown with, are run by tests, and their
+code does what they say; the reference pages are those of the files that they describe."""
+
+import glob
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import unittest
+from unittest import mock
+
+import roslib.packages
+
+REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+sys.path.insert(0, os.path.join(REPOSITORY, 'scripts'))
+import reference_pages  # noqa: E402  (lies in scripts)
+
+DOCUMENTS = [os.path.join(REPOSITORY, name) for name in ('README.md', 'CONTRIBUTING.md')] + sorted(
+    glob.glob(os.path.join(REPOSITORY, 'doc', '**', '*.md'), recursive=True))
+COMMAND = re.compile(r'^ *(?:sudo )?(?:[A-Z_]+=\S+ )*'
+                     r'(\./scripts/\w+|rosrun|roslaunch|parallel)\b((?:.*\\\n)*.*)$', re.M)
+WITHOUT_HELP = {'drive_instructions'}  # takes one word
+
+
+def textOf(*path):
+    with open(os.path.join(REPOSITORY, *path)) as file:
+        return file.read()
+
+
+def commandsIn(path):
+    """Commands of a document's code, each on one line."""
+    for match in COMMAND.finditer(textOf(path)):
+        if match.group(0).startswith(' ') or '```' in textOf(path):
+            yield (match.group(1) + match.group(2)).replace('\\\n', ' ')
+
+
+def allCommands():
+    return [(os.path.relpath(path, REPOSITORY), command)
+            for path in DOCUMENTS for command in commandsIn(path)]
+
+
+def textOfTests():
+    paths = [path for pattern in ('*.py', '*.test', 'try_package', 'CMakeLists.txt')
+             for path in glob.glob(os.path.join(REPOSITORY, 'test', '**', pattern), recursive=True)]
+    return '\n'.join(textOf(path) for path in paths if path != os.path.abspath(__file__))
+
+
+class Commands(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.helps = {}
+
+    def helpOf(self, program):
+        if program not in self.helps:
+            path = roslib.packages.find_node('bearing_calibration', program)[0]
+            done = subprocess.run([path, '--help'], stdin=subprocess.DEVNULL,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                  universal_newlines=True, timeout=30)
+            self.helps[program] = done.stdout
+        return self.helps[program]
+
+    def testThereAreManyOfThem(self):
+        self.assertGreater(len(allCommands()), 40)
+
+    def testTheirOptionsExist(self):
+        checked = 0
+        for document, command in allCommands():
+            for program, rest in re.findall(r'rosrun bearing_calibration (\w+)([^|;]*)', command):
+                if program in WITHOUT_HELP:
+                    continue
+                for option in re.findall(r'(?<!\S)--?[a-z][\w-]*', rest):
+                    checked += 1
+                    with self.subTest(document=document, program=program, option=option):
+                        self.assertIn(option, self.helpOf(program))
+        self.assertGreater(checked, 10)
+
+    def testEveryProgramAndLaunchFileIsRunByATest(self):
+        tests = textOfTests()
+        for document, command in allCommands():
+            names = re.findall(r'rosrun bearing_calibration (\w+)', command)
+            names += re.findall(r'roslaunch bearing_calibration (\w+)\.launch', command)
+            for name in names:
+                with self.subTest(document=document, name=name):
+                    self.assertTrue(re.search(r'\b%s\b' % name, tests), 'no test names it')
+
+
+class QuickStart(unittest.TestCase):
+
+    def testItsCommandsLeadToTheFilesThatItNames(self):
+        """Those without a master, as they stand there; the live ones have tests of their own."""
+        with tempfile.TemporaryDirectory() as folder:
+            ran = []
+            for command in commandsIn(os.path.join(REPOSITORY, 'doc', 'quick_start.md')):
+                words = shlex.split(command)
+                if words[:3] != ['./scripts/run', 'rosrun', 'bearing_calibration']:
+                    continue
+                program = roslib.packages.find_node('bearing_calibration', words[3])[0]
+                done = subprocess.run([program] + words[4:], cwd=folder, stdin=subprocess.DEVNULL,
+                                      stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                      universal_newlines=True, timeout=120)
+                self.assertEqual(done.returncode, 0, done.stdout)
+                ran.append(words[3])
+            self.assertEqual(ran, ['simulate_bag', 'calibrate_bag', 'calibration_report'])
+            for name in re.findall(r'`(result/[\w.]+)`', textOf('doc', 'quick_start.md')):
+                self.assertTrue(os.path.exists(os.path.join(folder, name)), name)
+
+
+class BearingSensor(unittest.TestCase):
+
+    def testTheExamplesMessageIsOne(self):
+        import rospy
+        code = re.search(r'```python\n(.*?)```', textOf('doc', 'bearing_sensor.md'), re.S).group(1)
+        names = {}
+        with mock.patch('rospy.init_node'), mock.patch('rospy.Publisher') as publisher:
+            exec(code, names)  # the document's own code
+            names['publish'](rospy.Time(10, 5), 0.3, 0.01)
+        message = publisher.return_value.publish.call_args[0][0]
+        with io.BytesIO() as buffer:
+            message.serialize(buffer)
+            self.assertGreater(buffer.tell(), 50)
+        self.assertEqual(message.header.stamp, rospy.Time(10, 5))
+        self.assertAlmostEqual(message.candidates[0].azimuth_variance, 1e-4)
+        self.assertEqual(publisher.call_args[0][0], 'bearings')
+
+
+class References(unittest.TestCase):
+
+    def testThePagesAreThoseOfTheFiles(self):
+        for name, page in reference_pages.PAGES.items():
+            self.assertEqual(textOf('doc', name), page(),
+                             'doc/%s is stale: run scripts/reference_pages.py' % name)
+
+    def testEveryInterfaceAndConfigurationIsOnThem(self):
+        for folder, name in ((folder, os.path.splitext(name)[0]) for folder in
+                             ('msg', 'srv', 'action')
+                             for name in os.listdir(os.path.join(REPOSITORY, folder))):
+            self.assertIn((folder, name), [entry[:2] for entry in reference_pages.INTERFACES])
+        described = {name for name, _, _ in reference_pages.CONFIGURATIONS}
+        overlays = {'scene.yaml'}  # values for simulation.yaml's parameters
+        names = {os.path.basename(path)
+                 for path in glob.glob(os.path.join(REPOSITORY, 'config', '*.yaml'))}
+        self.assertEqual(names - overlays, described)
+
+    def testCommentsOverSeveralLinesAndGroupsAreKept(self):
+        groups = reference_pages.parametersOf(
+            'group:  # what it is\n  first: 1.0   # [m] begins\n               # and ends\n'
+            '  # stands above\n  second: [1, 2]  # and beside\n')
+        self.assertEqual(groups, [('group', 'what it is', [
+            ['first', '1.0', '[m] begins and ends'],
+            ['second', '[1, 2]', 'stands above and beside']])])
+
+    def testTheIndexLeadsToEveryPage(self):
+        index = textOf('doc', 'README.md')
+        for path in DOCUMENTS:
+            name = os.path.relpath(path, os.path.join(REPOSITORY, 'doc'))
+            if name != 'README.md' and name != os.path.join('..', 'README.md'):
+                self.assertIn('(%s)' % name, index)
+
+
+if __name__ == '__main__':
+    unittest.main()
