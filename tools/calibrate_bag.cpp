@@ -1,10 +1,8 @@
 // Finds the mount in bags, without a ROS master: calibrate_bag --help
 
-#include <boost/program_options/errors.hpp>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <iostream>
 #include <set>
 
 #include "bearing_calibration/common/angle.h"
@@ -12,6 +10,7 @@
 #include "tools/bag_calibration.h"
 #include "tools/bag_files.h"
 #include "tools/calibrate_bag_arguments.h"
+#include "tools/command_line.h"
 #include "tools/mount_comparison.h"
 #include "tools/parallel.h"
 #include "tools/progress_bar.h"
@@ -25,7 +24,6 @@ namespace ros_side = bearing_calibration_ros;
 enum ExitStatus : int {
   kConverged = 0,
   kFailed = 1,
-  kUsageError = 2,
   kDegenerate = 3,
   kUncertain = 4,
   kDisagreement = 5,
@@ -204,14 +202,9 @@ ExitStatus run(const CalibrateBagArguments& arguments) {
 
 int main(int argc, char** argv) {
   namespace package = bearing_calibration;
-  try {
+  const auto work = [&]() -> int {
     const auto arguments = package::parseCalibrateBagArguments(argc, argv);
     return arguments ? package::run(*arguments) : package::kConverged;
-  } catch (const boost::program_options::error& error) {
-    std::cerr << "calibrate_bag: " << error.what() << " (see --help)\n";
-    return package::kUsageError;
-  } catch (const std::exception& error) {
-    std::cerr << "calibrate_bag: " << error.what() << "\n";
-    return package::kUsageError;
-  }
+  };
+  return package::runProgram("calibrate_bag", work, package::kUsageError);
 }

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <boost/program_options.hpp>
-#include <iostream>
 #include <thread>
+
+#include "tools/command_line.h"
 
 namespace bearing_calibration {
 namespace {
@@ -71,18 +72,11 @@ void check(CalibrateBagArguments* arguments) {
 std::optional<CalibrateBagArguments> parseCalibrateBagArguments(int argc, char** argv) {
   CalibrateBagArguments arguments;
   const options::options_description visible = describeOptions(&arguments);
-  options::options_description all;
-  all.add(visible).add_options()("bag", options::value(&arguments.bags)->required(), "");
+  options::options_description hidden;
+  hidden.add_options()("bag", options::value(&arguments.bags)->required(), "");
   options::positional_options_description positions;
   positions.add("bag", -1);
-  options::variables_map values;
-  options::store(options::command_line_parser(argc, argv).options(all).positional(positions).run(),
-                 values);
-  if (values.count("help") != 0) {
-    std::cout << visible;
-    return std::nullopt;
-  }
-  options::notify(values);
+  if (!parseArguments(argc, argv, visible, hidden, positions)) return std::nullopt;
   check(&arguments);
   return arguments;
 }

@@ -5,7 +5,6 @@
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <fstream>
 #include <iostream>
 #include <limits>
@@ -14,14 +13,13 @@
 
 #include "bearing_calibration/LightBearings.h"
 #include "bearing_calibration/WheelTicks.h"
+#include "tools/command_line.h"
 #include "tools/recording_csv.h"
 
 namespace bearing_calibration {
 namespace {
 
 namespace options = boost::program_options;
-
-constexpr int kUsageError = 2;
 
 struct Arguments {
   std::string odometry_file;
@@ -77,20 +75,12 @@ void requirePositive(const std::string& option, double value) {
 /// False when only help was asked for. @throws options::error
 bool parse(int argc, char** argv, Arguments* arguments) {
   const options::options_description visible = describeOptions(arguments);
-  options::options_description all;
-  all.add(visible).add_options()("odometry", options::value(&arguments->odometry_file)->required(),
-                                 "")("bearings",
-                                     options::value(&arguments->bearings_file)->required(), "");
+  options::options_description hidden;
+  hidden.add_options()("odometry", options::value(&arguments->odometry_file)->required(), "")(
+      "bearings", options::value(&arguments->bearings_file)->required(), "");
   options::positional_options_description positions;
   positions.add("odometry", 1).add("bearings", 1);
-  options::variables_map values;
-  options::store(options::command_line_parser(argc, argv).options(all).positional(positions).run(),
-                 values);
-  if (values.count("help") != 0) {
-    std::cout << visible;
-    return false;
-  }
-  options::notify(values);
+  if (!parseArguments(argc, argv, visible, hidden, positions)) return false;
   requirePositive("meters-per-tick", arguments->units.meters_per_tick);
   requirePositive("bearing-stddev", arguments->bearing_stddev_rad);
   return true;
@@ -176,21 +166,16 @@ void convert(const Arguments& arguments) {
             << "\n";
 }
 
+int run(int argc, char** argv) {
+  Arguments arguments;
+  if (parse(argc, argv, &arguments)) convert(arguments);
+  return EXIT_SUCCESS;
+}
+
 }  // namespace
 }  // namespace bearing_calibration
 
 int main(int argc, char** argv) {
-  using bearing_calibration::Arguments;
-  Arguments arguments;
-  try {
-    if (!bearing_calibration::parse(argc, argv, &arguments)) return EXIT_SUCCESS;
-    bearing_calibration::convert(arguments);
-    return EXIT_SUCCESS;
-  } catch (const boost::program_options::error& error) {
-    std::cerr << "csv_to_bag: " << error.what() << " (see --help)\n";
-    return bearing_calibration::kUsageError;
-  } catch (const std::exception& error) {
-    std::cerr << "csv_to_bag: " << error.what() << "\n";
-    return EXIT_FAILURE;
-  }
+  return bearing_calibration::runProgram("csv_to_bag",
+                                         [&] { return bearing_calibration::run(argc, argv); });
 }

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <iostream>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "tools/best_drive.h"
+#include "tools/command_line.h"
 #include "tools/drive_summary.h"
 #include "tools/image_look.h"
 #include "tools/monte_carlo_bars.h"
@@ -23,7 +23,6 @@ namespace {
 
 namespace options = boost::program_options;
 
-constexpr int kUsageError = 2;
 constexpr int kBarMissed = 1;
 
 struct Arguments {
@@ -120,13 +119,8 @@ bool printImages(Arguments arguments) {
 int run(int argc, char** argv) {
   Arguments arguments;
   const options::options_description description = describeOptions(&arguments);
-  options::variables_map values;
-  options::store(options::parse_command_line(argc, argv, description), values);
-  if (values.count("help") > 0) {
-    std::cout << description << "\n";
-    return 0;
-  }
-  options::notify(values);
+  const auto values = parseArguments(argc, argv, description);
+  if (!values) return EXIT_SUCCESS;
   const std::vector<std::string> known = {"all", "motions", "best", "rooms", "images"};
   if (std::find(known.begin(), known.end(), arguments.what) == known.end()) {
     throw std::invalid_argument("--what must be all, motions, best, rooms or images, but is " +
@@ -147,10 +141,7 @@ int run(int argc, char** argv) {
 }  // namespace bearing_calibration
 
 int main(int argc, char** argv) {
-  try {
-    return bearing_calibration::run(argc, argv);
-  } catch (const std::exception& error) {
-    std::cerr << "drive_table: " << error.what() << " (see --help)\n";
-    return bearing_calibration::kUsageError;
-  }
+  return bearing_calibration::runProgram(
+      "drive_table", [&] { return bearing_calibration::run(argc, argv); },
+      bearing_calibration::kUsageError);
 }

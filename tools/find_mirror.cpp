@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
-#include <iostream>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -15,13 +13,13 @@
 
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/mirror_rim.h"
+#include "tools/command_line.h"
 
 namespace bearing_calibration {
 namespace {
 
 namespace options = boost::program_options;
 
-constexpr int kUsageError = 2;
 constexpr double kFull = std::numeric_limits<std::uint16_t>::max();  // of the mean image
 
 struct Arguments {
@@ -43,18 +41,11 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   add("radius", options::value(&arguments->radius_px)->default_value(0.0, "any"),
       "about what the rim's radius is, within a quarter [px]");
   add("output,o", options::value(&arguments->output_file), "picture of what was found, to write");
-  options::options_description all;
-  all.add(visible).add_options()("image", options::value(&arguments->images)->required(), "");
+  options::options_description hidden;
+  hidden.add_options()("image", options::value(&arguments->images)->required(), "");
   options::positional_options_description positions;
   positions.add("image", -1);
-  options::variables_map values;
-  options::store(options::command_line_parser(argc, argv).options(all).positional(positions).run(),
-                 values);
-  if (values.count("help") != 0) {
-    std::cout << visible;
-    return false;
-  }
-  options::notify(values);
+  if (!parseArguments(argc, argv, visible, hidden, positions)) return false;
   if (!(std::isfinite(arguments->radius_px) && arguments->radius_px >= 0.0)) {
     throw options::error("--radius must be greater than 0");
   }
@@ -132,21 +123,16 @@ void find(const Arguments& arguments) {
   }
 }
 
+int run(int argc, char** argv) {
+  Arguments arguments;
+  if (parse(argc, argv, &arguments)) find(arguments);
+  return EXIT_SUCCESS;
+}
+
 }  // namespace
 }  // namespace bearing_calibration
 
 int main(int argc, char** argv) {
-  using bearing_calibration::Arguments;
-  Arguments arguments;
-  try {
-    if (!bearing_calibration::parse(argc, argv, &arguments)) return EXIT_SUCCESS;
-    bearing_calibration::find(arguments);
-    return EXIT_SUCCESS;
-  } catch (const boost::program_options::error& error) {
-    std::cerr << "find_mirror: " << error.what() << " (see --help)\n";
-    return bearing_calibration::kUsageError;
-  } catch (const std::exception& error) {
-    std::cerr << "find_mirror: " << error.what() << "\n";
-    return EXIT_FAILURE;
-  }
+  return bearing_calibration::runProgram("find_mirror",
+                                         [&] { return bearing_calibration::run(argc, argv); });
 }

@@ -7,10 +7,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
@@ -19,6 +17,7 @@
 #include "bearing_calibration/simulation/random_scene.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/rendered_series.h"
+#include "tools/command_line.h"
 
 namespace bearing_calibration {
 namespace {
@@ -120,25 +119,25 @@ void writeDistance(const filesystem::path& folder, int images) {
   }
 }
 
-}  // namespace
-}  // namespace bearing_calibration
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   constexpr int kDefaultImages = 40;
   const int images = argc > 2 ? std::atoi(argv[2]) : kDefaultImages;
   if (argc < 2 || images < 1) {
     std::fprintf(stderr, "usage: gallery_data FOLDER [IMAGES PER POINT > 0]\n");
     return EXIT_FAILURE;
   }
-  try {
-    const std::filesystem::path folder(argv[1]);
-    std::filesystem::create_directories(folder);
-    bearing_calibration::writeFocus(folder, images);
-    bearing_calibration::writeClutter(folder);
-    bearing_calibration::writeDistance(folder, images);
-    return EXIT_SUCCESS;
-  } catch (const std::exception& error) {
-    std::cerr << "gallery_data: " << error.what() << "\n";
-    return EXIT_FAILURE;
-  }
+  const std::filesystem::path folder(argv[1]);
+  std::filesystem::create_directories(folder);
+  writeFocus(folder, images);
+  writeClutter(folder);
+  writeDistance(folder, images);
+  return EXIT_SUCCESS;
+}
+
+}  // namespace
+}  // namespace bearing_calibration
+
+int main(int argc, char** argv) {
+  return bearing_calibration::runProgram("gallery_data",
+                                         [&] { return bearing_calibration::run(argc, argv); });
 }

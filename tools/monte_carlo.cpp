@@ -3,11 +3,11 @@
 
 #include <boost/program_options.hpp>
 #include <cstdio>
-#include <exception>
 #include <iostream>
 #include <string>
 #include <vector>
 
+#include "tools/command_line.h"
 #include "tools/monte_carlo_bars.h"
 #include "tools/monte_carlo_table.h"
 #include "tools/monte_carlo_trials.h"
@@ -19,7 +19,6 @@ namespace {
 
 namespace options = boost::program_options;
 
-constexpr int kUsageError = 2;
 constexpr int kBarMissed = 1;
 
 struct Arguments {
@@ -158,23 +157,18 @@ void printRemarkable(const std::vector<Trial>& trials, std::uint64_t first_seed)
 int run(int argc, char** argv) {
   Arguments arguments;
   const options::options_description description = describeOptions(&arguments);
-  options::variables_map values;
-  options::store(options::parse_command_line(argc, argv, description), values);
-  if (values.count("help") > 0) {
-    std::cout << description << "\n";
-    return 0;
-  }
-  options::notify(values);
+  const auto values = parseArguments(argc, argv, description);
+  if (!values) return EXIT_SUCCESS;
   if (arguments.times_s.empty() || arguments.times_s.back() < arguments.duration_s) {
     arguments.times_s.push_back(arguments.duration_s);
   }
-  if (values.count("errors") > 0) arguments.looked_for = usualErrors();
+  if (values->count("errors") > 0) arguments.looked_for = usualErrors();
   const std::vector<Trial> trials = runAll(arguments);
   const std::vector<TableRow> rows = summarise(trials);
   std::cout << format(rows);
   std::cout << formatRobotErrors(trials);
   printRemarkable(trials, arguments.seed);
-  if (values.count("check") == 0) return 0;
+  if (values->count("check") == 0) return 0;
   const ClaimKind kind = arguments.trajectory == kDegenerate ? ClaimKind::kForbidden
                          : arguments.what == "calibrator"    ? ClaimKind::kVerdict
                                                              : ClaimKind::kEstimate;
@@ -187,10 +181,7 @@ int run(int argc, char** argv) {
 }  // namespace bearing_calibration
 
 int main(int argc, char** argv) {
-  try {
-    return bearing_calibration::run(argc, argv);
-  } catch (const std::exception& error) {
-    std::cerr << "monte_carlo: " << error.what() << " (see --help)\n";
-    return bearing_calibration::kUsageError;
-  }
+  return bearing_calibration::runProgram(
+      "monte_carlo", [&] { return bearing_calibration::run(argc, argv); },
+      bearing_calibration::kUsageError);
 }

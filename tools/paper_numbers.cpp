@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
+#include "tools/command_line.h"
 #include "tools/paper_figures.h"
 #include "tools/parallel.h"
 
@@ -108,10 +108,6 @@ int run(int argc, char** argv) {
 }  // namespace bearing_calibration
 
 int main(int argc, char** argv) {
-  try {
-    return bearing_calibration::run(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "paper_numbers: %s\n", error.what());
-    return EXIT_FAILURE;
-  }
+  return bearing_calibration::runProgram("paper_numbers",
+                                         [&] { return bearing_calibration::run(argc, argv); });
 }

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <deque>
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
@@ -16,6 +15,7 @@
 #include <vector>
 
 #include "bearing_calibration_ros/simulation_params.h"
+#include "tools/command_line.h"
 #include "tools/simulated_scene.h"
 
 namespace bearing_calibration_ros {
@@ -24,13 +24,9 @@ namespace {
 namespace core = bearing_calibration;
 namespace options = boost::program_options;
 
-constexpr int kUsageError = 2;
-
 struct Arguments {
-  std::string simulation_file;
-  std::vector<std::string> scene_files;
+  SceneArguments scene;
   std::filesystem::path folder;
-  int seed = -1;
   int images = 0;
 };
 
@@ -46,24 +42,10 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   auto add = description.add_options();
   add("help,h", "print this");
   add("output,o", options::value(&folder)->required(), "folder to write into, made when missing");
-  add("scene", options::value(&arguments->scene_files),
-      "YAML file of parameters that replace the simulation's, as config/scene.yaml");
-  add("simulation", options::value(&arguments->simulation_file),
-      "YAML file of all parameters of the simulation (the package's config/simulation.yaml)");
-  add("seed", options::value(&arguments->seed), "in place of world/seed, 0 or more");
+  arguments->scene.addTo(&description);
   add("images", options::value(&arguments->images)->default_value(kDefaultImages), "how many");
-  options::variables_map values;
-  options::store(options::command_line_parser(argc, argv).options(description).positional({}).run(),
-                 values);
-  if (values.count("help") != 0) {
-    std::cout << description;
-    return false;
-  }
-  options::notify(values);
+  if (!core::parseArguments(argc, argv, description)) return false;
   arguments->folder = folder;
-  if (values.count("seed") != 0 && arguments->seed < 0) {
-    throw options::error("--seed must not be negative");
-  }
   if (arguments->images < 1) throw options::error("--images must be greater than 0");
   return true;
 }
@@ -135,8 +117,7 @@ void writeImage(const core::MonoImage& image, core::ImageEncoding encoding,
 }
 
 void render(const Arguments& arguments) {
-  SimulationNodeConfig config =
-      readSimulatedScene(arguments.simulation_file, arguments.scene_files, arguments.seed);
+  SimulationNodeConfig config = readSimulatedScene(arguments.scene);
   const core::Scene scene = core::drawScene(config.scene, config.seed);
   config.renderer.holders = scene.holders;
   core::ImageRenderer renderer(config.renderer, scene.surroundings);
@@ -165,21 +146,16 @@ void render(const Arguments& arguments) {
             << "detection.yaml\n";
 }
 
+int run(int argc, char** argv) {
+  Arguments arguments;
+  if (parse(argc, argv, &arguments)) render(arguments);
+  return EXIT_SUCCESS;
+}
+
 }  // namespace
 }  // namespace bearing_calibration_ros
 
 int main(int argc, char** argv) {
-  using bearing_calibration_ros::Arguments;
-  Arguments arguments;
-  try {
-    if (!bearing_calibration_ros::parse(argc, argv, &arguments)) return EXIT_SUCCESS;
-    bearing_calibration_ros::render(arguments);
-    return EXIT_SUCCESS;
-  } catch (const boost::program_options::error& error) {
-    std::cerr << "render_scene: " << error.what() << " (see --help)\n";
-    return bearing_calibration_ros::kUsageError;
-  } catch (const std::exception& error) {
-    std::cerr << "render_scene: " << error.what() << "\n";
-    return EXIT_FAILURE;
-  }
+  return bearing_calibration::runProgram("render_scene",
+                                         [&] { return bearing_calibration_ros::run(argc, argv); });
 }

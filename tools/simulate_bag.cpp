@@ -4,7 +4,6 @@
 
 #include <boost/program_options.hpp>
 #include <cstdlib>
-#include <exception>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -17,6 +16,7 @@
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/detection_conversions.h"
 #include "bearing_calibration_ros/simulated_camera.h"
+#include "tools/command_line.h"
 #include "tools/simulated_scene.h"
 
 namespace bearing_calibration_ros {
@@ -25,14 +25,10 @@ namespace {
 namespace core = bearing_calibration;
 namespace options = boost::program_options;
 
-constexpr int kUsageError = 2;
-
 struct Arguments {
-  std::string simulation_file;
-  std::vector<std::string> scene_files;
+  SceneArguments scene;
   std::string output_file;
   double seconds = 0.0;
-  int seed = -1;
   bool only_bearings = false;
 };
 
@@ -47,25 +43,11 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   add("help,h", "print this");
   add("output,o", options::value(&arguments->output_file)->required(), "bag to write");
   add("seconds", options::value(&arguments->seconds)->default_value(kDefaultDrive_s), "of driving");
-  add("scene", options::value(&arguments->scene_files)->composing(),
-      "YAML file of parameters that replace the simulation's, as config/scene.yaml");
-  add("simulation", options::value(&arguments->simulation_file),
-      "YAML file of all parameters of the simulation (the package's config/simulation.yaml)");
-  add("seed", options::value(&arguments->seed), "in place of world/seed, 0 or more");
+  arguments->scene.addTo(&description);
   add("only-bearings", options::bool_switch(&arguments->only_bearings),
       "bearings of the simulated sensor instead of images: a thousandth of the size");
-  options::variables_map values;
-  options::store(options::command_line_parser(argc, argv).options(description).positional({}).run(),
-                 values);
-  if (values.count("help") != 0) {
-    std::cout << description;
-    return false;
-  }
-  options::notify(values);
+  if (!core::parseArguments(argc, argv, description)) return false;
   if (!(arguments->seconds > 0.0)) throw options::error("--seconds must be greater than 0");
-  if (values.count("seed") != 0 && arguments->seed < 0) {
-    throw options::error("--seed must not be negative");
-  }
   return true;
 }
 
@@ -110,8 +92,7 @@ class Recorder {
 };
 
 void record(const Arguments& arguments) {
-  SimulationNodeConfig config =
-      readSimulatedScene(arguments.simulation_file, arguments.scene_files, arguments.seed);
+  SimulationNodeConfig config = readSimulatedScene(arguments.scene);
   const core::Scene scene = core::drawScene(config.scene, config.seed);
   config.renderer.holders = scene.holders;
   core::RobotSimulator simulator(
@@ -136,21 +117,16 @@ void record(const Arguments& arguments) {
             << " images\n";
 }
 
+int run(int argc, char** argv) {
+  Arguments arguments;
+  if (parse(argc, argv, &arguments)) record(arguments);
+  return EXIT_SUCCESS;
+}
+
 }  // namespace
 }  // namespace bearing_calibration_ros
 
 int main(int argc, char** argv) {
-  using bearing_calibration_ros::Arguments;
-  Arguments arguments;
-  try {
-    if (!bearing_calibration_ros::parse(argc, argv, &arguments)) return EXIT_SUCCESS;
-    bearing_calibration_ros::record(arguments);
-    return EXIT_SUCCESS;
-  } catch (const boost::program_options::error& error) {
-    std::cerr << "simulate_bag: " << error.what() << " (see --help)\n";
-    return bearing_calibration_ros::kUsageError;
-  } catch (const std::exception& error) {
-    std::cerr << "simulate_bag: " << error.what() << "\n";
-    return EXIT_FAILURE;
-  }
+  return bearing_calibration::runProgram("simulate_bag",
+                                         [&] { return bearing_calibration_ros::run(argc, argv); });
 }

@@ -1,5 +1,6 @@
 #include "bearing_calibration/planning/drive_motion.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
@@ -16,6 +17,13 @@ constexpr double kFullTurn = 2.0 * kPi;
 const std::vector<std::string>& motionNames() {
   static const std::vector<std::string> names = {"optimal", "dance", "corner_light"};
   return names;
+}
+
+std::optional<DriveMotion> motionNamed(const std::string& name) {
+  const std::vector<std::string>& names = motionNames();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<DriveMotion>(found - names.begin());
 }
 
 const Hop& HopSequence::at(std::size_t i) const {

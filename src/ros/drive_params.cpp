@@ -1,6 +1,6 @@
 #include "bearing_calibration_ros/drive_params.h"
 
-#include <algorithm>
+#include <optional>
 #include <stdexcept>
 
 #include "bearing_calibration/common/requirement.h"
@@ -84,13 +84,12 @@ core::DriveGoal goalFrom(const std::string& motion, double max_time_s, double ma
                          const core::DriveGoal& default_goal) {
   core::DriveGoal goal = default_goal;
   if (!motion.empty()) {
-    const std::vector<std::string>& names = core::motionNames();
-    const auto found = std::find(names.begin(), names.end(), motion);
-    if (found == names.end()) {
+    const std::optional<core::DriveMotion> named = core::motionNamed(motion);
+    if (!named) {
       throw std::invalid_argument("motion must be optimal, dance or corner_light, but is '" +
                                   motion + "'");
     }
-    goal.motion = static_cast<core::DriveMotion>(found - names.begin());
+    goal.motion = *named;
   }
   if (max_time_s != 0.0) goal.max_time_s = max_time_s;
   if (max_path_m != 0.0) goal.max_path_m = max_path_m;

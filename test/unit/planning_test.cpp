@@ -276,9 +276,12 @@ TEST(DriveMotion, ScriptsAreThePapersAndHaveWords) {
   for (std::size_t i = 0; i < 10; ++i) EXPECT_DOUBLE_EQ(dance.at(i).length_m, 1.0);
   for (std::size_t i = 1; i < 10; ++i) EXPECT_DOUBLE_EQ(dance.at(i).turn_rad, 2.5 * kPi);
   EXPECT_THROW(scriptedHops(DriveMotion::kOptimal), std::invalid_argument);
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_FALSE(instructionsFor(static_cast<DriveMotion>(i)).empty());
+  for (const std::string& name : motionNames()) {
+    ASSERT_TRUE(motionNamed(name));
+    EXPECT_EQ(motionNames().at(static_cast<std::size_t>(*motionNamed(name))), name);
+    EXPECT_FALSE(instructionsFor(*motionNamed(name)).empty());
   }
+  EXPECT_FALSE(motionNamed("waltz"));
 }
 
 const auto kAnything = [](const Hop&) { return true; };

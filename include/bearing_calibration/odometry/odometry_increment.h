@@ -13,6 +13,12 @@ struct WheelDisplacement {
   double right_m = 0.0;
 };
 
+/// How fast each wheel rolls.
+struct WheelSpeeds {
+  double left_mps = 0.0;
+  double right_mps = 0.0;
+};
+
 /// The motion of the base between two moments, pre-integrated over any number of arcs.
 struct OdometryIncrement {
   Pose2 start_from_end;  ///< the base's pose at the end, in the base frame of the start

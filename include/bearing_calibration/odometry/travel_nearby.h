@@ -7,12 +7,6 @@
 
 namespace bearing_calibration {
 
-/// How fast each wheel rolls.
-struct WheelSpeeds {
-  double left_mps = 0.0;
-  double right_mps = 0.0;
-};
-
 /// The wheels' travel in a short stretch of time around a moment, relative to that moment: what a
 /// bearing needs to be moved to another time of its own.
 class TravelNearby {

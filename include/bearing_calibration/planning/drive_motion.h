@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,8 @@ enum class DriveMotion : std::uint8_t {
 
 /// "optimal", "dance", "corner_light", in their order.
 const std::vector<std::string>& motionNames();
+/// None when no motion is called so.
+std::optional<DriveMotion> motionNamed(const std::string& name);
 
 /// Hops that are driven in their order; from `repeat_from` on again and again.
 struct HopSequence {

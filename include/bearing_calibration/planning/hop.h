@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "bearing_calibration/odometry/odometry_increment.h"
-#include "bearing_calibration/odometry/travel_nearby.h"
 
 namespace bearing_calibration {
 
