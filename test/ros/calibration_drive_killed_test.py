@@ -64,8 +64,12 @@ class CalibrationDriveKilledTest(unittest.TestCase):
     def test_interrupted_it_stops_the_robot(self):
         self.assertEndedBySignalItStops(signal.SIGINT)
 
-    def test_terminated_it_stops_the_robot(self):
+    def test_terminated_it_stops_the_robot_and_started_again_it_does_not_move(self):
         self.assertEndedBySignalItStops(signal.SIGTERM)
+        count = len(self.robot.said())
+        self.robot.reconnect()
+        time.sleep(1.0)
+        self.assertEqual(self.robot.said()[count:], [])
 
     def test_killed_the_robot_stops_by_itself(self):
         self.robot.drive()

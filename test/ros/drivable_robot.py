@@ -17,9 +17,7 @@ from std_srvs.srv import Trigger
 from calibration_world import wait_until
 
 MOST_STOPPING_S = 0.3
-CONTROL_PERIOD_S = 0.05
 SPEED = 0.2  # [m/s] limits/wheel_speed
-ACCELERATION = 1.0  # [m/s^2] limits/wheel_acceleration
 SEPARATION = 0.25
 TICK_RATE = 50.0  # [Hz] wheels/rate
 TICKS_PER_METRE = 65536.0 / (2.0 * math.pi * 0.05)
