@@ -57,11 +57,9 @@ class CalibrationDriveTest(unittest.TestCase):
         commands = [wheels_of(twist) for _, twist in self.robot.said()]
         self.assertLessEqual(max(abs(wheel) for both in commands for wheel in both), SPEED + 1e-9)
         # It takes four controls from standing to its speed; one that came late had more time.
-        speeds = [max(map(abs, both)) for both in commands]
-        first_at_speed = next(i for i, speed in enumerate(speeds) if speed > SPEED - 1e-9)
-        self.assertGreaterEqual(first_at_speed, 1, speeds)
+        speeds = [max(map(abs, both)) for both in commands if max(map(abs, both)) > 0.0]
         self.assertLess(speeds[0], 0.8 * SPEED)
-        self.assertLess(speeds[-2], 0.8 * SPEED, 'it brakes before it stands')
+        self.assertLess(speeds[-1], 0.8 * SPEED, 'it brakes before it stands')
 
     def test_it_stops_when_converged(self):
         self.robot.drive()
@@ -108,16 +106,20 @@ class CalibrationDriveTest(unittest.TestCase):
         self.assertEnds(CalibrationDriveResult.OBSTACLE, since, MOST_STOPPING_S)
         self.assertFalse(self.robot.start_service('dance', 0.0, 0.0).success)
 
-    def test_lost_inputs_stop_it(self):
-        for name, end, timeout_s in (('ticks', CalibrationDriveResult.TICKS_LOST, 0.5),
-                                     ('light', CalibrationDriveResult.LIGHT_LOST, 1.0),
-                                     ('estimate', CalibrationDriveResult.ESTIMATE_LOST, 1.5)):
-            with self.subTest(lost=name):
-                self.robot.forget()
-                self.robot.drive()
-                since = rospy.get_time()
-                self.robot.cut.add(name)
-                self.assertEnds(end, since, timeout_s + MOST_STOPPING_S)
+    def assertStopsWithout(self, name, end, timeout_s):
+        self.robot.drive()
+        since = rospy.get_time()
+        self.robot.cut.add(name)
+        self.assertEnds(end, since, timeout_s + MOST_STOPPING_S)
+
+    def test_without_ticks_it_stops(self):
+        self.assertStopsWithout('ticks', CalibrationDriveResult.TICKS_LOST, 0.5)
+
+    def test_without_the_light_it_stops(self):
+        self.assertStopsWithout('light', CalibrationDriveResult.LIGHT_LOST, 1.0)
+
+    def test_without_estimates_it_stops(self):
+        self.assertStopsWithout('estimate', CalibrationDriveResult.ESTIMATE_LOST, 1.5)
 
     def test_the_regions_edge_stops_it(self):
         """Somebody pushes the robot over the border while it turns on the spot."""
