@@ -43,10 +43,13 @@ DetectorConfig detectorOf(const benchmark::State& state) {
   return state.range(0) == 0 ? detectorAt(1, 640, 480) : detectorAt(2, 1280, 1024);
 }
 
-cv::Mat sceneOf(const DetectorConfig& config) {
+/// Lights in one distance all around, the first at kAzimuth_rad.
+cv::Mat sceneOf(const DetectorConfig& config, int lights = 1) {
   cv::Mat expected = test::flatImage(config.sensor.width_px, config.sensor.height_px, 20.0);
-  addSpot(&expected,
-          test::spotOfLight(config, {1.0, test::kDefaultLightHeight_m}, kAzimuth_rad, 160.0));
+  for (int i = 0; i < lights; ++i) {
+    addSpot(&expected, test::spotOfLight(config, {1.0, test::kDefaultLightHeight_m},
+                                         kAzimuth_rad + 2.0 * kPi * i / lights, 160.0));
+  }
   std::mt19937 random(1);
   return test::expose(expected, config.sensor, &random);
 }
@@ -87,6 +90,16 @@ void regionOfInterest(benchmark::State& state) {
   const AzimuthSector region{kAzimuth_rad, radiansFromDegrees(10.0)};
   if (!detector.detect(image, region).in_region) state.SkipWithError("the light was not found");
   for (auto _ : state) benchmark::DoNotOptimize(detector.detect(image, region).lights.size());
+}
+
+/// 640x480 with `range(0)` lights.
+void manyLights(benchmark::State& state) {
+  const auto lights = static_cast<std::size_t>(state.range(0));
+  const DetectorConfig config = detectorAt(1, 640, 480);
+  const cv::Mat image = sceneOf(config, static_cast<int>(lights));
+  LightDetector detector(config);
+  if (detector.detect(image).lights.size() != lights) state.SkipWithError("not all were found");
+  for (auto _ : state) benchmark::DoNotOptimize(detector.detect(image).lights.size());
 }
 
 /// The region's brightest level and nothing else, with the compiler's vector instructions: what no
@@ -135,6 +148,7 @@ BENCHMARK(plainRead)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(countNonZero)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(fullScan)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(regionOfInterest)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK(manyLights)->Arg(1)->Arg(2)->Arg(4)->Arg(8)->Arg(16)->Unit(benchmark::kMicrosecond);
 BENCHMARK(readRegion)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(thresholdAndContours)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(simpleBlob)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);

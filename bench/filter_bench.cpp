@@ -46,6 +46,17 @@ void dynamicStep(benchmark::State& state) {
 }
 BENCHMARK(dynamicStep)->Arg(5)->Arg(10)->Arg(15)->Arg(20)->Arg(30);
 
+/// With so many states in all: the first errors of the robot beside light and mount.
+void robotStep(benchmark::State& state) {
+  constexpr double kErrorVariance = 1e-4;  // a hundredth, 10 ms
+  RobotEstimate start;
+  start.cartesian = goodStart();
+  start.errors.covariance = kErrorVariance * ErrorMatrix::Identity();
+  const int errors_in_use = static_cast<int>(state.range(0)) - 5;
+  stepThroughRun(state, [&] { return makeRobotFilter(start, errors_in_use); });
+}
+BENCHMARK(robotStep)->Arg(9)->Arg(13);  // the sizes that there are
+
 }  // namespace
 }  // namespace bearing_calibration
 

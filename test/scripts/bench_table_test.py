@@ -18,8 +18,13 @@ bench_table = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(bench_table)
 
 
+DOCUMENT = os.path.join(REPOSITORY, 'doc', 'performance.md')
+MEASURED = os.path.join(REPOSITORY, 'doc', 'performance.json')
+
+
 def namesInTable():
-    return {name for _, rows in bench_table.SECTIONS for row in rows for name in row[:2]}
+    names = {name for _, rows in bench_table.SECTIONS for row in rows for name in row[:2]}
+    return names | {name for _, rows in bench_table.TIMES for name, _ in rows}
 
 
 def results(time_ns=100.0):
@@ -54,17 +59,49 @@ class BenchTable(unittest.TestCase):
             bench_table.timesOf(report)
 
     def testAMissedAimIsSaid(self):
-        table = bench_table.ratioTable(results())  # every ratio is 1
+        table = bench_table.report(results(6e6))  # every ratio is 1, and every time 6 ms
         self.assertIn('at least 10: **missed**', table)
+        self.assertIn('| decision/100 | 6 ms | at most 5 ms: **missed** |', table)
         quick = results()
         for name in ('filter_bench/cartesianStep', 'ceres_bench/batchPlain/1000',
                      'ceres_bench/batchPlain/300', 'ceres_bench/batchPlain/100',
                      'ceres_bench/batchHuber/1000'):
             quick['benchmarks'][name]['median_ns'] = 10.0
-        table = bench_table.ratioTable(quick)
+        table = bench_table.report(quick)
         self.assertNotIn('missed', table)
+        self.assertIn('| decision/100 | 100 ns | at most 5 ms |', table)
         self.assertIn('| dynamicStep/15 | 100 ns | cartesianStep | 10 ns | 10 | at least 10 |',
                       table)
+
+    def testTheDocumentHasTheNumbersOfItsFile(self):
+        with open(MEASURED) as file:
+            measured = json.load(file)
+        self.assertEqual(set(measured['benchmarks']) & namesInTable(), namesInTable())
+        with open(DOCUMENT) as file:
+            document = file.read()
+        self.assertEqual(document, bench_table.filledIn(document, measured))
+        for title, table in bench_table.tables(measured).items():
+            self.assertIn('## %s\n' % title, document)
+            self.assertIn('\n'.join(table), document)
+        self.assertIn(bench_table.machineLine(measured), document)
+
+    def testTheTablesOfADocumentAreMadeAnew(self):
+        document = 'old' + bench_table.MEDIANS + '\n## Filter step\ntext\n| old |\n|---|\nmore'
+        new = bench_table.filledIn(document, results())
+        self.assertTrue(new.startswith('a, 1 cores, load 0.0 at the start'))
+        self.assertIn('text\n| A | time | B |', new)
+        self.assertTrue(new.endswith('|\nmore'))
+        self.assertNotIn('old', new)
+
+    def testOneProgramsResultsReplaceThoseOfTheSameProgram(self):
+        old, new = results(100.0), {'machine': {'load': 9.0}, 'benchmarks': {
+            'driving_bench/decision/60': bench_table.summaryOf([7.0])}}
+        both = bench_table.withNew(old, new)
+        self.assertEqual(both['machine'], old['machine'])
+        self.assertEqual({name for name in both['benchmarks'] if name.startswith('driving_bench')},
+                         {'driving_bench/decision/60'})
+        self.assertEqual(both['benchmarks']['driving_bench/decision/60']['median_ns'], 7.0)
+        self.assertEqual(both['benchmarks']['ceres_bench/fit']['median_ns'], 100.0)
 
     def compareFiles(self, before, after):
         with tempfile.TemporaryDirectory() as folder:
