@@ -8,6 +8,7 @@ namespace {
 
 constexpr unsigned kLookBack = 5;   // images
 constexpr std::size_t kFewest = 4;  // of these, which after a slip happens by chance once in 10^5
+constexpr double kVaguer = 4.0;     // variance of an expectation that says less
 /// Images, six seconds of another light: more than the batch needs to know it (light_track.cpp).
 constexpr int kPatience = 60;
 
@@ -16,11 +17,14 @@ constexpr int kPatience = 60;
 FormerTrack::FormerTrack(std::unique_ptr<MountFilter> filter) : filter_(std::move(filter)) {}
 
 Association FormerTrack::look(const std::vector<Bearing>& candidates, const TravelNearby& nearby,
-                              const FusionConfig& fusion) {
+                              const FusionConfig& fusion, const Association& present) {
   ++images_;
   const Association association = fuseLight(candidates, nearby, fusion, filter_.get());
   const bool found = association.kind == Association::Kind::kFound;
-  found_ = found_ << 1U | static_cast<unsigned>(found);
+  const bool expected_there_too =
+      present.kind == Association::Kind::kFound && present.candidate == association.candidate &&
+      present.innovation.variance < kVaguer * association.innovation.variance;
+  found_ = found_ << 1U | static_cast<unsigned>(found && !expected_there_too);
   return association;
 }
 

@@ -148,7 +148,7 @@ void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearb
     if (judge_->last().state == CalibrationState::kInconsistent) diagnose(stamp);
   }
   if (started_ && config_.knocked.start_anew && judge_->last().knocked) return followKnock();
-  if (!tracker_->isLost()) return;
+  if (!tracker_->isLost() || tracker_->isSearching()) return;
   tracker_.reset();
   look->lost_light = started_;
   if (started_) startAnew();

@@ -64,8 +64,9 @@ Association MountTracker::look(const std::vector<Bearing>& candidates, const Tra
     former_.reset();
     return {};
   }
+  const Association association = fuseLight(candidates, nearby, fusion_, filter_.get());
   if (former_) {
-    const Association found = former_->look(candidates, nearby, fusion_);
+    const Association found = former_->look(candidates, nearby, fusion_, association);
     if (former_->isBack()) {
       filter_ = former_->takeFilter();
       former_.reset();
@@ -74,7 +75,6 @@ Association MountTracker::look(const std::vector<Bearing>& candidates, const Tra
     }
     if (former_->isHistory()) former_.reset();
   }
-  const Association association = fuseLight(candidates, nearby, fusion_, filter_.get());
   if (association.kind == Association::Kind::kFound) {
     noteFused(association);
     return association;

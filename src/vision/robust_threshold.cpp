@@ -15,11 +15,19 @@ constexpr int kColumnStep = 9;
 constexpr int kMaxBins = 1024;
 constexpr double kOneSigmaBelow = 0.1587;  // of a normal distribution
 
+/// So that a level's bin is found by a shift: a division by what is not known beforehand takes
+/// longer than everything else that a sample needs.
+int shiftFor(double max_level) {
+  int shift = 0;
+  while (static_cast<int>(max_level) >> shift >= kMaxBins) ++shift;
+  return shift;
+}
+
 }  // namespace
 
 BackgroundSampler::BackgroundSampler(double max_level)
-    : levels_per_bin_(1 + static_cast<int>(max_level) / kMaxBins),
-      histogram_(static_cast<std::size_t>(max_level) / levels_per_bin_ + 1, 0) {}
+    : shift_(shiftFor(max_level)),
+      histogram_((static_cast<std::size_t>(max_level) >> shift_) + 1, 0) {}
 
 template <typename Level>
 int BackgroundSampler::fillHistogram(const cv::Mat& image,
@@ -30,7 +38,7 @@ int BackgroundSampler::fillHistogram(const cv::Mat& image,
     if (interval.row % kRowStep != 0) continue;
     const Level* row = image.ptr<Level>(interval.row);
     for (int u = interval.begin; u < interval.end; u += kColumnStep) {
-      ++histogram_[static_cast<std::size_t>(std::min(row[u] / levels_per_bin_, last_bin))];
+      ++histogram_[static_cast<std::size_t>(std::min(row[u] >> shift_, last_bin))];
       ++samples;
     }
   }
@@ -38,13 +46,14 @@ int BackgroundSampler::fillHistogram(const cv::Mat& image,
 }
 
 double BackgroundSampler::quantile(double fraction, int samples) const {
+  const double levels_per_bin = static_cast<double>(1U << shift_);
   const double wanted = fraction * samples;
   double seen = 0.0;
   for (std::size_t bin = 0; bin < histogram_.size(); ++bin) {
     if (seen + histogram_[bin] >= wanted && histogram_[bin] > 0) {
       // Levels are integers: within a bin the samples are taken as spread evenly about its middle.
       const double within = (wanted - seen) / histogram_[bin] - 0.5;
-      return levels_per_bin_ * (static_cast<double>(bin) + 0.5 + within) - 0.5;
+      return levels_per_bin * (static_cast<double>(bin) + 0.5 + within) - 0.5;
     }
     seen += histogram_[bin];
   }

@@ -20,10 +20,11 @@ class FormerTrack {
   void move(const OdometryIncrement& motion) { filter_->predict(motion); }
 
   /// An image at the end of the last motion.
+  /// @param present  what it showed at the present place: what is seen at both tells nothing
   Association look(const std::vector<Bearing>& candidates, const TravelNearby& nearby,
-                   const FusionConfig& fusion);
+                   const FusionConfig& fusion, const Association& present);
 
-  /// The last image and nearly all before it showed the light at its old place.
+  /// The last image and nearly all before it showed the light at its old place, and there only.
   bool isBack() const;
   /// It has not turned up for so long that it will not.
   bool isHistory() const;
@@ -32,7 +33,7 @@ class FormerTrack {
 
  private:
   std::unique_ptr<MountFilter> filter_;
-  unsigned found_ = 0;  ///< a bit for each image, the last one's lowest
+  unsigned found_ = 0;  ///< there only: a bit for each image, the last one's lowest
   int images_ = 0;
 };
 

@@ -29,7 +29,7 @@ class BackgroundSampler {
   int fillHistogram(const cv::Mat& image, const std::vector<PixelInterval>& intervals);
   double quantile(double fraction, int samples) const;
 
-  int levels_per_bin_;
+  int shift_;  ///< a level is in bin level >> shift_
   std::vector<int> histogram_;
 };
 
