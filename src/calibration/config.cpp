@@ -61,6 +61,7 @@ std::vector<std::string> CalibratorConfig::validate() const {
   require.add(initializer.validate());
   require.add(filter.validate());
   require.add(converged.validate());
+  require.notNegative("refit_growth", refit_growth);
   return require.errors();
 }
 

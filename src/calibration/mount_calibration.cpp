@@ -20,9 +20,8 @@ struct Schedule {
   Duration interval;
   double growth;
 };
-constexpr Schedule kAttempts{std::chrono::seconds(1), 0.05};      // tens of milliseconds
-constexpr Schedule kRefinements{std::chrono::seconds(1), 0.005};  // tens of milliseconds
-constexpr Schedule kDiagnoses{std::chrono::seconds(20), 1.0};     // up to a second
+constexpr Schedule kAttempts{std::chrono::seconds(1), 0.05};   // tens of milliseconds
+constexpr Schedule kDiagnoses{std::chrono::seconds(20), 1.0};  // up to a second
 
 /// A light that is passed closely, or a slip, can make one attempt fail; not so many in a row.
 constexpr int kMisfitsToSay = 5;
@@ -194,7 +193,8 @@ bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
 void MountCalibration::refineAndJudge(Stamp stamp) {
   if (stamp < next_refinement_) return;
   const std::vector<Sight>& sights = initializer_.record().sights();
-  next_refinement_ = nextTime(kRefinements, sights);
+  constexpr std::chrono::seconds kRefitInterval{1};  // a fit takes tens of milliseconds
+  next_refinement_ = nextTime({kRefitInterval, config_.refit_growth}, sights);
   const RobotEstimate robot = tracker_->filter().robot();
   const BatchEstimate batch = fitRecord(robot);
   std::optional<BatchEstimate> settled;

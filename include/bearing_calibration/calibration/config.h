@@ -89,6 +89,9 @@ struct CalibratorConfig {
   FilterConfig filter;
   ConvergenceConfig converged;
   KnockConfig knocked;
+  /// The record is fitted anew when it has grown by this share of itself, and a second at least.
+  /// Not among the parameters.
+  double refit_growth = 0.005;
 
   /// One sentence for each value that cannot be; empty when all is well.
   std::vector<std::string> validate() const;
