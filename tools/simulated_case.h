@@ -38,8 +38,8 @@ struct RandomCaseRange {
 SimulatedCase randomCase(std::uint64_t seed, TrajectoryConfig::Kind kind,
                          const RandomCaseRange& range);
 
-/// A drive that cannot tell the mount, by the seed in turn: standing, a line, back and forth, a circle,
-/// a spin, a line through the light, a circle about the light; all else as in randomCase.
+/// A drive that cannot tell the mount, by the seed in turn: standing, a line, back and forth, a
+/// circle, a spin, a line through the light, a circle about the light; all else as in randomCase.
 SimulatedCase degenerateCase(std::uint64_t seed);
 
 /// `count` slips of one wheel, 0.2 to 0.5 s long and 30 to 70 % off, anywhere in the run.
