@@ -153,12 +153,12 @@ void print(const MirrorRim& rim, const BestCentre& best) {
       "mirror:\n"
       "  centre_u: %.3f  # [px] +- %.3f\n"
       "  centre_v: %.3f  # [px] +- %.3f\n"
-      "# rim: centre (%.3f, %.3f), radius %.2f +- %.2f px, seen in %.0f %% of the directions, "
+      "# rim: radius %.2f +- %.2f px about (%.3f, %.3f), seen in %.0f %% of the directions, "
       "its edge within %.2f px (1 sigma)\n"
       "mask:\n"
       "  outer_radius: %.0f.0  # [px] inside the rim\n",
       best.centre_px.x(), rim.stddev(0), best.centre_px.y(), rim.stddev(1),
-      rim.circle.centre_px.x(), rim.circle.centre_px.y(), rim.circle.radius_px, rim.stddev(2),
+      rim.circle.radius_px, rim.stddev(2), rim.circle.centre_px.x(), rim.circle.centre_px.y(),
       kPercent * rim.visible_part, rim.scatter_px, std::floor(rim.circle.radius_px));
   if (!best.bend) return;
   std::printf(
