@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <opencv2/core.hpp>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/bearing_variance.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/default_rig.h"
 #include "support/synthetic_spot.h"
@@ -83,13 +85,40 @@ void fullScan(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(detector.detect(image).lights.size());
 }
 
-void regionOfInterest(benchmark::State& state) {
-  const DetectorConfig config = detectorOf(state);
+/// What a robot has that tracks its light (doc/detection.md): a prediction good to 0.5 deg that is
+/// 20 ms old, and the image radius from the image before, a tenth of a second ago.
+SearchRegion trackedRegion(const DetectorConfig& config) {
+  SearchConfig search;
+  search.use = true;
+  search.sigmas = 4.0;
+  search.margin_rad = 0.15;
+  search.max_half_width_rad = 0.8;
+  search.max_age_s = 0.5;
+  search.max_turn_rate_radps = 2.0;
+  search.max_radius_rate_pxps = 100.0 * config.sensor.width_px / 640;
+  const double radius_px = *radiusFromLight(config.mirror, {1.0, test::kDefaultLightHeight_m});
+  const Stamp image = stampFromSeconds(10.0);
+  const BearingPrediction prediction{image - durationFromSeconds(0.02), kAzimuth_rad,
+                                     std::pow(radiansFromDegrees(0.5), 2)};
+  const SeenRadius seen{image - durationFromSeconds(0.1), radius_px, 0.01};
+  return *searchRegion(search, prediction, seen, image);
+}
+
+void detectIn(benchmark::State& state, const DetectorConfig& config, const SearchRegion& region) {
   const cv::Mat image = sceneOf(config);
   LightDetector detector(config);
-  const AzimuthSector region{kAzimuth_rad, radiansFromDegrees(10.0)};
   if (!detector.detect(image, region).in_region) state.SkipWithError("the light was not found");
   for (auto _ : state) benchmark::DoNotOptimize(detector.detect(image, region).lights.size());
+}
+
+void regionOfInterest(benchmark::State& state) {
+  const DetectorConfig config = detectorOf(state);
+  detectIn(state, config, trackedRegion(config));
+}
+
+/// The light's radius not known: the whole sector.
+void sectorOfInterest(benchmark::State& state) {
+  detectIn(state, detectorOf(state), {std::nullopt, {kAzimuth_rad, radiansFromDegrees(10.0)}});
 }
 
 /// 640x480 with `range(0)` lights.
@@ -102,25 +131,50 @@ void manyLights(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(detector.detect(image).lights.size());
 }
 
-/// The region's brightest level and nothing else, with the compiler's vector instructions: what no
-/// detector that looks at every pixel of the region can undercut.
-__attribute__((noinline, optimize("O3"))) std::uint8_t readIntervals(
-    const cv::Mat& image, const std::vector<PixelInterval>& intervals) {
+/// The patch's brightest level and nothing else, with the compiler's vector instructions.
+__attribute__((noinline, optimize("O3"))) std::uint8_t brightestOf(const cv::Mat& patch) {
   std::uint8_t brightest = 0;
-  for (const PixelInterval& interval : intervals) {
-    const std::uint8_t* row = image.ptr<std::uint8_t>(interval.row);
-    for (int u = interval.begin; u < interval.end; ++u) brightest = std::max(brightest, row[u]);
+  for (int v = 0; v < patch.rows; ++v) {
+    const std::uint8_t* row = patch.ptr<std::uint8_t>(v);
+    for (int u = 0; u < patch.cols; ++u) brightest = std::max(brightest, row[u]);
   }
   return brightest;
 }
 
-void readRegion(benchmark::State& state) {
+/// What finding a light in a patch costs at the least: a look at each of its pixels. As many as the
+/// region of interest has.
+void readPatch(benchmark::State& state) {
   const DetectorConfig config = detectorOf(state);
   const cv::Mat image = sceneOf(config);
-  std::vector<PixelInterval> intervals;
-  AnnulusMask(config.mask, config.view, config.sensor)
-      .clip({kAzimuth_rad, radiansFromDegrees(10.0)}, &intervals);
-  for (auto _ : state) benchmark::DoNotOptimize(readIntervals(image, intervals));
+  const int side = 64 * config.sensor.width_px / 640;
+  const Detection light = LightDetector(config).detect(image).lights.at(0);
+  const cv::Mat patch =
+      image(cv::Rect(cvRound(light.ellipse.centre_px.x()) - side / 2,
+                     cvRound(light.ellipse.centre_px.y()) - side / 2, side, side));
+  for (auto _ : state) benchmark::DoNotOptimize(brightestOf(patch));
+}
+
+/// What measuring a light costs that is found already: background, centre and the sums of its
+/// variance.
+void spotAlone(benchmark::State& state) {
+  const DetectorConfig config = detectorOf(state);
+  const cv::Mat image = sceneOf(config);
+  const Detection light = LightDetector(config).detect(image).lights.at(0);
+  const Eigen::Vector2d mirror_centre(config.view.centre_u_px, config.view.centre_v_px);
+  const Eigen::Vector2d outward = (light.ellipse.centre_px - mirror_centre).normalized();
+  const Eigen::Vector2d across(-outward.y(), outward.x());
+  const SpotWindow window{light.ellipse.centre_px,
+                          light.ellipse.radial_variance_px2 * outward * outward.transpose() +
+                              light.ellipse.tangential_variance_px2 * across * across.transpose(),
+                          2.5, CentreWeight::kOutline};
+  const SpotLevels levels{kThreshold, light.ellipse.background_levels, levelNoise(config.sensor)};
+  SpotMeter meter;
+  if (!meter.measure(image, image, window, levels, mirror_centre)) {
+    state.SkipWithError("the light was not measured");
+  }
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(meter.measure(image, image, window, levels, mirror_centre));
+  }
 }
 
 void thresholdAndContours(benchmark::State& state) {
@@ -148,8 +202,10 @@ BENCHMARK(plainRead)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(countNonZero)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(fullScan)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(regionOfInterest)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK(sectorOfInterest)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(manyLights)->Arg(1)->Arg(2)->Arg(4)->Arg(8)->Arg(16)->Unit(benchmark::kMicrosecond);
-BENCHMARK(readRegion)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK(readPatch)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK(spotAlone)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(thresholdAndContours)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(simpleBlob)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 

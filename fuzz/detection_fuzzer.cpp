@@ -62,7 +62,11 @@ bool DetectionFuzzer::run(const sensor_msgs::Image& image) {
   const cv::Mat& grey = converter_.convert(boost::make_shared<sensor_msgs::Image>(image));
   constexpr double kPredicted_rad = 1.0;
   constexpr double kHalfWidth_rad = 0.2;
-  requireMeaning(detector.detect(grey, core::AzimuthSector{kPredicted_rad, kHalfWidth_rad}));
+  constexpr double kHalfHeight_px = 5.0;
+  const core::MirrorPixel centre{0.3 * sensor.width_px, kPredicted_rad};
+  const core::SearchRegion region{core::ExpectedPlace{centre, kHalfWidth_rad, kHalfHeight_px},
+                                  {kPredicted_rad, kHalfWidth_rad}};
+  requireMeaning(detector.detect(grey, region));
   const core::DetectionResult& result = detector.detect(grey);
   requireMeaning(result);
   core::ShutterConfig shutter;

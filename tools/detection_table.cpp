@@ -78,8 +78,8 @@ Answer horizonGate(DetectorConfig config, const Sight& scene) {
 /// that prediction would not take it.
 Answer prediction(DetectorConfig config, const Sight& scene) {
   LightDetector detector(config);
-  const DetectionResult& result =
-      detector.detect(scene.image, AzimuthSector{scene.light_azimuth_rad, kPredicted_rad});
+  const DetectionResult& result = detector.detect(
+      scene.image, SearchRegion{std::nullopt, {scene.light_azimuth_rad, kPredicted_rad}});
   return result.in_region ? likeliest(result) : Answer();
 }
 

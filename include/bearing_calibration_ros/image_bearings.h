@@ -42,6 +42,7 @@ class ImageBearings {
   GreyConverter converter_;
   const bearing_calibration::DetectionResult* result_ = nullptr;
   const cv::Mat* grey_ = nullptr;
+  std::optional<bearing_calibration::SeenRadius> seen_;  ///< by the last light that was expected
   std::uint64_t images_ = 0;
 };
 

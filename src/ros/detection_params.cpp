@@ -110,6 +110,7 @@ core::SearchConfig readSearch(ParamReader& params) {
   search.margin_rad = params.number("prediction/margin");
   search.max_half_width_rad = params.number("prediction/max_half_width");
   search.max_age_s = params.number("prediction/max_age");
+  search.max_radius_rate_pxps = params.number("prediction/max_radius_rate");
   search.max_turn_rate_radps = params.number("time/max_turn_rate");
   return search;
 }

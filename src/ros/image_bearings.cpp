@@ -25,16 +25,17 @@ core::Stamp ImageBearings::middleOf(const sensor_msgs::Image& image) const {
 core::BearingSet ImageBearings::detect(const sensor_msgs::ImageConstPtr& image,
                                        const std::optional<core::BearingPrediction>& prediction) {
   const bool look_everywhere = images_++ % static_cast<std::uint64_t>(config_.full_scan_every) == 0;
-  std::optional<core::AzimuthSector> region;
+  std::optional<core::SearchRegion> region;
   // What blinks is not seen in every image: the others must be looked at, too.
   if (prediction && !look_everywhere && !blink_) {
-    region = core::searchRegion(config_.search, *prediction, middleOf(*image));
+    region = core::searchRegion(config_.search, *prediction, seen_, middleOf(*image));
   }
   grey_ = &converter_.convert(image);
   result_ = &detector_.detect(*grey_, region);
   core::BearingSet bearings =
       core::bearingsFromLights(result_->lights, config_.shutter, stampFromRos(image->header.stamp),
                                config_.detector.sensor.height_px);
+  seen_ = prediction ? core::seenRadius(bearings, *prediction) : std::nullopt;
   if (blink_) blink_->identify(core::brightnessOf(result_->lights), &bearings);
   return bearings;
 }

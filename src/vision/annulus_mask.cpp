@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
@@ -83,21 +85,29 @@ AnnulusMask::AnnulusMask(const MaskConfig& config, const MirrorView& view,
     : view_(view),
       width_px_(sensor.width_px),
       height_px_(sensor.height_px),
-      outer_radius_px_(config.outer_radius_px),
-      inside_(static_cast<std::size_t>(sensor.width_px) * sensor.height_px, 0) {
+      outer_radius_px_(config.outer_radius_px) {
+  // What lies beside the image is not in the mask, either.
+  cv::Mat inside = cv::Mat::zeros(height_px_ + 2, width_px_ + 2, CV_8UC1);
   for (int v = 0; v < height_px_; ++v) {
-    std::uint8_t* row = inside_.data() + static_cast<std::size_t>(v) * width_px_;
+    row_starts_.push_back(intervals_.size());
+    std::uint8_t* row = inside.ptr(v + 1) + 1;
     for (int u = 0; u < width_px_; ++u) {
       row[u] = mayShowALight(config, view, u, v) ? 1 : 0;
       if (row[u] == 0) continue;
-      const bool goes_on = u > 0 && row[u - 1] != 0;
+      const bool goes_on = row[u - 1] != 0;
       if (!goes_on) intervals_.push_back({v, u, u});
       intervals_.back().end = u + 1;
     }
   }
+  row_starts_.push_back(intervals_.size());
+  cv::Mat distances;
+  cv::distanceTransform(inside, distances, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  // Less a half, the conversion rounds down.
+  distances(cv::Rect(1, 1, width_px_, height_px_)).convertTo(clearance_, CV_8UC1, 1.0, -0.49);
 }
 
-void AnnulusMask::clip(const AzimuthSector& sector, std::vector<PixelInterval>* intervals) const {
+void AnnulusMask::clipToSector(const AzimuthSector& sector,
+                               std::vector<PixelInterval>* intervals) const {
   if (!(sector.half_width_rad > 0.0 && sector.half_width_rad < 0.5 * kPi)) {
     throw std::invalid_argument("a sector's half width must lie between 0 and 90 deg, but is " +
                                 std::to_string(sector.half_width_rad) + " rad");
@@ -124,11 +134,28 @@ void AnnulusMask::clip(const AzimuthSector& sector, std::vector<PixelInterval>* 
   }
 }
 
-bool AnnulusMask::contains(double u_px, double v_px) const {
-  const double u = std::round(u_px);
-  const double v = std::round(v_px);
-  if (!(u >= 0.0 && u < width_px_ && v >= 0.0 && v < height_px_)) return false;
-  return inside_[static_cast<std::size_t>(v) * width_px_ + static_cast<std::size_t>(u)] != 0;
+void AnnulusMask::clipToBox(const PixelBox& box, std::vector<PixelInterval>* intervals) const {
+  const int first_row = std::clamp(box.first_row, 0, height_px_);
+  const int last_row = std::clamp(box.last_row, first_row, height_px_);
+  const std::size_t first = row_starts_[static_cast<std::size_t>(first_row)];
+  const std::size_t last = row_starts_[static_cast<std::size_t>(last_row)];
+  intervals->resize(last - first);
+  std::size_t kept = 0;
+  for (std::size_t i = first; i < last; ++i) {
+    const PixelInterval& whole = intervals_[i];
+    const PixelInterval clipped{whole.row, std::max(whole.begin, box.first_column),
+                                std::min(whole.end, box.last_column)};
+    (*intervals)[kept] = clipped;  // the next one's place when it is empty
+    kept += clipped.begin < clipped.end ? 1 : 0;
+  }
+  intervals->resize(kept);
+}
+
+int AnnulusMask::clearancePx(double u_px, double v_px) const {
+  const double u = u_px + 0.5;
+  const double v = v_px + 0.5;
+  if (!(u >= 0.0 && u < width_px_ && v >= 0.0 && v < height_px_)) return 0;
+  return clearance_.at<std::uint8_t>(static_cast<int>(v), static_cast<int>(u));
 }
 
 }  // namespace bearing_calibration

@@ -38,7 +38,7 @@ double noiseAfterDefocus(double sigma_px) { return 1.0 / (1.0 + 4.0 * kPi * sigm
 /// Variance of the ring's pixels beyond their noise [levels^2].
 double textureVariance(const DetectorConfig& config, const SpotMeasurement& spot) {
   const ImageSensor& sensor = config.sensor;
-  const double light = std::max(0.0, spot.background.at_centre - sensor.black_level);
+  const double light = std::max(0.0, spot.background.plane.at_centre - sensor.black_level);
   const double noise = light / sensor.electrons_per_level + readVariance(sensor);
   return std::max(
       0.0, spot.background.residual_variance - noise * noiseAfterDefocus(config.defocus_sigma_px));
@@ -85,19 +85,24 @@ double clippingVariance(const SensedSpot& sensed, double variance_px2, double sa
 double pixelVariance(const DetectorConfig& config, const SpotMeasurement& spot,
                      const AxisSums& sums) {
   const ImageSensor& sensor = config.sensor;
-  const BackgroundPlane& plane = spot.background;
+  const Background& background = spot.background;
   const double texture = textureVariance(config, spot) * kTexturePatch_px;
-  const double photons = sums.light_squares / sensor.electrons_per_level;
   const double reading = readVariance(sensor) * sums.pixel_squares;
-  const double response = std::pow(sensor.response_spread, 2) * sums.intensity_squares;
   const double slope_variance =
-      plane.sum_of_squares > 0.0 ? (plane.residual_variance + texture) / plane.sum_of_squares : 0.0;
-  const double background =
+      background.sum_of_squares > 0.0
+          ? (background.residual_variance + texture) / background.sum_of_squares
+          : 0.0;
+  const double behind =
       slope_variance * sums.slope_lever * sums.slope_lever + texture * sums.pixel_squares;
-  return (photons + reading + response + background) / (sums.gain * sums.gain);
+  return (sums.light_noise + reading + behind) / (sums.gain * sums.gain);
 }
 
 }  // namespace
+
+LevelNoise levelNoise(const ImageSensor& sensor) {
+  return {sensor.black_level, sensor.saturation_level, 1.0 / sensor.electrons_per_level,
+          std::pow(sensor.response_spread, 2)};
+}
 
 double saturatedFraction(const DetectorConfig& config, const SpotMeasurement& spot) {
   return std::min(1.0, spot.full_pixels / sensedSpot(config, spot).area_px());
@@ -120,24 +125,22 @@ CentreVariance centreVariance(const DetectorConfig& config, const SpotMeasuremen
   return variance;
 }
 
-Bearing bearingFromEllipse(const DetectorConfig& config, const LightEllipse& ellipse,
-                           const CentreVariance& variance, double quality) {
-  const MirrorPixel pixel =
-      mirrorPixelFromImage(config.view, ellipse.centre_px.x(), ellipse.centre_px.y());
+Bearing bearingFromPixel(const DetectorConfig& config, const MirrorPixel& centre,
+                         const CentreVariance& variance, double quality) {
   const double centre_variance = std::pow(config.alignment.centre_stddev_px, 2);
   Bearing bearing;
-  bearing.azimuth_rad = pixel.azimuth_rad;
+  bearing.azimuth_rad = centre.azimuth_rad;
   bearing.azimuth_variance_rad2 =
-      (variance.tangential_px2 + centre_variance) / std::pow(pixel.image_radius_px, 2) +
+      (variance.tangential_px2 + centre_variance) / std::pow(centre.image_radius_px, 2) +
       std::pow(config.alignment.azimuth_stddev_rad, 2);
-  bearing.image_radius_px = pixel.image_radius_px;
+  bearing.image_radius_px = centre.image_radius_px;
   bearing.image_radius_variance_px2 = variance.radial_px2 + centre_variance;
   bearing.quality = quality;
   if (!config.gates.mirror) return bearing;  // what the camera looks into is not known
-  bearing.elevation_rad = elevationFromRadius(config.mirror, pixel.image_radius_px);
+  bearing.elevation_rad = elevationFromRadius(config.mirror, centre.image_radius_px);
   bearing.elevation_variance_rad2 =
       bearing.image_radius_variance_px2 *
-          std::pow(elevationSlope(config.mirror, pixel.image_radius_px), 2) +
+          std::pow(elevationSlope(config.mirror, centre.image_radius_px), 2) +
       std::pow(config.alignment.elevation_stddev_rad, 2);
   return bearing;
 }

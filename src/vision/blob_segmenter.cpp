@@ -1,7 +1,9 @@
 #include "bearing_calibration/vision/blob_segmenter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <opencv2/core/hal/intrin.hpp>
 
 #include "bearing_calibration/common/angle.h"
 
@@ -14,31 +16,86 @@ constexpr std::size_t kMaxLabels = 20000;
 // Mostly the scene is dark: a block without a bright pixel is skipped at the speed of reading it.
 constexpr int kBlockPixels = 64;
 
-template <typename Level>
-bool isDark(const Level* block, int threshold) {
-  Level brightest = 0;
-  for (int i = 0; i < kBlockPixels; ++i) brightest = std::max(brightest, block[i]);
-  return brightest <= threshold;
+constexpr int kVectors = kBlockPixels / cv::v_uint8x16::nlanes;
+
+/// Where the vectors' pixels are above the threshold: the highest bit of each.
+struct Brightness8 {
+  explicit Brightness8(int threshold)
+      : limit(cv::v_setall_u8(cv::saturate_cast<std::uint8_t>(threshold))) {}
+
+  cv::v_uint8x16 operator()(const std::uint8_t* pixels) const { return cv::v_load(pixels) > limit; }
+
+  cv::v_uint8x16 limit;
+};
+struct Brightness16 {
+  explicit Brightness16(int threshold)
+      : limit(cv::v_setall_u16(cv::saturate_cast<std::uint16_t>(threshold))) {}
+
+  cv::v_uint8x16 operator()(const std::uint16_t* pixels) const {
+    return cv::v_pack(cv::v_load(pixels) > limit,
+                      cv::v_load(pixels + cv::v_uint16x8::nlanes) > limit);
+  }
+
+  cv::v_uint16x8 limit;
+};
+
+/// A bit for each pixel of a block, set where it is bright.
+template <typename Level, typename Brightness>
+std::uint64_t brightBits(const Level* block, const Brightness& brightness) {
+  cv::v_uint8x16 bright[kVectors];
+  for (int i = 0; i < kVectors; ++i) bright[i] = brightness(block + i * cv::v_uint8x16::nlanes);
+  if (!cv::v_check_any((bright[0] | bright[1]) | (bright[2] | bright[3]))) return 0;
+  std::uint64_t bits = 0;
+  for (int i = 0; i < kVectors; ++i) {
+    const auto part = static_cast<std::uint16_t>(cv::v_signmask(bright[i]));
+    bits |= static_cast<std::uint64_t>(part) << static_cast<unsigned>(i * cv::v_uint8x16::nlanes);
+  }
+  return bits;
 }
 
+template <typename Level, typename Brightness>
+std::uint64_t brightBitsOfTail(const Level* tail, int pixels, const Brightness& brightness) {
+  std::array<Level, kBlockPixels> block{};
+  std::copy(tail, tail + pixels, block.begin());
+  return brightBits(block.data(), brightness);
+}
+
+/// Bits before `count`, which is at most all.
+std::uint64_t lowBits(int count) {
+  return count >= kBlockPixels ? ~std::uint64_t{0}
+                               : (std::uint64_t{1} << static_cast<unsigned>(count)) - 1;
+}
+
+int firstBit(std::uint64_t bits) { return bits == 0 ? kBlockPixels : __builtin_ctzll(bits); }
+
 /// Calls found(begin, end) for each run of pixels above the threshold in the interval.
-template <typename Level, typename Found>
-void forEachRun(const Level* row, int width, const PixelInterval& interval, int threshold,
-                Found found) {
+template <typename Level, typename Brightness, typename Found>
+void forEachRun(const Level* row, int width, const PixelInterval& interval,
+                const Brightness& brightness, Found found) {
   constexpr int kNone = -1;
-  int start = kNone;
+  int start = kNone;  // of the run that the block before ended with
   for (int block = interval.begin; block < interval.end; block += kBlockPixels) {
     // A block may reach beyond the interval, not beyond the row.
     const bool whole = block + kBlockPixels <= width;
-    if (start == kNone && whole && isDark(row + block, threshold)) continue;
-    const int stop = std::min(block + kBlockPixels, interval.end);
-    for (int u = block; u < stop; ++u) {
-      const bool bright = row[u] > threshold;
-      if (bright && start == kNone) start = u;
-      if (!bright && start != kNone) {
-        found(start, u);
-        start = kNone;
+    std::uint64_t bits = whole ? brightBits(row + block, brightness)
+                               : brightBitsOfTail(row + block, width - block, brightness);
+    bits &= lowBits(interval.end - block);
+    if (start != kNone) {
+      const int length = firstBit(~bits);
+      if (length == kBlockPixels) continue;
+      found(start, block + length);
+      start = kNone;
+      bits &= ~lowBits(length);
+    }
+    while (bits != 0) {
+      const int first = firstBit(bits);
+      const int end = firstBit(~(bits | lowBits(first)));
+      if (end == kBlockPixels) {
+        start = block + first;
+        break;
       }
+      found(block + first, block + end);
+      bits &= ~lowBits(end);
     }
   }
   if (start != kNone) found(start, interval.end);
@@ -88,22 +145,24 @@ const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
   first_above_ = 0;
   complete_ = true;
   if (image.depth() == CV_8U) {
-    scan<std::uint8_t>(image, intervals, threshold);
+    scan<std::uint8_t>(image, intervals, Brightness8(threshold));
   } else {
-    scan<std::uint16_t>(image, intervals, threshold);
+    scan<std::uint16_t>(image, intervals, Brightness16(threshold));
   }
   collect();
   return blobs_;
 }
 
-template <typename Level>
+template <typename Level, typename Brightness>
 void BlobSegmenter::scan(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
-                         int threshold) {
-  if (!intervals.empty()) current_row_ = intervals.front().row;
+                         const Brightness& brightness) {
+  if (intervals.empty()) return;
+  first_row_ = intervals.front().row;
+  last_row_ = intervals.back().row;
+  current_row_ = first_row_;
   for (const PixelInterval& interval : intervals) {
     if (!complete_) return;
-    if (interval.row != current_row_) startRow(interval.row);
-    forEachRun(image.ptr<Level>(interval.row), image.cols, interval, threshold,
+    forEachRun(image.ptr<Level>(interval.row), image.cols, interval, brightness,
                [&](int begin, int end) { addRun(interval, begin, end); });
   }
 }
@@ -117,6 +176,7 @@ void BlobSegmenter::startRow(int row) {
 }
 
 void BlobSegmenter::addRun(const PixelInterval& interval, int begin, int end) {
+  if (interval.row != current_row_) startRow(interval.row);
   int label = labelFromRowAbove(begin, end);
   constexpr int kNoLabel = -1;
   if (label == kNoLabel) {
@@ -130,7 +190,8 @@ void BlobSegmenter::addRun(const PixelInterval& interval, int begin, int end) {
   }
   Blob& part = parts_[static_cast<std::size_t>(label)];
   addTo(&part, interval.row, begin, end);
-  part.cut = part.cut || begin == interval.begin || end == interval.end;
+  part.cut = part.cut || begin == interval.begin || end == interval.end ||
+             interval.row == first_row_ || interval.row == last_row_;
   row_.push_back({begin, end, label});
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "bearing_calibration/common/angle.h"
 
@@ -30,12 +31,16 @@ bool hasAxis(const SpotSize& expected) {
          expected.tangential_stddev_px.low > kElongated * expected.radial_stddev_px.high;
 }
 
-/// Density of a light's deviation over that of clutter, for a deviation in units of the gate.
-double likelihoodRatio(double part_of_gate) {
-  const double sigmas = kGateSigmas * part_of_gate;
-  const double light = std::exp(-0.5 * sigmas * sigmas) / std::sqrt(2.0 * kPi);
-  const double clutter = 1.0 / (2.0 * kGateSigmas);
-  return light / clutter;
+/// Density of a light's deviations over that of clutter, for deviations in units of their gates.
+double likelihoodRatio(std::initializer_list<double> parts_of_gates) {
+  const double light_over_clutter = 2.0 * kGateSigmas / std::sqrt(2.0 * kPi);  // in the middle
+  double ratio = 1.0;
+  double squares = 0.0;
+  for (double part : parts_of_gates) {
+    ratio *= light_over_clutter;
+    squares += std::pow(kGateSigmas * part, 2);
+  }
+  return ratio * std::exp(-0.5 * squares);
 }
 
 double fillPartOfGate(const LightEllipse& ellipse, const GateConfig& gates) {
@@ -58,7 +63,8 @@ double peakednessPartOfGate(const LightEllipse& ellipse, const SpotSize& expecte
 double fillTolerance(const BlobShape& shape) {
   const double mean = 0.5 * (shape.variance_uu_px2 + shape.variance_vv_px2);
   const double difference = 0.5 * (shape.variance_uu_px2 - shape.variance_vv_px2);
-  const double smallest = mean - std::hypot(difference, shape.variance_uv_px2);
+  const double mixed = shape.variance_uv_px2;
+  const double smallest = mean - std::sqrt(difference * difference + mixed * mixed);
   return kSmallSpotFill / (4.0 * kPi * smallest);
 }
 
@@ -112,40 +118,33 @@ Rejection rejectionOf(const Blob& blob, const BlobShape& shape, const GateConfig
   return elliptical ? Rejection::kNone : Rejection::kFill;
 }
 
-Rejection rejectionOf(const LightEllipse& ellipse, double image_radius_px, const SpotSize& expected,
-                      double horizon_radius_px, const DetectorConfig& config) {
-  if (!config.gates.mirror) return Rejection::kNone;
-  if (config.light.below_apex && image_radius_px > horizon_radius_px) return Rejection::kHorizon;
+PartsOfGates partsOfGates(const LightEllipse& ellipse, const SpotSize& expected,
+                          const GateConfig& gates) {
+  PartsOfGates parts;
+  parts.fill = fillPartOfGate(ellipse, gates);
+  if (!gates.mirror) return parts;
   const double tangential = std::sqrt(std::max(0.0, ellipse.tangential_variance_px2));
   const double radial = std::sqrt(std::max(0.0, ellipse.radial_variance_px2));
-  const double tolerance = config.gates.size_tolerance;
-  if (std::abs(relativeDeparture(tangential, expected.tangential_stddev_px)) > tolerance) {
-    return Rejection::kTangentialSize;
-  }
-  if (std::abs(relativeDeparture(radial, expected.radial_stddev_px)) > tolerance) {
-    return Rejection::kRadialSize;
-  }
-  if (hasAxis(expected) && std::abs(axisError(ellipse)) > config.gates.max_axis_error_rad) {
-    return Rejection::kAxis;
-  }
-  const bool evenly_filled = peakednessPartOfGate(ellipse, expected, config.gates) <= 1.0;
-  return evenly_filled ? Rejection::kNone : Rejection::kPeakedness;
+  parts.tangential =
+      relativeDeparture(tangential, expected.tangential_stddev_px) / gates.size_tolerance;
+  parts.radial = relativeDeparture(radial, expected.radial_stddev_px) / gates.size_tolerance;
+  if (hasAxis(expected)) parts.axis = axisError(ellipse) / gates.max_axis_error_rad;
+  parts.peakedness = peakednessPartOfGate(ellipse, expected, gates);
+  return parts;
 }
 
-double qualityOf(const LightEllipse& ellipse, const SpotSize& expected,
-                 const DetectorConfig& config) {
-  const GateConfig& gates = config.gates;
-  double ratio = likelihoodRatio(fillPartOfGate(ellipse, gates));
-  if (gates.mirror) {
-    const double tangential = std::sqrt(std::max(0.0, ellipse.tangential_variance_px2));
-    const double radial = std::sqrt(std::max(0.0, ellipse.radial_variance_px2));
-    ratio *= likelihoodRatio(relativeDeparture(tangential, expected.tangential_stddev_px) /
-                             gates.size_tolerance);
-    ratio *= likelihoodRatio(relativeDeparture(radial, expected.radial_stddev_px) /
-                             gates.size_tolerance);
-    ratio *= likelihoodRatio(peakednessPartOfGate(ellipse, expected, gates));
-    if (hasAxis(expected)) ratio *= likelihoodRatio(axisError(ellipse) / gates.max_axis_error_rad);
-  }
+Rejection rejectionOf(const PartsOfGates& parts) {
+  const auto exceeds = [](double part) { return std::abs(part) > 1.0; };
+  if (exceeds(parts.tangential)) return Rejection::kTangentialSize;
+  if (exceeds(parts.radial)) return Rejection::kRadialSize;
+  if (parts.axis && exceeds(*parts.axis)) return Rejection::kAxis;
+  return exceeds(parts.peakedness) ? Rejection::kPeakedness : Rejection::kNone;
+}
+
+double qualityOf(const PartsOfGates& parts, const GateConfig& gates) {
+  double ratio = likelihoodRatio({parts.fill});
+  if (gates.mirror) ratio *= likelihoodRatio({parts.tangential, parts.radial, parts.peakedness});
+  if (parts.axis) ratio *= likelihoodRatio({*parts.axis});
   return ratio / (1.0 + ratio);
 }
 

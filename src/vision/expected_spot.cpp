@@ -104,6 +104,8 @@ ExpectedSpot::ExpectedSpot(const DetectorConfig& config)
     if (radius < config.mask.inner_radius_px) continue;
     include(&area_px_, area(size.tangential_stddev_px.low, size.radial_stddev_px.low));
     include(&area_px_, area(size.tangential_stddev_px.high, size.radial_stddev_px.high));
+    largest_stddev_px_ =
+        std::max({largest_stddev_px_, size.tangential_stddev_px.high, size.radial_stddev_px.high});
   }
 }
 

@@ -20,6 +20,9 @@ constexpr double kGaussianWindow = 3.2;
 constexpr double kMargin_px = 1.0;
 // A disc has an inside when it is some pixels wide.
 constexpr double kLeastDiscStddev_px = 1.5;
+// By which the centre is off where a bright area beside the light was taken away: 0.02 to 0.16 px in
+// cluttered scenes (doc/detection.md), 0.8 px where the area covers a pixel of the light's rim.
+constexpr double kOpened_px = 0.3;
 // Just outside the disc: if the mask cuts there, it cuts the light.
 constexpr double kOutline = 2.1;
 
@@ -29,6 +32,22 @@ const DetectorConfig& validated(const DetectorConfig& config) {
   std::string message = "light detector:";
   for (const std::string& error : errors) message += "\n  - " + error;
   throw std::invalid_argument(message);
+}
+
+/// Nothing wider and higher than this is a light.
+cv::Mat elementFor(const DetectorConfig& config, const ExpectedSpot& expected) {
+  if (!config.gates.mirror) return {};
+  constexpr double kDiameter = 4.0;  // standard deviations from outline to outline
+  const int largest = static_cast<int>(std::ceil(kDiameter * expected.largest_stddev_px()));
+  const int side = largest + 2;
+  return cv::getStructuringElement(cv::MORPH_RECT, {side, side});
+}
+
+DetectionResult emptyResult(std::size_t candidates) {
+  DetectionResult result;
+  result.lights.reserve(candidates);
+  result.rejected.reserve(candidates);
+  return result;
 }
 
 /// The thresholded pixels as an ellipse along the mirror's radius there.
@@ -58,7 +77,7 @@ void takeOver(const SpotMeasurement& spot, LightEllipse* ellipse) {
   ellipse->mixed_variance_px2 = spot.mixed_variance_px2;
   ellipse->mass_levels = spot.mass_levels;
   ellipse->peak_levels = spot.peak_levels;
-  ellipse->background_levels = spot.background.at_centre;
+  ellipse->background_levels = spot.background.plane.at_centre;
 }
 
 template <std::size_t count>
@@ -91,29 +110,76 @@ LightDetector::LightDetector(const DetectorConfig& config)
       mask_(config.mask, config.view, config.sensor),
       expected_(config),
       horizon_radius_px_(horizonRadiusPx(config.mirror)),
-      sampler_(config.sensor.saturation_level) {
+      sampler_(config.sensor.saturation_level),
+      wider_than_a_light_(elementFor(config, expected_)),
+      result_(emptyResult(static_cast<std::size_t>(config.max_candidates))),
+      other_result_(emptyResult(static_cast<std::size_t>(config.max_candidates))) {
   region_.reserve(2 * mask_.intervals().size());
-  result_.lights.reserve(static_cast<std::size_t>(config.max_candidates));
-  result_.rejected.reserve(static_cast<std::size_t>(config.max_candidates));
 }
 
 const DetectionResult& LightDetector::detect(const cv::Mat& image,
-                                             const std::optional<AzimuthSector>& region) {
+                                             const std::optional<SearchRegion>& region) {
   requireImage(image);
   const cv::Mat* searched = &image;
   if (config_.defocus_sigma_px > 0.0) {
     cv::GaussianBlur(image, defocused_, cv::Size(), config_.defocus_sigma_px);
     searched = &defocused_;
   }
-  if (region) {
-    mask_.clip(*region, &region_);
+  result_.in_region = true;
+  result_.opened = false;
+  if (region && region->place && config_.gates.mirror) {
+    mask_.clipToBox(boxAround(*region->place), &region_);
     scan(*searched, image, region_);
-    result_.in_region = !result_.lights.empty();
-    if (result_.in_region) return result_;
+    if (!result_.lights.empty()) return result_;
   }
-  scan(*searched, image, mask_.intervals());
+  if (region) {
+    mask_.clipToSector(region->sector, &region_);
+    scan(*searched, image, region_);
+    if (!result_.lights.empty()) return result_;
+  }
   result_.in_region = false;
+  scan(*searched, image, mask_.intervals());
+  if (result_.lights.empty() && config_.gates.mirror) searchBesideBrightAreas(*searched, image);
   return result_;
+}
+
+/// A light that touches a window is no spot of its own at any threshold. An opening keeps what is
+/// wider than a light; less that, the light stands alone. Where that shows none either, the result
+/// is that of the image itself.
+void LightDetector::searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp) {
+  std::swap(result_, other_result_);
+  cv::morphologyEx(image, opened_, cv::MORPH_TOPHAT, wider_than_a_light_);
+  result_.in_region = false;
+  result_.opened = true;
+  scan(opened_, sharp, mask_.intervals());
+  if (result_.lights.empty()) std::swap(result_, other_result_);
+}
+
+/// All pixels of a light whose centre is where it is expected, with room for a dark rim.
+PixelBox LightDetector::boxAround(const ExpectedPlace& place) const {
+  constexpr double kRim_px = 2.0;
+  constexpr double kDisc = 2.0;  // standard deviations to an evenly filled ellipse's outline
+  const double radius_px = place.centre.image_radius_px;
+  const SpotSize& expected = expected_.at(radius_px);
+  const double largest = kDisc * (1.0 + config_.gates.size_tolerance);
+  const double across =
+      radius_px * place.half_width_rad + largest * expected.tangential_stddev_px.high + kRim_px;
+  const double bow = 0.5 * radius_px * place.half_width_rad * place.half_width_rad;  // of an arc
+  const double along =
+      place.half_height_px + largest * expected.radial_stddev_px.high + kRim_px + bow;
+  const Eigen::Vector2d centre = imageFromMirrorPixel(config_.view, place.centre);
+  const double cosine = std::abs(centre.x() - config_.view.centre_u_px) / radius_px;
+  const double sine = std::abs(centre.y() - config_.view.centre_v_px) / radius_px;
+  const auto limited = [](double value, int last) {
+    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(last)));
+  };
+  const double half_width = along * cosine + across * sine;
+  const double half_height = along * sine + across * cosine;
+  const ImageSensor& sensor = config_.sensor;
+  return {limited(centre.y() - half_height, sensor.height_px),
+          limited(centre.y() + half_height + 1.0, sensor.height_px),
+          limited(centre.x() - half_width, sensor.width_px),
+          limited(centre.x() + half_width + 1.0, sensor.width_px)};
 }
 
 void LightDetector::requireImage(const cv::Mat& image) const {
@@ -181,12 +247,11 @@ void LightDetector::listRejected(const Detection& detection) {
 }
 
 void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
-                            Detection* detection) const {
+                            Detection* detection) {
   const SpotWindow window = windowFor(shape);
-  const SpotLevels levels{static_cast<double>(result_.threshold_levels),
-                          config_.sensor.saturation_level, config_.sensor.black_level,
-                          result_.background.median};
-  const std::optional<SpotMeasurement> spot = measureSpot(
+  const SpotLevels levels{static_cast<double>(result_.threshold_levels), result_.background.median,
+                          levelNoise(config_.sensor)};
+  const std::optional<SpotMeasurement> spot = meter_.measure(
       image, sharp, window, levels, {config_.view.centre_u_px, config_.view.centre_v_px});
   if (!spot) {
     detection->rejection = Rejection::kNoLight;
@@ -199,19 +264,28 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
     detection->rejection = Rejection::kMaskEdge;
     return;
   }
-  const double radius_px =
-      mirrorPixelFromImage(config_.view, spot->centre_px.x(), spot->centre_px.y()).image_radius_px;
-  const SpotSize& expected = expected_.at(radius_px);
-  detection->rejection =
-      rejectionOf(detection->ellipse, radius_px, expected, horizon_radius_px_, config_);
+  const MirrorPixel seen =
+      mirrorPixelFromImage(config_.view, spot->centre_px.x(), spot->centre_px.y());
+  const SpotSize& expected = expected_.at(seen.image_radius_px);
+  if (config_.gates.mirror && config_.light.below_apex &&
+      seen.image_radius_px > horizon_radius_px_) {
+    detection->rejection = Rejection::kHorizon;
+    return;
+  }
+  const PartsOfGates parts = partsOfGates(detection->ellipse, expected, config_.gates);
+  detection->rejection = rejectionOf(parts);
   if (!detection->accepted()) return;
-  const double quality = qualityOf(detection->ellipse, expected, config_);
+  const double quality = qualityOf(parts, config_.gates);
   if (quality < config_.gates.min_quality) {
     detection->rejection = Rejection::kUnlikely;
     return;
   }
-  const CentreVariance variance = centreVariance(config_, *spot, expected);
-  detection->bearing = bearingFromEllipse(config_, detection->ellipse, variance, quality);
+  CentreVariance variance = centreVariance(config_, *spot, expected);
+  if (result_.opened) {
+    variance.tangential_px2 += kOpened_px * kOpened_px;
+    variance.radial_px2 += kOpened_px * kOpened_px;
+  }
+  detection->bearing = bearingFromPixel(config_, seen, variance, quality);
 }
 
 /// With the mirror's gates, the window lies along the mirror's radius and has a size that the
@@ -249,6 +323,12 @@ SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
 
 /// Whether the outline of the spot leaves the mask.
 bool LightDetector::cutByMask(const SpotWindow& window) const {
+  constexpr double kRounding_px = 1.5;
+  const double longest_reach_px = window.size * std::sqrt(window.covariance_px2.trace());
+  if (mask_.clearancePx(window.centre_px.x(), window.centre_px.y()) >
+      longest_reach_px + kRounding_px) {
+    return false;
+  }
   static const std::array<Eigen::Vector2d, 16> kDirections = directionsAllAround<16>();
   const Eigen::Matrix2d information = window.covariance_px2.inverse();
   for (const Eigen::Vector2d& direction : kDirections) {

@@ -7,11 +7,19 @@
 namespace bearing_calibration {
 namespace {
 
-// Some three thousand samples of a 640x480 image, a hundred and fifty of a sector of +-10 degrees:
-// enough for a quantile to a tenth of the spread. Steps that share no factor with the blocks of 8
-// pixels of JPEG.
-constexpr int kRowStep = 7;
-constexpr int kColumnStep = 9;
+// Some three thousand samples of a 640x480 image, a hundred and fifty of a sector of +-10 degrees,
+// a hundred of the patch around a light: enough for a quantile to a tenth of the spread. Steps that
+// share no factor with the blocks of 8 pixels of JPEG.
+struct Grid {
+  int row_step;
+  int column_step;
+};
+Grid gridFor(std::size_t rows) {
+  constexpr std::size_t kFewRows = 40;
+  constexpr std::size_t kSomeRows = 100;
+  if (rows < kFewRows) return {3, 5};
+  return rows < kSomeRows ? Grid{7, 7} : Grid{7, 9};
+}
 constexpr int kMaxBins = 1024;
 constexpr double kOneSigmaBelow = 0.1587;  // of a normal distribution
 
@@ -32,12 +40,13 @@ BackgroundSampler::BackgroundSampler(double max_level)
 template <typename Level>
 int BackgroundSampler::fillHistogram(const cv::Mat& image,
                                      const std::vector<PixelInterval>& intervals) {
+  const Grid grid = gridFor(intervals.size());
   int samples = 0;
   const int last_bin = static_cast<int>(histogram_.size()) - 1;
   for (const PixelInterval& interval : intervals) {
-    if (interval.row % kRowStep != 0) continue;
+    if (interval.row % grid.row_step != 0) continue;
     const Level* row = image.ptr<Level>(interval.row);
-    for (int u = interval.begin; u < interval.end; u += kColumnStep) {
+    for (int u = interval.begin; u < interval.end; u += grid.column_step) {
       ++histogram_[static_cast<std::size_t>(std::min(row[u] >> shift_, last_bin))];
       ++samples;
     }
@@ -48,7 +57,7 @@ int BackgroundSampler::fillHistogram(const cv::Mat& image,
 double BackgroundSampler::quantile(double fraction, int samples) const {
   const double levels_per_bin = static_cast<double>(1U << shift_);
   const double wanted = fraction * samples;
-  double seen = 0.0;
+  int seen = 0;
   for (std::size_t bin = 0; bin < histogram_.size(); ++bin) {
     if (seen + histogram_[bin] >= wanted && histogram_[bin] > 0) {
       // Levels are integers: within a bin the samples are taken as spread evenly about its middle.

@@ -24,10 +24,9 @@ def textOf(*path):
 
 def installedPackages():
     """{section: packages} of scripts/install_dependencies."""
-    lists = re.findall(r'^packages_\w+=\((.*?)\n\)', textOf('scripts', 'install_dependencies'),
-                       re.S | re.M)
+    listed = re.search(r'packages=\((.*?)\n\)', textOf('scripts', 'install_dependencies'), re.S)
     sections, current = {}, None
-    for line in ''.join(lists).splitlines():
+    for line in listed.group(1).splitlines():
         if line.strip().startswith('#'):
             current = sections.setdefault(line.strip(' #').split(':')[0], set())
         elif line.strip():

@@ -76,7 +76,8 @@ TEST(AnnulusMask, ASectorIsTheMaskWithinItsAngle) {
     std::vector<PixelInterval> clipped;
     for (double centre_deg = -180.0; centre_deg <= 180.0; centre_deg += 15.0) {
       for (double half_width_deg : {3.0, 20.0, 89.0}) {
-        mask.clip({radiansFromDegrees(centre_deg), radiansFromDegrees(half_width_deg)}, &clipped);
+        mask.clipToSector({radiansFromDegrees(centre_deg), radiansFromDegrees(half_width_deg)},
+                          &clipped);
         const Pixels found = pixelsOf(clipped);
         for (const auto& [v, u] : pixelsOf(mask.intervals())) {
           const double azimuth = mirrorPixelFromImage(config.view, u, v).azimuth_rad;
@@ -97,8 +98,8 @@ TEST(AnnulusMask, AHalfPlaneIsNoSector) {
   const DetectorConfig config = smallDetector(1);
   const AnnulusMask mask(config.mask, config.view, config.sensor);
   std::vector<PixelInterval> clipped;
-  EXPECT_THROW(mask.clip({0.0, 0.5 * kPi}, &clipped), std::invalid_argument);
-  EXPECT_THROW(mask.clip({0.0, 0.0}, &clipped), std::invalid_argument);
+  EXPECT_THROW(mask.clipToSector({0.0, 0.5 * kPi}, &clipped), std::invalid_argument);
+  EXPECT_THROW(mask.clipToSector({0.0, 0.0}, &clipped), std::invalid_argument);
 }
 
 }  // namespace

@@ -54,34 +54,64 @@ SearchConfig search() {
   config.max_half_width_rad = 0.5;
   config.max_age_s = 0.2;
   config.max_turn_rate_radps = 1.0;
+  config.max_radius_rate_pxps = 80.0;
   return config;
 }
 
 TEST(SearchRegion, GrowsWithTheUncertaintyAndTheAge) {
   const BearingPrediction prediction{kImageStamp, 4.0, 0.05 * 0.05};
-  const auto now = searchRegion(search(), prediction, kImageStamp);
+  const auto now = searchRegion(search(), prediction, std::nullopt, kImageStamp);
   ASSERT_TRUE(now);
-  EXPECT_NEAR(now->centre_rad, 4.0 - 2.0 * kPi, 1e-12);
-  EXPECT_NEAR(now->half_width_rad, 0.1 + 3.0 * 0.05, 1e-12);
+  EXPECT_NEAR(now->sector.centre_rad, 4.0 - 2.0 * kPi, 1e-12);
+  EXPECT_NEAR(now->sector.half_width_rad, 0.1 + 3.0 * 0.05, 1e-12);
+  EXPECT_FALSE(now->place);
   for (double age : {-0.1, 0.1}) {
-    const auto later = searchRegion(search(), prediction, kImageStamp + durationFromSeconds(age));
+    const auto later =
+        searchRegion(search(), prediction, std::nullopt, kImageStamp + durationFromSeconds(age));
     ASSERT_TRUE(later);
-    EXPECT_NEAR(later->half_width_rad, 0.25 + 0.1, 1e-9);
+    EXPECT_NEAR(later->sector.half_width_rad, 0.25 + 0.1, 1e-9);
   }
+}
+
+TEST(SearchRegion, AnImageRadiusThatWasSeenMakesItAPlace) {
+  const BearingPrediction prediction{kImageStamp, 4.0, 0.05 * 0.05};
+  const SeenRadius seen{kImageStamp - durationFromSeconds(0.1), 150.0, 0.25};
+  const auto region = searchRegion(search(), prediction, seen, kImageStamp);
+  ASSERT_TRUE(region && region->place);
+  EXPECT_NEAR(region->place->centre.azimuth_rad, 4.0 - 2.0 * kPi, 1e-12);
+  EXPECT_EQ(region->place->centre.image_radius_px, 150.0);
+  EXPECT_NEAR(region->place->half_width_rad, 3.0 * 0.05, 1e-12);
+  EXPECT_NEAR(region->place->half_height_px, 3.0 * 0.5 + 0.1 * 80.0, 1e-9);
+  const SeenRadius long_ago{kImageStamp - durationFromSeconds(0.21), 150.0, 0.25};
+  const auto sector = searchRegion(search(), prediction, long_ago, kImageStamp);
+  ASSERT_TRUE(sector);
+  EXPECT_FALSE(sector->place);
+}
+
+TEST(SearchRegion, TheRadiusIsThatOfTheCandidateNearestToThePrediction) {
+  const BearingPrediction prediction{kImageStamp, 3.1, 0.01};
+  EXPECT_FALSE(seenRadius({kImageStamp, {}}, prediction));
+  const Bearing beyond_pi{-3.1, 1e-6, 150.0, 0.25};
+  const Bearing farther{2.9, 1e-6, 90.0, 0.5};
+  const auto seen = seenRadius({kImageStamp, {farther, beyond_pi}}, prediction);
+  ASSERT_TRUE(seen);
+  EXPECT_EQ(seen->stamp, kImageStamp);
+  EXPECT_EQ(seen->radius_px, 150.0);
+  EXPECT_EQ(seen->radius_variance_px2, 0.25);
 }
 
 TEST(SearchRegion, AUselessPredictionMeansToSearchEverywhere) {
   const BearingPrediction good{kImageStamp, 0.0, 0.01};
-  EXPECT_TRUE(searchRegion(search(), good, kImageStamp));
+  EXPECT_TRUE(searchRegion(search(), good, std::nullopt, kImageStamp));
   SearchConfig off = search();
   off.use = false;
-  EXPECT_FALSE(searchRegion(off, good, kImageStamp));
-  EXPECT_FALSE(searchRegion(search(), good, kImageStamp + durationFromSeconds(0.21)));
+  EXPECT_FALSE(searchRegion(off, good, std::nullopt, kImageStamp));
+  EXPECT_FALSE(searchRegion(search(), good, std::nullopt, kImageStamp + durationFromSeconds(0.21)));
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(searchRegion(search(), {kImageStamp, 0.0, 1.0}, kImageStamp));
-  EXPECT_FALSE(searchRegion(search(), {kImageStamp, kNaN, 0.01}, kImageStamp));
-  EXPECT_FALSE(searchRegion(search(), {kImageStamp, 0.0, kNaN}, kImageStamp));
-  EXPECT_FALSE(searchRegion(search(), {kImageStamp, 0.0, -0.01}, kImageStamp));
+  EXPECT_FALSE(searchRegion(search(), {kImageStamp, 0.0, 1.0}, std::nullopt, kImageStamp));
+  EXPECT_FALSE(searchRegion(search(), {kImageStamp, kNaN, 0.01}, std::nullopt, kImageStamp));
+  EXPECT_FALSE(searchRegion(search(), {kImageStamp, 0.0, kNaN}, std::nullopt, kImageStamp));
+  EXPECT_FALSE(searchRegion(search(), {kImageStamp, 0.0, -0.01}, std::nullopt, kImageStamp));
 }
 
 TEST(SearchRegion, ValidateNamesEveryWrongValue) {
@@ -89,7 +119,8 @@ TEST(SearchRegion, ValidateNamesEveryWrongValue) {
   SearchConfig config = search();
   config.margin_rad = 0.0;
   config.max_half_width_rad = 2.0;
-  EXPECT_EQ(config.validate().size(), 2u);
+  config.max_radius_rate_pxps = -1.0;
+  EXPECT_EQ(config.validate().size(), 3u);
   EXPECT_EQ((ShutterConfig{40.0, std::nan(""), -1.0}).validate().size(), 3u);
 }
 

@@ -16,13 +16,16 @@ namespace {
 std::size_t allocations = 0;
 }  // namespace
 
-void* operator new(std::size_t size) {
+// Not inlined: the compiler would find std::free beside the standard's new.
+__attribute__((noinline)) void* operator new(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+__attribute__((noinline)) void operator delete(void* memory) noexcept { std::free(memory); }
+__attribute__((noinline)) void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
 
 namespace bearing_calibration {
 namespace {
@@ -180,7 +183,7 @@ TEST(LightDetector, LooksInThePredictedRegionFirst) {
       exposeSpots(config, {lightAt(config, 1.0, 0.7), lightAt(config, 1.5, -2.0)}, 9);
   EXPECT_EQ(detector.detect(image).lights.size(), 2u);
   EXPECT_FALSE(detector.detect(image).in_region);
-  const DetectionResult& result = detector.detect(image, AzimuthSector{0.75, 0.2});
+  const DetectionResult& result = detector.detect(image, SearchRegion{std::nullopt, {0.75, 0.2}});
   ASSERT_EQ(result.lights.size(), 1u);
   EXPECT_TRUE(result.in_region);
   EXPECT_NEAR(result.lights.front().bearing.azimuth_rad, 0.7, 0.01);
@@ -190,9 +193,86 @@ TEST(LightDetector, LooksEverywhereWhenTheRegionIsEmpty) {
   const DetectorConfig config = defaultDetector();
   LightDetector detector(config);
   const cv::Mat image = exposeSpots(config, {lightAt(config, 1.0, 0.7)}, 10);
-  const DetectionResult& result = detector.detect(image, AzimuthSector{-1.5, 0.2});
+  const DetectionResult& result = detector.detect(image, SearchRegion{std::nullopt, {-1.5, 0.2}});
   EXPECT_EQ(result.lights.size(), 1u);
   EXPECT_FALSE(result.in_region);
+}
+
+TEST(LightDetector, FindsALightThatTouchesAWindow) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  const SpotDrawing spot = lightAt(config, 1.0, 0.0);
+  // The spot is 11 px wide across the radius, which is a row here; the window covers its border.
+  for (int overlap_px : {0, 1}) {
+    cv::Mat image = exposeSpots(config, {spot}, 15);
+    const int last_row = static_cast<int>(spot.centre_px.y() - 5.5) + overlap_px;
+    image(cv::Rect(cvRound(spot.centre_px.x()) - 40, last_row - 40, 80, 41)).setTo(255);
+    const DetectionResult& result = detector.detect(image);
+    ASSERT_EQ(result.lights.size(), 1u) << overlap_px;
+    EXPECT_TRUE(result.opened);
+    const Bearing& bearing = result.lights.front().bearing;
+    EXPECT_LT(std::abs(bearing.azimuth_rad), 3.0 * std::sqrt(bearing.azimuth_variance_rad2));
+    EXPECT_LT(std::abs(bearing.azimuth_rad), radiansFromDegrees(0.3));
+  }
+}
+
+TEST(LightDetector, AWindowAloneIsRejectedAsItStandsInTheImage) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  cv::Mat image(config.sensor.height_px, config.sensor.width_px, CV_8UC1, cv::Scalar(20));
+  image(cv::Rect(430, 200, 80, 41)).setTo(255);
+  const DetectionResult& result = detector.detect(image);
+  EXPECT_TRUE(result.lights.empty());
+  EXPECT_FALSE(result.opened);
+  EXPECT_EQ(onlyRejection(result), "too many pixels");
+}
+
+SearchRegion placeAt(double radius_px, double azimuth_rad) {
+  return {ExpectedPlace{{radius_px, azimuth_rad}, 0.02, 5.0}, {azimuth_rad, 0.2}};
+}
+
+TEST(LightDetector, LooksWhereTheLightIsExpectedBeforeTheSector) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  // One behind the other, as far as the default mirror allows.
+  const cv::Mat image =
+      exposeSpots(config, {lightAt(config, 0.4, 0.7), lightAt(config, 3.0, 0.7)}, 13);
+  EXPECT_EQ(detector.detect(image).lights.size(), 2u);
+  for (double distance_m : {0.4, 3.0}) {
+    const SpotDrawing spot = lightAt(config, distance_m, 0.7);
+    const MirrorPixel seen =
+        mirrorPixelFromImage(config.view, spot.centre_px.x(), spot.centre_px.y());
+    const DetectionResult& result = detector.detect(image, placeAt(seen.image_radius_px, 0.71));
+    ASSERT_EQ(result.lights.size(), 1u);
+    EXPECT_TRUE(result.in_region);
+    EXPECT_NEAR(result.lights.front().bearing.image_radius_px, seen.image_radius_px, 0.1);
+    EXPECT_NEAR(result.lights.front().bearing.azimuth_rad, 0.7, 0.001);
+  }
+  EXPECT_EQ(detector.detect(image, placeAt(60.0, 0.71)).lights.size(), 2u);  // in the sector
+  EXPECT_TRUE(detector.detect(image, placeAt(60.0, 0.71)).in_region);
+  EXPECT_EQ(detector.detect(image, placeAt(60.0, -2.0)).lights.size(), 2u);  // anywhere
+  EXPECT_FALSE(detector.detect(image, placeAt(60.0, -2.0)).in_region);
+}
+
+/// Whatever part of a light lies in the patch: it is measured whole, or not there.
+TEST(LightDetector, APatchNeverCutsALight) {
+  const DetectorConfig config = defaultDetector();
+  LightDetector detector(config);
+  const SpotDrawing spot = lightAt(config, 1.0, 0.7);
+  const cv::Mat image = exposeSpots(config, {spot}, 14);
+  const Bearing whole = detector.detect(image).lights.at(0).bearing;
+  int found_in_place = 0;
+  for (double off_px = -60.0; off_px <= 60.0; off_px += 1.0) {
+    SearchRegion region = placeAt(whole.image_radius_px + off_px, 0.7);
+    region.sector.centre_rad = -2.0;  // nothing there
+    const DetectionResult& result = detector.detect(image, region);
+    ASSERT_EQ(result.lights.size(), 1u) << off_px;
+    EXPECT_NEAR(result.lights[0].bearing.azimuth_rad, whole.azimuth_rad, 1e-5) << off_px;
+    EXPECT_NEAR(result.lights[0].bearing.image_radius_px, whole.image_radius_px, 1e-2) << off_px;
+    found_in_place += result.in_region ? 1 : 0;
+  }
+  EXPECT_GE(found_in_place, 11);  // whose place it is
+  EXPECT_LE(found_in_place, 60);
 }
 
 TEST(LightDetector, UniformImagesShowNothing) {
@@ -277,12 +357,12 @@ TEST(LightDetector, AllocatesNothingOnceItIsWarm) {
   const cv::Mat image =
       exposeSpots(config, {lightAt(config, 1.0, 0.7), lightAt(config, 1.5, -2.0)}, 12);
   detector.detect(image);
-  detector.detect(image, AzimuthSector{0.75, 0.2});
+  detector.detect(image, SearchRegion{std::nullopt, {0.75, 0.2}});
   const std::size_t before = allocations;
   std::size_t lights = 0;
   for (int i = 0; i < 10; ++i) {
     lights += detector.detect(image).lights.size();
-    lights += detector.detect(image, AzimuthSector{0.75, 0.2}).lights.size();
+    lights += detector.detect(image, SearchRegion{std::nullopt, {0.75, 0.2}}).lights.size();
   }
   EXPECT_EQ(allocations, before);
   EXPECT_EQ(lights, 30u);

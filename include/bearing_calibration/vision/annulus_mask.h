@@ -1,6 +1,7 @@
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
+#include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "bearing_calibration/vision/detector_config.h"
@@ -20,6 +21,14 @@ struct AzimuthSector {
   double half_width_rad = 0.0;
 };
 
+/// Rows and columns from the first ones to before the last ones.
+struct PixelBox {
+  int first_row = 0;
+  int last_row = 0;
+  int first_column = 0;
+  int last_column = 0;
+};
+
 /// The pixels in which a light may be seen: the mirror's annulus less its posts and the rows that
 /// are not valid, kept as intervals in reading order.
 class AnnulusMask {
@@ -30,10 +39,15 @@ class AnnulusMask {
 
   /// Writes the part of the mask inside `sector` to `intervals`, without allocation once that has
   /// the capacity. @throws std::invalid_argument unless 0 < half width < 90 deg.
-  void clip(const AzimuthSector& sector, std::vector<PixelInterval>* intervals) const;
+  void clipToSector(const AzimuthSector& sector, std::vector<PixelInterval>* intervals) const;
 
-  /// True for a pixel of the mask; the position is rounded to the nearest pixel.
-  bool contains(double u_px, double v_px) const;
+  /// The same for the part of the mask inside `box`.
+  void clipToBox(const PixelBox& box, std::vector<PixelInterval>* intervals) const;
+
+  /// Whole pixels from the pixel nearest to a position to the nearest one outside of the mask; 0
+  /// for a pixel that is outside itself, and not more than 255.
+  int clearancePx(double u_px, double v_px) const;
+  bool contains(double u_px, double v_px) const { return clearancePx(u_px, v_px) > 0; }
 
  private:
   MirrorView view_;
@@ -41,7 +55,8 @@ class AnnulusMask {
   int height_px_;
   double outer_radius_px_;
   std::vector<PixelInterval> intervals_;
-  std::vector<std::uint8_t> inside_;  ///< the same by pixel
+  std::vector<std::size_t> row_starts_;  ///< of the rows' intervals; one more than there are rows
+  cv::Mat clearance_;                    ///< by pixel, CV_8UC1
 };
 
 }  // namespace bearing_calibration

@@ -8,6 +8,9 @@
 
 namespace bearing_calibration {
 
+/// The part of a pixel's noise that grows with what it sees.
+LevelNoise levelNoise(const ImageSensor& sensor);
+
 /// The part of the spot's pixels that are full, by its size on the sensor.
 double saturatedFraction(const DetectorConfig& config, const SpotMeasurement& spot);
 
@@ -17,10 +20,10 @@ double saturatedFraction(const DetectorConfig& config, const SpotMeasurement& sp
 CentreVariance centreVariance(const DetectorConfig& config, const SpotMeasurement& spot,
                               const SpotSize& expected);
 
-/// The ellipse as a bearing: azimuth about the mirror's centre, image radius, and elevation of the
-/// ray (NaN when the mirror's gates are off).
+/// The spot's centre as a bearing: azimuth about the mirror's centre, image radius, and elevation
+/// of the ray (NaN when the mirror's gates are off).
 /// @param quality 0 to 1, as in LightBearing.msg
-Bearing bearingFromEllipse(const DetectorConfig& config, const LightEllipse& ellipse,
-                           const CentreVariance& variance, double quality);
+Bearing bearingFromPixel(const DetectorConfig& config, const MirrorPixel& centre,
+                         const CentreVariance& variance, double quality);
 
 }  // namespace bearing_calibration

@@ -17,7 +17,7 @@ struct Blob {
   std::int64_t sum_uu = 0;
   std::int64_t sum_uv = 0;
   std::int64_t sum_vv = 0;
-  bool cut = false;  ///< reaches the left or right end of an interval of the mask
+  bool cut = false;  ///< reaches an end of an interval of the mask, its first row or its last
 };
 
 /// Finds the connected pixels above a threshold in one pass over the mask's intervals: runs, joined
@@ -41,8 +41,9 @@ class BlobSegmenter {
     int label;
   };
 
-  template <typename Level>
-  void scan(const cv::Mat& image, const std::vector<PixelInterval>& intervals, int threshold);
+  template <typename Level, typename Brightness>
+  void scan(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
+            const Brightness& brightness);
   void startRow(int row);
   void addRun(const PixelInterval& interval, int begin, int end);
   int labelFromRowAbove(int begin, int end);
@@ -53,6 +54,8 @@ class BlobSegmenter {
   std::vector<Run> row_;
   std::size_t first_above_ = 0;  ///< runs of the row above before this one lie left of the new run
   int current_row_ = 0;
+  int first_row_ = 0;  ///< of all
+  int last_row_ = 0;
   std::vector<int> parents_;
   std::vector<Blob> parts_;  ///< by label
   std::vector<Blob> blobs_;

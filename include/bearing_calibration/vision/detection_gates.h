@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "bearing_calibration/vision/annulus_mask.h"
 #include "bearing_calibration/vision/blob_segmenter.h"
@@ -38,15 +39,24 @@ double fillTolerance(const BlobShape& shape);
 Rejection rejectionOf(const Blob& blob, const BlobShape& shape, const GateConfig& gates,
                       const Range& area_px);
 
+/// How far a measured ellipse is from a light's, each in units of its gate: 1 or -1 is on its edge.
+struct PartsOfGates {
+  double fill = 0.0;
+  double tangential = 0.0;  ///< this and the others only with the mirror's gates
+  double radial = 0.0;
+  double peakedness = 0.0;
+  std::optional<double> axis;  ///< where a light has one
+};
+PartsOfGates partsOfGates(const LightEllipse& ellipse, const SpotSize& expected,
+                          const GateConfig& gates);
+
 /// The gates that need the measured ellipse.
-Rejection rejectionOf(const LightEllipse& ellipse, double image_radius_px, const SpotSize& expected,
-                      double horizon_radius_px, const DetectorConfig& config);
+Rejection rejectionOf(const PartsOfGates& parts);
 
 /// Probability in 0 to 1 that an ellipse which passed the gates is a light rather than clutter:
 /// a light's fill, sizes and axis scatter about the expected ones as a normal distribution with the
 /// gates at three sigma, clutter's are anything inside the gates; both equally likely beforehand.
 /// It says how much like a light the spot is, not which of several lights it is.
-double qualityOf(const LightEllipse& ellipse, const SpotSize& expected,
-                 const DetectorConfig& config);
+double qualityOf(const PartsOfGates& parts, const GateConfig& gates);
 
 }  // namespace bearing_calibration

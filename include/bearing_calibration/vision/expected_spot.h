@@ -32,10 +32,13 @@ class ExpectedSpot {
   const SpotSize& at(double image_radius_px) const;
   /// Area [px] of the spots that can be seen anywhere in the mask.
   const Range& area_px() const { return area_px_; }
+  /// Of those spots, along either axis.
+  double largest_stddev_px() const { return largest_stddev_px_; }
 
  private:
   std::vector<SpotSize> sizes_;  ///< by image radius in whole pixels
   Range area_px_;
+  double largest_stddev_px_ = 0.0;
 };
 
 }  // namespace bearing_calibration

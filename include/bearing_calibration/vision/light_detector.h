@@ -13,6 +13,7 @@
 #include "bearing_calibration/vision/expected_spot.h"
 #include "bearing_calibration/vision/light_ellipse.h"
 #include "bearing_calibration/vision/robust_threshold.h"
+#include "bearing_calibration/vision/search_region.h"
 #include "bearing_calibration/vision/spot_meter.h"
 
 namespace bearing_calibration {
@@ -39,6 +40,7 @@ struct DetectionResult {
   BackgroundLevel background;
   int threshold_levels = 0;
   bool in_region = false;      ///< found in the predicted region: the rest was not looked at
+  bool opened = false;         ///< found where bright areas wider than a light were taken away
   bool too_cluttered = false;  ///< more bright runs than a scene with a light can have: gave up
 };
 
@@ -50,25 +52,28 @@ class LightDetector {
   explicit LightDetector(const DetectorConfig& config);
 
   /// @param image CV_8UC1 or CV_16UC1 of the configured size.
-  /// @param region looked at first; the whole mask follows when nothing is accepted there.
+  /// @param region looked at first, its place before its sector; the whole mask follows when
+  ///   nothing is accepted there.
   /// @return valid until the next call. Without software defocus nothing is allocated once the
   ///   buffers have grown to what the scene needs.
   /// @throws std::invalid_argument for an image of another type or size, or of a depth that cannot
   ///   reach the configured saturation.
   const DetectionResult& detect(const cv::Mat& image,
-                                const std::optional<AzimuthSector>& region = std::nullopt);
+                                const std::optional<SearchRegion>& region = std::nullopt);
 
   const DetectorConfig& config() const { return config_; }
 
  private:
   void requireImage(const cv::Mat& image) const;
+  void searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp);
   void scan(const cv::Mat& image, const cv::Mat& sharp,
             const std::vector<PixelInterval>& intervals);
   void examine(const cv::Mat& image, const cv::Mat& sharp, const std::vector<Blob>& blobs,
                bool with_rejected);
   void measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
-               Detection* detection) const;
+               Detection* detection);
   void listRejected(const Detection& detection);
+  PixelBox boxAround(const ExpectedPlace& place) const;
   bool cutByMask(const SpotWindow& window) const;
   SpotWindow windowFor(const BlobShape& shape) const;
 
@@ -78,9 +83,13 @@ class LightDetector {
   double horizon_radius_px_;
   BackgroundSampler sampler_;
   BlobSegmenter segmenter_;
+  SpotMeter meter_;
   std::vector<PixelInterval> region_;
   cv::Mat defocused_;
+  cv::Mat wider_than_a_light_;  ///< element of the opening
+  cv::Mat opened_;
   DetectionResult result_;
+  DetectionResult other_result_;
 };
 
 }  // namespace bearing_calibration

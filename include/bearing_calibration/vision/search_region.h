@@ -9,21 +9,47 @@
 
 namespace bearing_calibration {
 
+/// Where in an image a light is expected, by the place of its centre.
+struct ExpectedPlace {
+  MirrorPixel centre;
+  double half_width_rad = 0.0;
+  double half_height_px = 0.0;  ///< along the mirror's radius
+};
+
+/// Where a light is looked for before the whole mask is.
+struct SearchRegion {
+  std::optional<ExpectedPlace> place;  ///< first, as far as the light's own image reaches around it
+  AzimuthSector sector;                ///< then, at any radius
+};
+
+/// The image radius at which the light was last seen.
+struct SeenRadius {
+  Stamp stamp;
+  double radius_px = 0.0;
+  double radius_variance_px2 = 0.0;
+};
+
+/// Of the candidate nearest to the prediction; nothing without any.
+std::optional<SeenRadius> seenRadius(const BearingSet& bearings,
+                                     const BearingPrediction& prediction);
+
 /// How far a prediction of the bearing narrows the search. Parameter group `prediction`.
 struct SearchConfig {
   bool use = false;
-  double sigmas = 0.0;               ///< half the region's width in the prediction's deviations
-  double margin_rad = 0.0;           ///< added on either side: at least the light's own image
-  double max_half_width_rad = 0.0;   ///< a wider region is no help: the whole mask is searched
-  double max_age_s = 0.0;            ///< an older prediction says nothing
-  double max_turn_rate_radps = 0.0;  ///< of the bearing: widens the region with the age
+  double sigmas = 0.0;      ///< half the region's width in the prediction's deviations
+  double margin_rad = 0.0;  ///< added to the sector on either side: at least the light's own image
+  double max_half_width_rad = 0.0;    ///< a wider region is no help: the whole mask is searched
+  double max_age_s = 0.0;             ///< an older prediction says nothing
+  double max_turn_rate_radps = 0.0;   ///< of the bearing: widens the region with the age
+  double max_radius_rate_pxps = 0.0;  ///< of the image radius since the light was seen
 
   std::vector<std::string> validate() const;
 };
 
-/// The sector in which the light is expected in an image of `stamp`; none without a useful
-/// prediction.
-std::optional<AzimuthSector> searchRegion(const SearchConfig& config,
-                                          const BearingPrediction& prediction, Stamp stamp);
+/// Where the light is expected in an image of `stamp`; nothing without a useful prediction, the
+/// sector alone when the light was not seen lately.
+std::optional<SearchRegion> searchRegion(const SearchConfig& config,
+                                         const BearingPrediction& prediction,
+                                         const std::optional<SeenRadius>& seen, Stamp stamp);
 
 }  // namespace bearing_calibration

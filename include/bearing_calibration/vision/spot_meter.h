@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "bearing_calibration/vision/light_ellipse.h"
+#include "bearing_calibration/vision/spot_pixels.h"
 
 namespace bearing_calibration {
 
@@ -25,10 +26,9 @@ struct SpotWindow {
   CentreWeight weight = CentreWeight::kEven;
 };
 
-/// The background under a spot: levels = at_centre + slope . (pixel - centre).
-struct BackgroundPlane {
-  double at_centre = 0.0;
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+/// The background under a spot.
+struct Background {
+  LevelPlane plane;
   double residual_variance = 0.0;  ///< of the ring's pixels about the plane [levels^2]
   double sum_of_squares = 0.0;     ///< of the ring's pixels' distances along one axis [px^2]
 };
@@ -36,13 +36,11 @@ struct BackgroundPlane {
 /// Sums over a window along one axis x through its centre. I the levels, b the background, w the
 /// weights, phi = w x: noise e of the pixels moves the centre by sum(e phi) / gain.
 struct AxisSums {
-  double light_moment = 0.0;       ///< sum((I - b) phi), zero at the spot's centre
-  double gain = 0.0;               ///< d sum((I - b) phi) / d centre
-  double variance_px2 = 0.0;       ///< second moment of the light: sum((I - b) x^2) / sum(I - b)
-  double light_squares = 0.0;      ///< sum(I phi^2) over pixels that are not full
-  double pixel_squares = 0.0;      ///< sum(phi^2)
-  double intensity_squares = 0.0;  ///< sum((I - b)^2 phi^2)
-  double slope_lever = 0.0;        ///< sum(x phi): how a slope of the background moves the centre
+  double gain = 0.0;           ///< d sum((I - b) phi) / d centre
+  double variance_px2 = 0.0;   ///< second moment of the light: sum((I - b) x^2) / sum(I - b)
+  double light_noise = 0.0;    ///< sum(N phi^2), N the noise that grows with the light [levels^2]
+  double pixel_squares = 0.0;  ///< sum(phi^2)
+  double slope_lever = 0.0;    ///< sum(x phi): how a slope of the background moves the centre
 };
 
 /// What the pixels of a window say.
@@ -57,25 +55,31 @@ struct SpotMeasurement {
   /// ellipse, 2 in a Gaussian.
   double peakedness = 0.0;
   int full_pixels = 0;
-  BackgroundPlane background;
+  Background background;
 };
 
-/// Levels of the image that separate its pixels.
+/// What separates the pixels of an image.
 struct SpotLevels {
   double threshold = 0.0;   ///< ring pixels above it are not background
-  double saturation = 0.0;  ///< full from here on
-  double black = 0.0;       ///< of a pixel without light
   double background = 0.0;  ///< used where the ring has too few pixels
+  LevelNoise noise;
 };
 
-/// The centre of the light over a background plane in an elliptical window: two Newton steps from
-/// the window's centre, the window following. The axes are
-/// radial and tangential about `mirror_centre_px`.
-/// @param image CV_8UC1 or CV_16UC1
-/// @param sharp the same before any software defocus, in which full pixels are counted
-/// @return nothing when the window holds no light over its background.
-std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& sharp,
-                                           const SpotWindow& window, const SpotLevels& levels,
-                                           const Eigen::Vector2d& mirror_centre_px);
+/// Measures spots; keeps its buffers.
+class SpotMeter {
+ public:
+  /// The centre of the light over a background plane in an elliptical window: two Newton steps from
+  /// the window's centre, the window following. The axes are radial and tangential about
+  /// `mirror_centre_px`.
+  /// @param image CV_8UC1 or CV_16UC1
+  /// @param sharp the same before any software defocus, in which full pixels are counted
+  /// @return nothing when the window holds no light over its background.
+  std::optional<SpotMeasurement> measure(const cv::Mat& image, const cv::Mat& sharp,
+                                         const SpotWindow& window, const SpotLevels& levels,
+                                         const Eigen::Vector2d& mirror_centre_px);
+
+ private:
+  SpotPixels pixels_;
+};
 
 }  // namespace bearing_calibration

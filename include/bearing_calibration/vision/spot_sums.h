@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+namespace bearing_calibration {
+
+/// Levels and places of pixels: the first `size` of each; the rest is room to write more than
+/// asked.
+struct PixelColumn {
+  std::vector<float> levels;
+  std::vector<float> u_px;  ///< from some origin
+  std::vector<float> v_px;
+  int size = 0;
+
+  void makeRoom(std::size_t pixels);
+};
+
+/// Pixels whose Mahalanobis distance from the centre is at most `reach`.
+struct PixelEllipse {
+  Eigen::Vector2d centre_px;
+  Eigen::Matrix2d covariance_px2;  ///< in (u, v)
+  double reach = 0.0;              ///< in standard deviations
+};
+
+/// The weight of a pixel at the Mahalanobis distance m: constant + m^2 (square + sixth m^4).
+struct WeightPolynomial {
+  double constant = 1.0;
+  double square = 0.0;
+  double sixth = 0.0;
+};
+
+/// The levels of a background: at_centre + slope . (pixel - centre).
+struct LevelPlane {
+  double at_centre = 0.0;
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+};
+
+/// Sums over pixels d from a centre, of levels less `reference`: of which a plane is the least
+/// squares' answer.
+struct PlaneSums {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();  ///< sum(x x^T), x = (1, d_u, d_v)
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();   ///< sum(x (level - reference))
+  double squares = 0.0;                              ///< sum((level - reference)^2)
+};
+
+/// How a pixel's noise grows with what it sees: variance = per_level (I - black) + per_square
+/// (I - b)^2 [levels^2]; the first part not where the pixel is full.
+struct LevelNoise {
+  double black = 0.0;
+  double saturation = 0.0;
+  double per_level = 0.0;
+  double per_square = 0.0;
+};
+
+/// Sums over an ellipse's pixels d from its centre: I the level, L = I - b over the background, w
+/// the weight and w' its derivative over m^2, N the noise's variance.
+struct WindowSums {
+  double light = 0.0;                                        ///< sum(L)
+  double weighted = 0.0;                                     ///< sum(L w)
+  Eigen::Vector2d moment = Eigen::Vector2d::Zero();          ///< sum(L w d)
+  Eigen::Matrix2d sloped_squares = Eigen::Matrix2d::Zero();  ///< sum(L w' d d^T)
+  Eigen::Matrix2d light_squares = Eigen::Matrix2d::Zero();   ///< sum(L d d^T)
+  Eigen::Matrix2d noise_squares = Eigen::Matrix2d::Zero();   ///< sum(N w^2 d d^T)
+  double fourth_powers = 0.0;                                ///< sum(L m^4)
+  double peak = 0.0;                                         ///< largest I
+  int full_pixels = 0;
+};
+
+/// Over the pixels whose level is at most `threshold`.
+PlaneSums sumPlane(const PixelColumn& pixels, double threshold, double reference);
+
+/// What a light's centre needs: the first four sums, the others stay zero.
+/// @param ellipse its centre counted from the pixels' origin
+WindowSums sumCentre(const PixelColumn& pixels, const PixelEllipse& ellipse,
+                     const WeightPolynomial& weight, const LevelPlane& background);
+
+/// All sums.
+/// @param sensed the pixels' levels before any software defocus
+WindowSums sumWindow(const PixelColumn& pixels, const std::vector<float>& sensed,
+                     const PixelEllipse& ellipse, const WeightPolynomial& weight,
+                     const LevelPlane& background, const LevelNoise& noise);
+
+}  // namespace bearing_calibration
