@@ -5,14 +5,18 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <optional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/optics/mirror_bend.h"
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/mirror_rim.h"
+#include "bearing_calibration_ros/detection_params.h"
+#include "bearing_calibration_ros/parameter_files.h"
 #include "tools/command_line.h"
 
 namespace bearing_calibration {
@@ -26,26 +30,55 @@ struct Arguments {
   std::vector<std::string> images;
   double radius_px = 0.0;
   std::string output_file;
+  std::vector<double> principal_point_px;  ///< u, v; empty: not known
+  double light_height_m = 0.0;
+  std::vector<double> light_distances_m;
+  std::vector<std::string> config_files;
 };
 
 /// False when only help was asked for. @throws options::error
 bool parse(int argc, char** argv, Arguments* arguments) {
   options::options_description visible(
-      "find_mirror IMAGE... [--radius PX] [--output OUT.png]\n\n"
+      "find_mirror IMAGE... [--radius PX] [--output OUT.png]\n"
+      "            [--principal-point U V --light-height M [--config FILE]...]\n\n"
       "Finds the circle of the mirror's rim and prints its centre and radius as lines for\n"
       "config/detection.yaml. Of several images the mean is taken: in images of a turning robot "
       "the\n"
-      "surroundings smear and the rim stays");
+      "surroundings smear and the rim stays.\n"
+      "With the lens' principal point it also prints what the calibration must be told to find the\n"
+      "mount under a mirror that leans or stands beside the lens' axis");
   auto add = visible.add_options();
   add("help,h", "print this");
   add("radius", options::value(&arguments->radius_px)->default_value(0.0, "any"),
       "about what the rim's radius is, within a quarter [px]");
   add("output,o", options::value(&arguments->output_file), "picture of what was found, to write");
+  add("principal-point", options::value(&arguments->principal_point_px)->multitoken(),
+      "of the lens, from its calibration: u v [px]");
+  add("light-height", options::value(&arguments->light_height_m),
+      "of the light over the mirror's apex, to a centimetre; negative below it [m]");
+  add("light-distances",
+      options::value(&arguments->light_distances_m)
+          ->multitoken()
+          ->default_value({1.0, 3.0}, "1 3"),
+      "least and largest one of the drive [m]");
+  add("config,c", options::value(&arguments->config_files),
+      "lens and mirror, where they differ from config/detection.yaml; may be repeated");
   options::options_description hidden;
   hidden.add_options()("image", options::value(&arguments->images)->required(), "");
   options::positional_options_description positions;
   positions.add("image", -1);
-  if (!parseArguments(argc, argv, visible, hidden, positions)) return false;
+  const auto values = parseArguments(argc, argv, visible, hidden, positions);
+  if (!values) return false;
+  const bool has_point = values->count("principal-point") > 0;
+  if (has_point && arguments->principal_point_px.size() != 2) {
+    throw options::error("--principal-point wants two numbers, u and v");
+  }
+  if (arguments->light_distances_m.size() != 2) {
+    throw options::error("--light-distances wants two numbers, the least and the largest");
+  }
+  if (has_point != (values->count("light-height") > 0)) {
+    throw options::error("--principal-point and --light-height go together");
+  }
   if (!(std::isfinite(arguments->radius_px) && arguments->radius_px >= 0.0)) {
     throw options::error("--radius must be greater than 0");
   }
@@ -93,19 +126,46 @@ RimSearch searchFor(const Arguments& arguments, const cv::Mat& image) {
   return search;
 }
 
-void print(const MirrorRim& rim) {
+/// Where the image's centre is best put, and what the calibration must know for it.
+struct BestCentre {
+  Eigen::Vector2d centre_px;
+  std::optional<MirrorBend> bend;
+};
+
+BestCentre bestCentre(const MirrorRim& rim, const Arguments& arguments) {
+  if (arguments.principal_point_px.empty()) return {rim.circle.centre_px, std::nullopt};
+  bearing_calibration_ros::ParameterFiles files;
+  files.addNode("detection", bearing_calibration_ros::packagedConfig("detection.yaml"));
+  for (const std::string& file : arguments.config_files) files.overlay(file);
+  const ConicMirror mirror =
+      bearing_calibration_ros::readDetectionNodeConfig(files.reader("detection")).detector.mirror;
+  const MirrorBend bend =
+      mirrorBend(mirror, arguments.light_height_m, arguments.light_distances_m.front(),
+                 arguments.light_distances_m.back());
+  const Eigen::Vector2d principal_px(arguments.principal_point_px.front(),
+                                     arguments.principal_point_px.back());
+  return {principal_px + bend.centre_part * (rim.circle.centre_px - principal_px), bend};
+}
+
+void print(const MirrorRim& rim, const BestCentre& best) {
   constexpr double kPercent = 100.0;
   std::printf(
       "mirror:\n"
       "  centre_u: %.3f  # [px] +- %.3f\n"
       "  centre_v: %.3f  # [px] +- %.3f\n"
-      "# rim: radius %.2f +- %.2f px, seen in %.0f %% of the directions, "
+      "# rim: radius %.2f +- %.2f px about (%.3f, %.3f), seen in %.0f %% of the directions, "
       "its edge within %.2f px (1 sigma)\n"
       "mask:\n"
       "  outer_radius: %.0f.0  # [px] inside the rim\n",
-      rim.circle.centre_px.x(), rim.stddev(0), rim.circle.centre_px.y(), rim.stddev(1),
-      rim.circle.radius_px, rim.stddev(2), kPercent * rim.visible_part, rim.scatter_px,
-      std::floor(rim.circle.radius_px));
+      best.centre_px.x(), rim.stddev(0), best.centre_px.y(), rim.stddev(1),
+      rim.circle.radius_px, rim.stddev(2), rim.circle.centre_px.x(), rim.circle.centre_px.y(),
+      kPercent * rim.visible_part, rim.scatter_px, std::floor(rim.circle.radius_px));
+  if (!best.bend) return;
+  std::printf(
+      "errors:  # the centre above is %.2f of the way from the principal point to the rim's centre\n"
+      "  mirror_harmonic_stddev: 0.03  # [rad] lean and offset of the mirror are estimated\n"
+      "  mirror_near_per_far: %.3f  # [m] so much of it is nearness, about that centre\n",
+      best.bend->centre_part, best.bend->near_per_far_m);
 }
 
 void find(const Arguments& arguments) {
@@ -116,7 +176,7 @@ void find(const Arguments& arguments) {
         "no rim found: a circle about the image's middle must be seen in a third of the directions "
         "(more light, more images of a turning robot, or --radius help)");
   }
-  print(*rim);
+  print(*rim, bestCentre(*rim, arguments));
   if (arguments.output_file.empty()) return;
   if (!cv::imwrite(arguments.output_file, annotateRim(image, *rim))) {
     throw std::runtime_error(arguments.output_file + ": cannot be written");

@@ -145,6 +145,10 @@ void printRemarkable(const std::vector<Trial>& trials, std::uint64_t first_seed)
     if (trial.worst_claim > kWrongChiSquare) {
       std::printf("seed %llu: wrong claim, chi-square %.1f\n", seed, trial.worst_claim);
     }
+    if (end.failed() && !end.claims) {
+      std::printf("seed %llu: failed, chi-square %.1f, but only %s\n", seed, end.mountChiSquare(),
+                  end.words.c_str());
+    }
     if (end.possible && !end.claims) {
       std::printf("seed %llu: possible, but %s at the end\n", seed, end.words.c_str());
     }

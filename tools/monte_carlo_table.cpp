@@ -42,11 +42,12 @@ TableRow summariseRow(const std::vector<Trial>& trials, std::size_t index) {
       bounds += boundsOf(snapshot);
       ++row.estimates;
       row.estimate_nees += snapshot.mountChiSquare();
+      row.failed += snapshot.failed() ? 1 : 0;
     }
     if (!snapshot.claims) continue;
     ++row.claimed;
     const double chi_square = snapshot.mountChiSquare();
-    row.wrong += chi_square > kWrongChiSquare ? 1 : 0;
+    row.wrong += snapshot.failed() ? 1 : 0;
     row.beyond += chi_square > kEllipsoidChiSquare ? 1 : 0;
     row.mount_nees += chi_square;
     row.state_nees += snapshot.stateChiSquare();
@@ -76,17 +77,17 @@ std::vector<TableRow> summarise(const std::vector<Trial>& trials) {
 std::string format(const std::vector<TableRow>& rows) {
   std::string text =
       "| time [s] | possible | claimed of these | claimed | wrong | beyond 99 % | NEES/3 | NEES/5 "
-      "| of all estimates: NEES/3 | RMSE/bound phi rho psi x y yaw | ms mean, most | states |\n"
+      "| of all estimates: NEES/3, failed | RMSE/bound phi rho psi x y yaw | ms mean, most | states |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const TableRow& row : rows) {
     char line[512];
     const Eigen::Matrix<double, 6, 1>& q = row.rmse_per_bound;
     std::snprintf(line, sizeof(line),
-                  "| %.0f | %d of %d | %d | %d | %d | %d | %.2f | %.2f | %.2f | %.2f %.2f %.2f "
-                  "%.2f %.2f %.2f | %.1f, %.0f | ",
+                  "| %.0f | %d of %d | %d | %d | %d | %d | %.2f | %.2f | %.2f, %d | %.2f %.2f "
+                  "%.2f %.2f %.2f %.2f | %.1f, %.0f | ",
                   row.time_s, row.possible, row.trials, row.possible_claimed, row.claimed,
-                  row.wrong, row.beyond, row.mount_nees, row.state_nees, row.estimate_nees, q(0),
-                  q(1), q(2), q(3), q(4), q(5), row.milliseconds, row.most_milliseconds);
+                  row.wrong, row.beyond, row.mount_nees, row.state_nees, row.estimate_nees,
+                  row.failed, q(0), q(1), q(2), q(3), q(4), q(5), row.milliseconds, row.most_milliseconds);
     text += line + row.words + " |\n";
   }
   return text;

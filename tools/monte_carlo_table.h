@@ -7,9 +7,6 @@
 
 namespace bearing_calibration {
 
-/// Chi-square (3 degrees of freedom) of a mount beyond which an answer is wrong, whatever its own
-/// covariance says; by chance it comes about in 1.5 of 100 000 honest ones.
-inline constexpr double kWrongChiSquare = 25.0;
 /// Quantile of 99 % of the same distribution.
 inline constexpr double kEllipsoidChiSquare = 11.345;
 
@@ -20,12 +17,13 @@ struct TableRow {
   int possible = 0;          ///< trials whose bound allows the claim
   int possible_claimed = 0;  ///< of these, claimed
   int claimed = 0;
-  int wrong = 0;            ///< claimed, chi-square beyond kWrongChiSquare
+  int wrong = 0;            ///< claimed and failed
   int beyond = 0;           ///< claimed, beyond the 99 % ellipsoid
   double mount_nees = 0.0;  ///< mean over the claims, per degree of freedom
   double state_nees = 0.0;
   int estimates = 0;           ///< whether claimed or not
   double estimate_nees = 0.0;  ///< mean over these, of the mount, per degree of freedom
+  int failed = 0;              ///< of these
   /// RMSE over the square root of the mean bound, over the trials with an estimate: phi, rho, psi,
   /// x, y, yaw.
   Eigen::Matrix<double, 6, 1> rmse_per_bound = Eigen::Matrix<double, 6, 1>::Zero();

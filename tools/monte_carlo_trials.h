@@ -12,6 +12,10 @@ namespace bearing_calibration {
 /// The calibration of a simulated robot that is what its owner believes, from nothing.
 CalibratorConfig calibratorConfig(const RobotConfig& robot);
 
+/// Chi-square (3 degrees of freedom) of a mount beyond which an answer is wrong, whatever its own
+/// covariance says; by chance it comes about in 1.5 of 100 000 honest ones.
+inline constexpr double kWrongChiSquare = 25.0;
+
 /// What an estimator says of one run at one moment, beside the truth and the bound.
 struct Snapshot {
   double time_s = 0.0;
@@ -31,6 +35,8 @@ struct Snapshot {
 
   double mountChiSquare() const;
   double stateChiSquare() const;
+  /// An estimate whose mount is beyond kWrongChiSquare.
+  bool failed() const { return has_estimate && mountChiSquare() > kWrongChiSquare; }
 };
 
 /// One run: snapshots at the moments asked for, and the worst claim that was made in between.

@@ -24,9 +24,10 @@ def textOf(*path):
 
 def installedPackages():
     """{section: packages} of scripts/install_dependencies."""
-    listed = re.search(r'packages=\((.*?)\n\)', textOf('scripts', 'install_dependencies'), re.S)
+    lists = re.findall(r'^packages_\w+=\((.*?)\n\)', textOf('scripts', 'install_dependencies'),
+                       re.S | re.M)
     sections, current = {}, None
-    for line in listed.group(1).splitlines():
+    for line in ''.join(lists).splitlines():
         if line.strip().startswith('#'):
             current = sections.setdefault(line.strip(' #').split(':')[0], set())
         elif line.strip():

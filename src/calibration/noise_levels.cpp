@@ -1,0 +1,156 @@
+#include "bearing_calibration/calibration/noise_levels.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/calibration/cartesian_smoother.h"
+#include "bearing_calibration/common/requirement.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// Bearing and wheel factor, as natural logarithms.
+using Logs = Eigen::Vector2d;
+
+NoiseLevels levelsOf(const Logs& logs, const Logs& stddev) {
+  return {{std::exp(logs(0)), stddev(0)}, {std::exp(logs(1)), stddev(1)}};
+}
+
+/// How likely a record's innovations are, by the logarithms of the factors.
+class Likelihood {
+ public:
+  Likelihood(const std::vector<Sight>& sights, const BatchEstimate& fit, const ErrorPriors& errors,
+             const NoisePriors& priors)
+      : sights_(sights),
+        fit_(fit),
+        errors_(errors),
+        prior_stddev_(priors.bearing_stddev, priors.wheel_stddev) {
+    path_.points = fit.path;
+    path_.errors = fit.errors.mean;
+  }
+
+  bool looksFor(int factor) const { return prior_stddev_(factor) > 0.0; }
+  double priorStddev(int factor) const { return prior_stddev_(factor); }
+
+  /// Minus its logarithm.
+  double cost(const Logs& logs) const {
+    const std::vector<Sight> scaled = withNoise(sights_, levelsOf(logs, Logs::Zero()));
+    std::vector<SightWeight> weights;
+    weights.reserve(scaled.size());
+    for (const Sight& sight : scaled) {
+      weights.push_back({sight.azimuth_variance_rad2, sight.azimuth_variance_rad2});
+    }
+    for (std::size_t i : fit_.rejected) weights[i].use_bearing = false;
+    for (std::size_t i : fit_.slips) weights[i].slipped = true;
+    const SmootherPass pass = smooth(scaled, weights, path_, kFreePass, errors_);
+    double cost = 0.0;
+    for (std::size_t i = 0; i < scaled.size(); ++i) {
+      if (!weights[i].use_bearing) continue;
+      const SmoothedSight& sight = pass.sights[i];
+      cost += 0.5 * (std::log(sight.innovation_variance_rad2) +
+                     sight.innovation_rad * sight.innovation_rad / sight.innovation_variance_rad2);
+    }
+    for (int factor = 0; factor < 2; ++factor) {
+      if (looksFor(factor)) cost += 0.5 * std::pow(logs(factor) / prior_stddev_(factor), 2);
+    }
+    return cost;
+  }
+
+ private:
+  const std::vector<Sight>& sights_;
+  const BatchEstimate& fit_;
+  const ErrorPriors& errors_;
+  RecordPath path_;
+  Eigen::Vector2d prior_stddev_;
+};
+
+/// Gradient and curvature by differences; of a factor that is not looked for, none.
+struct Shape {
+  Logs gradient = Logs::Zero();
+  Eigen::Matrix2d curvature = Eigen::Matrix2d::Identity();
+};
+
+Shape shapeAt(const Likelihood& likelihood, const Logs& logs) {
+  constexpr double kStep = 0.1;
+  const auto costAt = [&](double bearing, double wheel) {
+    return likelihood.cost(logs + kStep * Logs(bearing, wheel));
+  };
+  Shape shape;
+  const double here = costAt(0.0, 0.0);
+  for (int factor = 0; factor < 2; ++factor) {
+    if (!likelihood.looksFor(factor)) continue;
+    const Logs way = Logs::Unit(factor);
+    const double more = costAt(way(0), way(1));
+    const double less = costAt(-way(0), -way(1));
+    shape.gradient(factor) = (more - less) / (2.0 * kStep);
+    shape.curvature(factor, factor) = (more - 2.0 * here + less) / (kStep * kStep);
+  }
+  if (likelihood.looksFor(0) && likelihood.looksFor(1)) {
+    const double mixed = costAt(1.0, 1.0) - costAt(1.0, -1.0) - costAt(-1.0, 1.0) + costAt(-1.0, -1.0);
+    shape.curvature(0, 1) = shape.curvature(1, 0) = mixed / (4.0 * kStep * kStep);
+  }
+  // Far from the maximum it may bend the wrong way: there it is held to the prior's curvature.
+  for (int factor = 0; factor < 2; ++factor) {
+    if (!likelihood.looksFor(factor)) continue;
+    const double prior = 1.0 / std::pow(likelihood.priorStddev(factor), 2);
+    shape.curvature(factor, factor) = std::max(shape.curvature(factor, factor), prior);
+  }
+  if (!(shape.curvature.determinant() > 0.0)) {
+    shape.curvature = Eigen::Matrix2d(shape.curvature.diagonal().asDiagonal());
+  }
+  return shape;
+}
+
+}  // namespace
+
+std::vector<std::string> NoisePriors::validate() const {
+  Requirements require;
+  require.notNegative("errors/bearing_noise_stddev", bearing_stddev);
+  require.notNegative("errors/wheel_noise_stddev", wheel_stddev);
+  return require.errors();
+}
+
+NoiseLevels findNoiseLevels(const std::vector<Sight>& sights, const BatchEstimate& fit,
+                            const ErrorPriors& errors, const NoisePriors& priors) {
+  constexpr int kMostSteps = 6;
+  constexpr double kLongestStep = 0.7;  // a factor of two
+  constexpr double kSettled = 0.02;
+  const Likelihood likelihood(sights, fit, errors, priors);
+  Logs logs = Logs::Zero();
+  Shape shape;
+  for (int i = 0; i < kMostSteps; ++i) {
+    shape = shapeAt(likelihood, logs);
+    const Logs step = -(shape.curvature.inverse() * shape.gradient);
+    const double longest = step.cwiseAbs().maxCoeff();
+    logs += longest > kLongestStep ? Logs(step * (kLongestStep / longest)) : step;
+    if (longest < kSettled) break;
+  }
+  Logs stddev = shape.curvature.inverse().diagonal().cwiseSqrt();
+  for (int factor = 0; factor < 2; ++factor) {
+    if (!likelihood.looksFor(factor)) stddev(factor) = 0.0;
+  }
+  return levelsOf(logs, stddev);
+}
+
+std::vector<Sight> withNoise(std::vector<Sight> sights, const NoiseLevels& noise) {
+  const double bearing_variance = noise.bearing.value * noise.bearing.value;
+  for (Sight& sight : sights) {
+    sight.azimuth_variance_rad2 *= bearing_variance;
+    sight.motion.covariance *= noise.wheel.value;
+  }
+  return sights;
+}
+
+double correlationTime(const std::vector<Sight>& sights, double correlation) {
+  if (!(correlation > 0.0) || sights.size() < 2) return 0.0;
+  std::vector<double> intervals_s;
+  for (std::size_t i = 1; i < sights.size(); ++i) {
+    intervals_s.push_back(secondsFromDuration(sights[i].stamp - sights[i - 1].stamp));
+  }
+  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
+  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
+  return -*middle / std::log(correlation);
+}
+
+}  // namespace bearing_calibration
