@@ -20,6 +20,9 @@ namespace {
 namespace options = boost::program_options;
 
 constexpr int kBarMissed = 1;
+// What doc/imperfect.md says to try.
+constexpr double kUsualHarmonic_rad = 0.03;
+constexpr double kUsualTilt_rad = 0.035;
 
 struct Arguments {
   std::string what;
@@ -35,19 +38,25 @@ struct Arguments {
   int slips = 0;
   double occlusion = 0.0;
   ImperfectRobot imperfect;
+  double light_height_m = 0.0;
+  double elevation_stddev_deg = 0.0;
+  double tilt_deg = 0.0;
+  double harmonic_deg = 0.0;
   ErrorPriors looked_for;
 };
 
 options::options_description describeOptions(Arguments* arguments) {
   options::options_description description(
-      "monte_carlo --what initialiser|batch|calibrator --world random|paper [options]\n\n"
+      "monte_carlo --what initialiser|batch|calibrator --world random|paper|corner [options]\n\n"
       "Exit status 1 when a bar of doc/accuracy.md is missed (see --check)");
   auto add = description.add_options();
   add("help,h", "print this");
   add("what", options::value(&arguments->what)->default_value("initialiser"),
       "initialiser, batch or calibrator");
   add("world", options::value(&arguments->world)->default_value("random"),
-      "random: any mount, light and heading; paper: section V of the paper");
+      "random: any mount, light and heading; paper: section V of the paper; corner: its dance "
+      "about a "
+      "square with the light inside near a corner");
   add("trajectory", options::value(&arguments->trajectory)->default_value("mixed"),
       "mixed (dance, turns, sinusoid, random in turn), degenerate (standing, line, back_and_forth, "
       "circle, spin, a line through the light and a circle about it in turn) or one by its name");
@@ -76,6 +85,17 @@ options::options_description describeOptions(Arguments* arguments) {
       "added, standard deviation");
   add("random-separation", options::value(&robot.random_separation_stddev)->default_value(0.0),
       "of the wheels, standard deviation");
+  add("known-separation", "look for time offset and wheel scales alone");
+  add("tilt", options::value(&arguments->tilt_deg)->default_value(0.0),
+      "of the sensor, in any direction [deg]");
+  add("harmonic", options::value(&arguments->harmonic_deg)->default_value(0.0),
+      "first harmonic of the mirror, of any phase [deg]");
+  add("elevations", options::value(&arguments->elevation_stddev_deg)->default_value(0.0),
+      "standard deviation of the light's elevation [deg]; 0: it is not measured");
+  add("light-height", options::value(&arguments->light_height_m)->default_value(0.0),
+      "of the light over the sensor [m]");
+  add("look-for-harmonic", "of the mirror");
+  add("look-for-tilt", "of the sensor, and for the light's height");
   add("check", "judge the bars");
   return description;
 }
@@ -99,8 +119,8 @@ Kind kindOfSeed(const std::string& trajectory, std::uint64_t seed) {
 SimulatedCase idealCase(const Arguments& arguments, std::uint64_t seed) {
   if (arguments.trajectory == kDegenerate) return degenerateCase(seed);
   const Kind kind = kindOfSeed(arguments.trajectory, seed);
-  if (arguments.world != "paper") return randomCase(seed, kind, RandomCaseRange());
-  SimulatedCase simulated = paperCase(seed);
+  if (arguments.world == "random") return randomCase(seed, kind, RandomCaseRange());
+  SimulatedCase simulated = arguments.world == "corner" ? cornerCase(seed) : paperCase(seed);
   if (arguments.trajectory != "mixed") simulated.trajectory.kind = kind;
   return simulated;
 }
@@ -111,6 +131,8 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   simulated.duration_s = arguments.duration_s;
   simulated.robot.sensor.outlier_probability = arguments.outliers;
   simulated.robot.sensor.correlation = arguments.correlation;
+  simulated.robot.sensor.elevation_stddev_rad = radiansFromDegrees(arguments.elevation_stddev_deg);
+  simulated.lights.front().height_m = arguments.light_height_m;
   addSlips(simulated, arguments.slips, seed);
   addOcclusions(simulated, arguments.occlusion, seed);
   makeImperfect(simulated, arguments.imperfect, seed);
@@ -167,6 +189,17 @@ int run(int argc, char** argv) {
     arguments.times_s.push_back(arguments.duration_s);
   }
   if (values->count("errors") > 0) arguments.looked_for = usualErrors();
+  if (values->count("known-separation") > 0) {
+    arguments.looked_for.setBlock(WheelSeparation::kName, 0.0);
+  }
+  if (values->count("look-for-harmonic") > 0) {
+    arguments.looked_for.setBlock(MirrorHarmonic::kName, kUsualHarmonic_rad);
+  }
+  if (values->count("look-for-tilt") > 0) {
+    arguments.looked_for.setBlock(SensorTilt::kName, kUsualTilt_rad);
+  }
+  arguments.imperfect.tilt_rad = radiansFromDegrees(arguments.tilt_deg);
+  arguments.imperfect.harmonic_rad = radiansFromDegrees(arguments.harmonic_deg);
   const std::vector<Trial> trials = runAll(arguments);
   const std::vector<TableRow> rows = summarise(trials);
   std::cout << format(rows);

@@ -57,7 +57,7 @@ void fillRobotErrors(const ErrorEstimate& estimate, const ErrorVector& truth, Sn
 void fillBound(const SimulatedCase& simulated, const SightRun& run, std::size_t count,
                const Targets& targets, Snapshot& snapshot) {
   const ErrorPriors& looked_for = simulated.looked_for;
-  const ErrorVector errors = trueErrors(simulated.robot);
+  const ErrorVector errors = trueErrors(simulated);
   const std::vector<Sight> sights(run.sights.begin(),
                                   run.sights.begin() + static_cast<std::ptrdiff_t>(count));
   std::vector<Eigen::Vector2d> lights;
@@ -129,7 +129,7 @@ Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& 
     fillBound(simulated, run, count, targets, snapshot);
     if (attempt.ready()) {
       fillErrors(attempt.estimate, run.truth[count - 1], snapshot);
-      fillRobotErrors(attempt.errors, trueErrors(simulated.robot), snapshot);
+      fillRobotErrors(attempt.errors, trueErrors(simulated), snapshot);
     }
     noteClaim(snapshot, trial);
     trial.snapshots.push_back(snapshot);
@@ -142,7 +142,7 @@ Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_
   BatchConfig config;
   config.errors = simulated.looked_for;
   const BatchEstimator estimator{config};
-  const ErrorVector true_errors = trueErrors(simulated.robot);
+  const ErrorVector true_errors = trueErrors(simulated);
   constexpr Targets kAny{1e3, 1e3, 0.0};
   Trial trial;
   for (double time_s : times_s) {
@@ -200,7 +200,7 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
     snapshot.words = nameOf(result.state);
     if (result.cartesian_state) {
       fillErrors(*result.cartesian_state, run.truth[count - 1], snapshot);
-      fillRobotErrors(result.robot_errors, trueErrors(simulated.robot), snapshot);
+      fillRobotErrors(result.robot_errors, trueErrors(simulated), snapshot);
     }
     noteClaim(snapshot, trial);
     if (result.state == CalibrationState::kInconsistent && trial.alarm.empty()) {

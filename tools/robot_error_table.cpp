@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
@@ -32,6 +34,25 @@ struct Column {
   }
 };
 
+/// The mount's errors by themselves.
+std::string mountErrors(const std::vector<Trial>& trials) {
+  constexpr double kMillimetres = 1e3;
+  int count = 0;
+  Eigen::Array4d squares = Eigen::Array4d::Zero();  // phi, rho, psi, yaw
+  for (const Trial& trial : trials) {
+    const Snapshot& last = trial.snapshots.back();
+    if (!last.claims) continue;
+    ++count;
+    squares += Eigen::Array4d(last.polar_error.x(), last.polar_error.y(), last.psi_error_rad,
+                              last.error(CartesianIndex::kSensorYaw))
+                   .square();
+  }
+  const Eigen::Array4d rmse = (squares / count).sqrt();
+  return formatted("RMSE of phi %.2f deg, rho %.2f mm, psi %.2f deg, yaw %.3f deg\n",
+                   degreesFromRadians(rmse(0)), kMillimetres * rmse(1), degreesFromRadians(rmse(2)),
+                   degreesFromRadians(rmse(3)));
+}
+
 }  // namespace
 
 std::string formatRobotErrors(const std::vector<Trial>& trials) {
@@ -56,7 +77,7 @@ std::string formatRobotErrors(const std::vector<Trial>& trials) {
   if (lines.empty()) return "";
   std::string header = "quantity                         runs  bias/sd  rmse/sd      mean sd\n";
   for (const Column& column : mount) header += column.line();
-  return header + lines;
+  return header + lines + mountErrors(trials);
 }
 
 }  // namespace bearing_calibration

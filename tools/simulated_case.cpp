@@ -68,6 +68,14 @@ SimulatedCase paperCase(std::uint64_t seed) {
   return simulated;
 }
 
+SimulatedCase cornerCase(std::uint64_t seed) {
+  constexpr double kInside_m = 0.25;
+  SimulatedCase simulated = paperCase(seed);
+  simulated.robot.world_from_start = Pose2();  // the square is driven to the left
+  simulated.lights.front().position_m = {kInside_m, kInside_m};
+  return simulated;
+}
+
 SimulatedCase randomCase(std::uint64_t seed, TrajectoryConfig::Kind kind,
                          const RandomCaseRange& range) {
   Draws draws(seed, Draws::Purpose::kCase);
@@ -128,6 +136,12 @@ void makeImperfect(SimulatedCase& simulated, const ImperfectRobot& how, std::uin
   robot.encoders.left_radius_factor = 1.0 + how.scale - 0.5 * ratio;
   robot.encoders.right_radius_factor = 1.0 + how.scale + 0.5 * ratio;
   robot.separation_factor = 1.0 + draws.gaussian(how.random_separation_stddev);
+  const Eigen::Vector2d tilt = polar(how.tilt_rad, draws.angle());
+  robot.sensor.roll_rad = tilt.x();
+  robot.sensor.pitch_rad = tilt.y();
+  const Eigen::Vector2d harmonic = polar(how.harmonic_rad, draws.angle());
+  robot.sensor.harmonic_cos_rad = harmonic.x();
+  robot.sensor.harmonic_sin_rad = harmonic.y();
 }
 
 void addOcclusions(SimulatedCase& simulated, double share, std::uint64_t seed) {
@@ -152,13 +166,18 @@ ErrorPriors usualErrors() {
   return priors;
 }
 
-ErrorVector trueErrors(const RobotConfig& robot) {
+ErrorVector trueErrors(const SimulatedCase& simulated) {
+  const RobotConfig& robot = simulated.robot;
   ErrorVector errors = ErrorVector::Zero();
   errors(placeOf<TimeOffset>()) = robot.stamp_latency_s;
   errors.segment<WheelScales::kSize>(placeOf<WheelScales>())
       << robot.encoders.left_radius_factor - 1.0,
       robot.encoders.right_radius_factor - 1.0;
   errors(placeOf<WheelSeparation>()) = robot.separation_factor - 1.0;
+  errors.segment<2>(placeOf<MirrorHarmonic>()) << robot.sensor.harmonic_cos_rad,
+      robot.sensor.harmonic_sin_rad;
+  errors.segment<SensorTilt::kSize>(placeOf<SensorTilt>()) << robot.sensor.roll_rad,
+      robot.sensor.pitch_rad, simulated.lights.front().height_m;
   return errors;
 }
 
@@ -176,7 +195,8 @@ std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGe
     if (set.candidates.empty() || !track.covers(set.stamp)) continue;
     const Bearing& bearing = set.candidates.front();
     sights.push_back({set.stamp, track.motionTo(set.stamp), bearing.azimuth_rad,
-                      bearing.azimuth_variance_rad2, track.travelAround(set.stamp)});
+                      bearing.azimuth_variance_rad2, track.travelAround(set.stamp),
+                      elevationOf(bearing)});
     track.anchorAt(set.stamp);
   }
   return sights;
@@ -198,7 +218,7 @@ SightRun runFromRecord(const SimulatedCase& simulated, SimulatedRecord record) {
   SightRun run;
   run.record = std::move(record);
   run.sights = sightsFromRecord(run.record, robot.encoders.drive, robot.encoders.noise);
-  const ErrorVector errors = trueErrors(robot);
+  const ErrorVector errors = trueErrors(simulated);
   std::size_t at = 0;
   for (const Sight& sight : run.sights) {
     while (run.record.bearings[at].stamp != sight.stamp) ++at;

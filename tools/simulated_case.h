@@ -26,6 +26,10 @@ struct SimulatedCase {
 /// The settings of the paper's section V: its mount, light, noise and second trajectory.
 SimulatedCase paperCase(std::uint64_t seed);
 
+/// The same robot, its dance about a square inside of which the light stands, a quarter of a metre
+/// from two of the sides: what a person should drive (doc/driving.md).
+SimulatedCase cornerCase(std::uint64_t seed);
+
 /// What is drawn at random beside the noise.
 struct RandomCaseRange {
   double max_mount_distance_m = 1.0;
@@ -53,6 +57,8 @@ struct ImperfectRobot {
   double max_random_offset_s = 0.0;  ///< added to the offset: uniform from 0 to this
   double random_ratio_stddev = 0.0;  ///< added to the ratio
   double random_separation_stddev = 0.0;  ///< of the true wheel separation over the believed one
+  double tilt_rad = 0.0;                  ///< of the sensor, in a direction drawn at random
+  double harmonic_rad = 0.0;              ///< of the mirror, its phase drawn at random
 };
 
 /// Makes the robot of a case an imperfect one.
@@ -65,7 +71,7 @@ void addOcclusions(SimulatedCase& simulated, double share, std::uint64_t seed);
 ErrorPriors usualErrors();
 
 /// The robot's errors as the blocks of the estimators count them.
-ErrorVector trueErrors(const RobotConfig& robot);
+ErrorVector trueErrors(const SimulatedCase& simulated);
 
 /// What an estimator gets of a run, and the truth.
 struct SightRun {

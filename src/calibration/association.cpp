@@ -51,7 +51,8 @@ Association fuseLight(const std::vector<Bearing>& candidates, const TravelNearby
       associate(filter->predictAzimuth(nearby), candidates, fusion.gate);
   if (association.kind == Association::Kind::kFound) {
     const Bearing& light = candidates[association.candidate];
-    filter->update(light.azimuth_rad, fusion.widening * light.azimuth_variance_rad2, nearby);
+    filter->update(light.azimuth_rad, fusion.widening * light.azimuth_variance_rad2, nearby,
+                   elevationOf(light));
   }
   return association;
 }

@@ -83,7 +83,8 @@ class Fit {
 bool Fit::hasLikelyErrors() const {
   constexpr double kMostSigmas = 6.0;
   const ErrorVector most = kMostSigmas * config_.errors.stddev;
-  return (pass_.last.errors.mean.cwiseAbs().array() <= most.array()).all();
+  const ErrorVector off = pass_.last.errors.mean - config_.errors.mean;
+  return (off.cwiseAbs().array() <= most.array()).all();
 }
 
 /// What a path costs: its bearings, its motions and the robot's errors.
@@ -91,7 +92,8 @@ double Fit::costOf(const SmootherPass& pass, const RecordPath& path) const {
   double cost = pass.motion_cost + weights_.bearingCost(path);
   for (int i = 0; i < kErrorCount; ++i) {
     const double stddev = config_.errors.stddev(i);
-    if (stddev > 0.0) cost += std::pow(path.errors(i) / stddev, 2);
+    const double off = path.errors(i) - config_.errors.mean(i);
+    if (stddev > 0.0) cost += std::pow(off / stddev, 2);
   }
   return cost;
 }
@@ -252,6 +254,11 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Sight>& sights, const R
     if (!(sight.azimuth_variance_rad2 > 0.0)) {
       throw std::invalid_argument("azimuth variance " +
                                   std::to_string(sight.azimuth_variance_rad2) +
+                                  " rad^2 is not positive");
+    }
+    if (sight.elevation && !(sight.elevation->variance_rad2 > 0.0)) {
+      throw std::invalid_argument("elevation variance " +
+                                  std::to_string(sight.elevation->variance_rad2) +
                                   " rad^2 is not positive");
     }
   }

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
@@ -26,16 +27,22 @@ using StateVector = Eigen::Matrix<double, 5 + K, 1>;
 template <int K>
 using StateMatrix = Eigen::Matrix<double, 5 + K, 5 + K>;
 
+/// One measured number, linearised about the path.
+template <int K>
+struct LinearNumber {
+  Eigen::Matrix<double, 1, 5 + K> H;
+  StateVector<K> gain;
+  double innovation;  ///< against the state before it, through the linearisation at the path
+  double innovation_variance;
+  double pull_variance;  ///< of innovation / innovation_variance
+};
+
 /// What the backward pass needs from the forward one.
 template <int K>
 struct ForwardStep {
   StateVector<K> predicted;
   StateMatrix<K> predicted_covariance;
-  Eigen::Matrix<double, 1, 5 + K> H;
-  StateVector<K> gain;
-  double innovation;  ///< against `predicted`, through the linearisation at the path
-  double innovation_variance;
-  double pull_variance;  ///< of innovation / innovation_variance
+  LinearNumber<K> azimuth;
   bool used;
 };
 
@@ -89,30 +96,57 @@ void predict(const LinearMotion<K>& motion, const Eigen::Vector3d& error,
                          covariance);
 }
 
+/// @param residual  at the path
+/// @param variance  of the measurement, larger than the ordinary one where it is doubted
+template <int K>
+LinearNumber<K> linearise(const Eigen::Matrix<double, 1, 5 + K>& H, double residual,
+                          double variance, double ordinary_variance, const StateVector<K>& path,
+                          const StateVector<K>& mean, const StateMatrix<K>& covariance) {
+  LinearNumber<K> number;
+  number.H = H;
+  number.innovation = residual - (H * (mean - path)).value();
+  const StateVector<K> PHt = covariance * H.transpose();
+  number.innovation_variance = (H * PHt).value() + variance;
+  number.pull_variance = 1.0 / number.innovation_variance;
+  if (variance > ordinary_variance) {
+    // The pull of a doubtful bearing is bounded by its weight, but it is not as small as a bearing
+    // of so large a variance would have it: else a few outliers look like a slip.
+    number.pull_variance = kDoubtfulPull / ((H * PHt).value() + ordinary_variance);
+  }
+  number.gain = PHt / number.innovation_variance;
+  return number;
+}
+
+template <int K>
+StateVector<K> pathState(const Vector5& state, const ErrorVector& errors) {
+  StateVector<K> path;
+  path << state, errors.head<K>();
+  return path;
+}
+
 template <int K>
 ForwardStep<K> lineariseSight(const Sight& sight, const SightWeight& weight, const Vector5& state,
                               const ErrorVector& errors, const StateVector<K>& mean,
                               const StateMatrix<K>& covariance) {
   const SightModel<K> expected = expectSight<K>(state, errors, sight.nearby);
-  StateVector<K> path;
-  path << state, errors.head<K>();
-  ForwardStep<K> step;
-  step.predicted = mean;
-  step.predicted_covariance = covariance;
-  step.H = expected.J_azimuth_state;
-  step.innovation =
-      wrapAngle(sight.azimuth_rad - expected.azimuth_rad) - (step.H * (mean - path)).value();
-  const StateVector<K> PHt = covariance * step.H.transpose();
-  step.innovation_variance = (step.H * PHt).value() + weight.bearing_variance_rad2;
-  step.pull_variance = 1.0 / step.innovation_variance;
-  if (weight.bearing_variance_rad2 > weight.sensor_variance_rad2) {
-    // The pull of a doubtful bearing is bounded by its weight, but it is not as small as a bearing
-    // of so large a variance would have it: else a few outliers look like a slip.
-    step.pull_variance = kDoubtfulPull / ((step.H * PHt).value() + weight.sensor_variance_rad2);
-  }
-  step.gain = PHt / step.innovation_variance;
-  step.used = weight.use_bearing;
+  ForwardStep<K> step{mean, covariance, {}, weight.use_bearing};
+  step.azimuth =
+      linearise<K>(expected.J_azimuth_state, wrapAngle(sight.azimuth_rad - expected.azimuth_rad),
+                   weight.bearing_variance_rad2, weight.sensor_variance_rad2,
+                   pathState<K>(state, errors), mean, covariance);
   return step;
+}
+
+/// After the azimuth of the same sight.
+LinearNumber<kErrorCount> lineariseElevation(const Sight& sight, double doubt, const Vector5& state,
+                                             const ErrorVector& errors,
+                                             const StateVector<kErrorCount>& mean,
+                                             const StateMatrix<kErrorCount>& covariance) {
+  const ElevationModel expected = expectElevation(state, errors, sight.nearby);
+  const double variance = sight.elevation->variance_rad2;
+  return linearise<kErrorCount>(
+      expected.J_elevation_state, sight.elevation->angle_rad - expected.elevation_rad,
+      doubt * variance, variance, pathState<kErrorCount>(state, errors), mean, covariance);
 }
 
 double rangeOf(const Vector5& state) {
@@ -125,15 +159,15 @@ struct Disturbance {
   StateVector<K> r = StateVector<K>::Zero();
   StateMatrix<K> N = StateMatrix<K>::Zero();
 
-  void addBearing(const ForwardStep<K>& step) {
-    const Eigen::Matrix<double, 1, 5 + K> future = (step.gain.transpose() * N).eval();
-    const double precision = 1.0 / step.innovation_variance;
-    const double surprise = step.innovation * precision - step.gain.dot(r);
-    r += step.H.transpose() * surprise;
+  void add(const LinearNumber<K>& number) {
+    const Eigen::Matrix<double, 1, 5 + K> future = (number.gain.transpose() * N).eval();
+    const double precision = 1.0 / number.innovation_variance;
+    const double surprise = number.innovation * precision - number.gain.dot(r);
+    r += number.H.transpose() * surprise;
     // (I - KH)' N (I - KH) + H'H/S, written as updates of rank 1 and 2
-    const double scale = (future * step.gain).value() + step.pull_variance;
-    N += scale * step.H.transpose() * step.H - step.H.transpose() * future -
-         future.transpose() * step.H;
+    const double scale = (future * number.gain).value() + number.pull_variance;
+    N += scale * number.H.transpose() * number.H - number.H.transpose() * future -
+         future.transpose() * number.H;
   }
 
   void passMotion(const LinearMotion<K>& motion) {
@@ -170,16 +204,19 @@ struct Disturbance {
 template <int K>
 void leaveOut(const ForwardStep<K>& step, double variance, const Disturbance<K>& future,
               SmoothedSight& smoothed) {
+  const LinearNumber<K>& azimuth = step.azimuth;
   if (step.used) {
-    const double precision = 1.0 / step.innovation_variance + step.gain.dot(future.N * step.gain);
+    const double precision =
+        1.0 / azimuth.innovation_variance + azimuth.gain.dot(future.N * azimuth.gain);
     smoothed.left_out_residual_rad =
-        (step.innovation / step.innovation_variance - step.gain.dot(future.r)) / precision;
+        (azimuth.innovation / azimuth.innovation_variance - azimuth.gain.dot(future.r)) / precision;
     smoothed.left_out_variance_rad2 = std::max(1.0 / precision - variance, 0.0);
     return;
   }
-  const StateVector<K> PHt = step.predicted_covariance * step.H.transpose();
-  smoothed.left_out_residual_rad = step.innovation - PHt.dot(future.r);
-  smoothed.left_out_variance_rad2 = std::max((step.H * PHt).value() - PHt.dot(future.N * PHt), 0.0);
+  const StateVector<K> PHt = step.predicted_covariance * azimuth.H.transpose();
+  smoothed.left_out_residual_rad = azimuth.innovation - PHt.dot(future.r);
+  smoothed.left_out_variance_rad2 =
+      std::max((azimuth.H * PHt).value() - PHt.dot(future.N * PHt), 0.0);
 }
 
 /// One pass over a record with the first K errors in the state.
@@ -203,14 +240,36 @@ class Smoother {
  private:
   void goForward(const SmootherPrior& prior, const ErrorPriors& errors);
   void goBackward();
+  void addElevation(std::size_t i, StateVector<K>& mean, StateMatrix<K>& covariance);
 
   const std::vector<Sight>& sights_;
   const std::vector<SightWeight>& weights_;
   const RecordPath& path_;
   std::vector<ForwardStep<K>> steps_;
+  std::vector<std::optional<LinearNumber<K>>> elevations_;  ///< of each sight; empty without tilt
   std::vector<LinearMotion<K>> motions_;
   SmootherPass pass_;
 };
+
+template <int K>
+void takeIn(const LinearNumber<K>& number, StateVector<K>& mean, StateMatrix<K>& covariance) {
+  mean += number.gain * number.innovation;
+  covariance -= number.gain * number.innovation_variance * number.gain.transpose();
+}
+
+template <int K>
+void Smoother<K>::addElevation(std::size_t i, StateVector<K>& mean, StateMatrix<K>& covariance) {
+  if constexpr (K == kErrorCount) {
+    elevations_.emplace_back();
+    if (!sights_[i].elevation || !weights_[i].use_bearing) return;
+    const LinearNumber<K> number =
+        lineariseElevation(sights_[i], weights_[i].elevation_doubt, path_.points[i].state,
+                           path_.errors, mean, covariance);
+    takeIn<K>(number, mean, covariance);
+    pass_.sights[i].elevation = {number.innovation, number.innovation_variance};
+    elevations_.back() = number;
+  }
+}
 
 template <int K>
 void Smoother<K>::goForward(const SmootherPrior& prior, const ErrorPriors& errors) {
@@ -220,6 +279,7 @@ void Smoother<K>::goForward(const SmootherPrior& prior, const ErrorPriors& error
   StateVector<K> variance;
   variance.template head<4>().setConstant(prior.position_stddev_m * prior.position_stddev_m);
   variance(CartesianIndex::kSensorYaw) = prior.yaw_stddev_rad * prior.yaw_stddev_rad;
+  mean.template tail<K>() = errors.mean.head<K>();
   variance.template tail<K>() = errors.stddev.head<K>().cwiseAbs2();
   StateMatrix<K> covariance = variance.asDiagonal();
   for (std::size_t i = 0; i < sights_.size(); ++i) {
@@ -229,11 +289,10 @@ void Smoother<K>::goForward(const SmootherPrior& prior, const ErrorPriors& error
     steps_.push_back(
         lineariseSight<K>(sights_[i], weights_[i], point.state, path_.errors, mean, covariance));
     const ForwardStep<K>& step = steps_.back();
-    pass_.sights[i].innovation_rad = step.innovation;
-    pass_.sights[i].innovation_variance_rad2 = step.innovation_variance;
-    if (!step.used) continue;
-    mean += step.gain * step.innovation;
-    covariance -= step.gain * step.innovation_variance * step.gain.transpose();
+    pass_.sights[i].innovation_rad = step.azimuth.innovation;
+    pass_.sights[i].innovation_variance_rad2 = step.azimuth.innovation_variance;
+    if (step.used) takeIn<K>(step.azimuth, mean, covariance);
+    addElevation(i, mean, covariance);
   }
   pass_.last = RobotEstimate::from<K>({mean, 0.5 * (covariance + covariance.transpose())});
 }
@@ -244,8 +303,9 @@ void Smoother<K>::goBackward() {
   for (std::size_t i = sights_.size(); i-- > 0;) {
     SmoothedSight& smoothed = pass_.sights[i];
     const ForwardStep<K>& step = steps_[i];
+    if (!elevations_.empty() && elevations_[i]) future.add(*elevations_[i]);
     leaveOut<K>(step, weights_[i].bearing_variance_rad2, future, smoothed);
-    if (step.used) future.addBearing(step);
+    if (step.used) future.add(step.azimuth);
     smoothed.point.state = step.predicted.template head<5>() +
                            step.predicted_covariance.template topRows<5>() * future.r;
     if (i == 0) break;

@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "bearing_calibration/common/formatted.h"
+
 namespace bearing_calibration {
 namespace {
 
@@ -27,6 +29,26 @@ BlockStatus statusOf(const ErrorBlockInfo& block, const ErrorPriors& priors,
                                                                     : BlockStatus::kHeldAtPrior;
 }
 
+/// How far a tilt that is not estimated may shift the sensor: the light's height times the tilt.
+void noteTilt(const ErrorPriors& priors, const ErrorEstimate& estimate, double tilt_stddev_rad,
+              BlockReport& report) {
+  if (report.status == BlockStatus::kEstimated) return;
+  constexpr int kTilt = placeOf<SensorTilt>();
+  constexpr int kHeight = kTilt + SensorTilt::kHeight;
+  const bool is_held = report.status == BlockStatus::kHeldAtPrior;
+  const double height_m =
+      is_held ? std::hypot(estimate.mean(kHeight), std::sqrt(estimate.covariance(kHeight, kHeight)))
+              : std::abs(priors.light_height_m);
+  const double tilt_rad = is_held ? priors.stddev(kTilt) : tilt_stddev_rad;
+  const double rho_stddev_m = height_m * tilt_rad;
+  if (!(rho_stddev_m > 0.0)) return;
+  constexpr double kMillimetres = 1e3;
+  if (!report.note.empty()) report.note += "; ";
+  report.note += "rho is uncertain by " + formatted("%.1f", kMillimetres * rho_stddev_m) +
+                 " mm, the light's height times the tilt that may be" +
+                 (is_held ? "" : ", which x_stddev and y_stddev leave out");
+}
+
 }  // namespace
 
 const char* nameOf(BlockStatus status) {
@@ -41,7 +63,8 @@ const char* nameOf(BlockStatus status) {
   return "unknown";
 }
 
-std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate) {
+std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate,
+                                      double tilt_stddev_rad) {
   const std::vector<std::string> names = errorNames();
   std::vector<BlockReport> reports;
   for (const ErrorBlockInfo& block : errorBlocks()) {
@@ -54,6 +77,7 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
       report.stddev.push_back(std::sqrt(estimate.covariance(i, i)));
     }
     if (report.status == BlockStatus::kHeldAtPrior) report.note = block.when_held;
+    if (block.name == SensorTilt::kName) noteTilt(priors, estimate, tilt_stddev_rad, report);
     reports.push_back(report);
   }
   return reports;

@@ -47,6 +47,7 @@ void note(Look::Kind kind, const Bearing& light, Look* look) {
   look->kind = kind;
   look->sight.azimuth_rad = light.azimuth_rad;
   look->sight.azimuth_variance_rad2 = light.azimuth_variance_rad2;
+  look->sight.elevation = elevationOf(light);
 }
 
 }  // namespace
@@ -108,8 +109,7 @@ void MountCalibration::startFromGuess(const Bearing& light) {
   const StartConfig& guess = config_.start;
   constexpr double kUncorrelated = 0.0;
   RobotEstimate robot;
-  const ErrorVector& stddev = config_.initializer.batch.errors.stddev;
-  robot.errors.covariance.diagonal() = stddev.cwiseAbs2();
+  robot.errors = priorEstimate(config_.initializer.batch.errors);
   if (earlier_) {
     constexpr LightDistance kSomewhereNear{2.0, 1.0};  // corrected by the first metre driven
     robot.cartesian =
@@ -230,8 +230,8 @@ void MountCalibration::diagnose(Stamp stamp) {
 
 /// Keeps a sight: for the initialiser before the start, for batch and judge after it.
 void MountCalibration::remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby) {
-  initializer_.add(
-      {stamp, motion_since_sight_, light.azimuth_rad, light.azimuth_variance_rad2, nearby});
+  initializer_.add({stamp, motion_since_sight_, light.azimuth_rad, light.azimuth_variance_rad2,
+                    nearby, elevationOf(light)});
   motion_since_sight_ = {};
 }
 
@@ -256,7 +256,7 @@ std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
 
 void MountCalibration::describe(CalibrationResult* result) const {
   result->error_priors = config_.initializer.batch.errors;
-  result->robot_errors.covariance.diagonal() = config_.initializer.batch.errors.stddev.cwiseAbs2();
+  result->robot_errors = priorEstimate(config_.initializer.batch.errors);
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
   if (!tracker_ && attempt_ && attempt_->obstacle == StartObstacle::kWeakDirection) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bearing_calibration/calibration/light_start.h"
+#include "bearing_calibration/calibration/record_weights.h"
 #include "bearing_calibration/common/chi_square.h"
 
 namespace bearing_calibration {
@@ -23,11 +24,6 @@ std::unique_ptr<MountFilter> makeFilter(FilterConfig::Chart chart, const RobotEs
                                                      : makeCartesianFilter(start.cartesian);
   filter->restart(start);
   return filter;
-}
-
-/// n bearings whose noise is a first-order autoregression are worth this times fewer white ones.
-double wideningFor(double bearing_correlation) {
-  return (1.0 + bearing_correlation) / (1.0 - bearing_correlation);
 }
 
 }  // namespace

@@ -14,6 +14,49 @@ constexpr int kMaxRejectionRounds = 6;
 /// A slip lasts: what is found is its most telling moment, and motions this near are not believed
 /// either.
 constexpr Duration kSlipReach = std::chrono::milliseconds(250);
+/// An elevation beyond so many standard deviations counts linearly to the end of the fit: it stands
+/// or falls with its bearing, and has no other gate.
+constexpr double kElevationHuberSigmas = 2.5;
+
+/// Huber's cost of a number of standard deviations.
+double huberCost(double sigmas, double limit) {
+  return sigmas > limit ? limit * (2.0 * sigmas - limit) : sigmas * sigmas;
+}
+
+/// Lag-1 correlation of standardised innovations, over those that follow each other; 0 where it is
+/// insignificant.
+class LagCorrelation {
+ public:
+  void add(const Innovation& innovation) {
+    // Clipped, so that neither a slip's after-effects nor an outlier decide.
+    constexpr double kClip = 2.5;
+    const double standardised =
+        std::clamp(innovation.residual / std::sqrt(innovation.variance), -kClip, kClip);
+    if (has_last_) {
+      products_ += last_ * standardised;
+      squares_ += standardised * standardised;
+      ++pairs_;
+    }
+    last_ = standardised;
+    has_last_ = true;
+  }
+  void interrupt() { has_last_ = false; }
+
+  double value() const {
+    constexpr double kSignificant = 2.0;  // standard deviations, 1/sqrt(n) each, of white ones
+    constexpr double kLargest = 0.9;      // beyond it the sights say nothing about their number
+    if (pairs_ == 0 || squares_ <= 0.0) return 0.0;
+    const double correlation = products_ / squares_;
+    return correlation > kSignificant / std::sqrt(pairs_) ? std::min(correlation, kLargest) : 0.0;
+  }
+
+ private:
+  double products_ = 0.0;
+  double squares_ = 0.0;
+  int pairs_ = 0;
+  double last_ = 0.0;
+  bool has_last_ = false;
+};
 
 }  // namespace
 
@@ -34,12 +77,21 @@ double RecordWeights::sigmas(std::size_t i, const RecordPath& path) const {
   return std::abs(residual) / std::sqrt(widening_ * records_[i].azimuth_variance_rad2);
 }
 
+/// 0 where there is none, or none is asked for.
+double RecordWeights::elevationSigmas(std::size_t i, const RecordPath& path) const {
+  if (!config_.errors.usesElevations() || !records_[i].elevation) return 0.0;
+  const double residual = *elevationResidualOf(records_[i], path.points[i].state, path.errors);
+  return std::abs(residual) / std::sqrt(elevation_widening_ * records_[i].elevation->variance_rad2);
+}
+
 void RecordWeights::weighBearings(const RecordPath& path) {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     const double variance = widening_ * records_[i].azimuth_variance_rad2;
     const double doubt = huber_ ? std::max(1.0, sigmas(i, path) / config_.huber_sigmas) : 1.0;
     weights_[i].sensor_variance_rad2 = variance;
     weights_[i].bearing_variance_rad2 = variance * doubt;
+    weights_[i].elevation_doubt =
+        elevation_widening_ * std::max(1.0, elevationSigmas(i, path) / kElevationHuberSigmas);
   }
 }
 
@@ -104,10 +156,10 @@ bool RecordWeights::isInsideSlip(std::size_t i) const {
 
 bool RecordWeights::widenForCorrelation(const SmootherPass& pass, const RecordPath& path) {
   correlation_ = innovationCorrelation(pass, weights_);
-  // n bearings whose noise is a first-order autoregression are worth this times fewer white ones.
-  widening_ = (1.0 + correlation_) / (1.0 - correlation_);
+  widening_ = wideningFor(correlation_);
+  elevation_widening_ = wideningFor(elevationCorrelation(pass));
   weighBearings(path);
-  return correlation_ > 0.0;
+  return widening_ > 1.0 || elevation_widening_ > 1.0;
 }
 
 double RecordWeights::bearingCost(const RecordPath& path) const {
@@ -115,9 +167,8 @@ double RecordWeights::bearingCost(const RecordPath& path) const {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     if (!weights_[i].use_bearing) continue;
     const double size = sigmas(i, path);
-    cost += huber_ && size > config_.huber_sigmas
-                ? config_.huber_sigmas * (2.0 * size - config_.huber_sigmas)
-                : size * size;
+    cost += huber_ ? huberCost(size, config_.huber_sigmas) : size * size;
+    cost += huberCost(elevationSigmas(i, path), kElevationHuberSigmas);
   }
   return cost;
 }
@@ -141,35 +192,31 @@ bool RecordWeights::mayBeLight(std::size_t i, const RecordPath& path) const {
   return std::abs(residualOf(records_[i], path.points[i].state, path.errors)) < kMostTurn_rad;
 }
 
+double wideningFor(double correlation) { return (1.0 + correlation) / (1.0 - correlation); }
+
 double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWeight>& weights) {
-  // Clipped, so that neither a slip's after-effects nor an outlier decide.
-  constexpr double kClip = 2.5;
-  constexpr double kSignificant = 2.0;  // standard deviations, 1/sqrt(n) each, of white innovations
-  constexpr double kLargest = 0.9;      // beyond it the sights say nothing about their number
-  double products = 0.0;
-  double squares = 0.0;
-  int pairs = 0;
-  double last = 0.0;
-  bool has_last = false;
+  LagCorrelation correlation;
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    if (!weights[i].use_bearing) {
-      has_last = false;
-      continue;
-    }
     const SmoothedSight& sight = pass.sights[i];
-    const double standardised =
-        std::clamp(sight.innovation_rad / std::sqrt(sight.innovation_variance_rad2), -kClip, kClip);
-    if (has_last) {
-      products += last * standardised;
-      squares += standardised * standardised;
-      ++pairs;
+    if (weights[i].use_bearing) {
+      correlation.add({sight.innovation_rad, sight.innovation_variance_rad2});
+    } else {
+      correlation.interrupt();
     }
-    last = standardised;
-    has_last = true;
   }
-  if (pairs == 0 || squares <= 0.0) return 0.0;
-  const double correlation = products / squares;
-  return correlation > kSignificant / std::sqrt(pairs) ? std::min(correlation, kLargest) : 0.0;
+  return correlation.value();
+}
+
+double elevationCorrelation(const SmootherPass& pass) {
+  LagCorrelation correlation;
+  for (const SmoothedSight& sight : pass.sights) {
+    if (sight.elevation) {
+      correlation.add(*sight.elevation);
+    } else {
+      correlation.interrupt();
+    }
+  }
+  return correlation.value();
 }
 
 }  // namespace bearing_calibration

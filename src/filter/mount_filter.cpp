@@ -1,5 +1,8 @@
 #include "bearing_calibration/filter/mount_filter.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/bearing_model.h"
 
@@ -39,8 +42,8 @@ class ChartFilter : public MountFilter {
     return predictAzimuthOf(after(motion), nearby);
   }
 
-  void update(double azimuth_rad, double azimuth_variance_rad2,
-              const TravelNearby& nearby) override {
+  void update(double azimuth_rad, double azimuth_variance_rad2, const TravelNearby& nearby,
+              const std::optional<Elevation>& /*elevation*/) override {
     const AzimuthModel model = azimuthOf(state_, nearby);
     state_ = updateScalar<5>(state_, model.J_azimuth_state,
                              wrapAngle(azimuth_rad - model.azimuth_rad), azimuth_variance_rad2);
@@ -102,11 +105,14 @@ class RobotFilter : public MountFilter {
     return predictAzimuthOf(after(motion), nearby);
   }
 
-  void update(double azimuth_rad, double azimuth_variance_rad2,
-              const TravelNearby& nearby) override {
+  void update(double azimuth_rad, double azimuth_variance_rad2, const TravelNearby& nearby,
+              const std::optional<Elevation>& elevation) override {
     const SightModel<K> model = sightOf(state_, nearby);
     state_ = updateScalar<5 + K>(state_, model.J_azimuth_state,
                                  wrapAngle(azimuth_rad - model.azimuth_rad), azimuth_variance_rad2);
+    if constexpr (K == kErrorCount) {
+      if (elevation) updateByElevation(*elevation, nearby);
+    }
     state_.mean(CartesianIndex::kSensorYaw) = wrapAngle(state_.mean(CartesianIndex::kSensorYaw));
   }
 
@@ -117,6 +123,21 @@ class RobotFilter : public MountFilter {
 
  private:
   using State = Gaussian<5 + K>;
+
+  /// Huber's weight: an unlikely elevation counts as one of so much larger a variance that it pulls
+  /// by the limit.
+  void updateByElevation(const Elevation& elevation, const TravelNearby& nearby) {
+    constexpr double kLimitSigmas = 2.5;
+    const ElevationModel model =
+        expectElevation(state_.mean.template head<5>(), errorsOf(state_), nearby);
+    const double residual = elevation.angle_rad - model.elevation_rad;
+    const double expected_variance =
+        (model.J_elevation_state * state_.covariance * model.J_elevation_state.transpose()).value();
+    const double variance = expected_variance + elevation.variance_rad2;
+    const double doubt = std::max(1.0, std::abs(residual) / (kLimitSigmas * std::sqrt(variance)));
+    state_ = updateScalar<5 + K>(state_, model.J_elevation_state, residual,
+                                 doubt * variance - expected_variance);
+  }
 
   static ErrorVector errorsOf(const State& state) {
     ErrorVector errors = ErrorVector::Zero();

@@ -1,5 +1,6 @@
 #include "bearing_calibration/filter/robot_errors.h"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
@@ -19,6 +20,18 @@ void forEachBlock(const Work& work) {
     if constexpr (I + 1 < std::tuple_size_v<ErrorBlocks>) {
       forEachBlock<K, Work, I + 1, At + Block::kSize>(work);
     }
+  }
+}
+
+/// The same from the last of them to the first.
+template <int K, class Work, std::size_t I = 0, int At = 0>
+void forEachBlockBackwards(const Work& work) {
+  if constexpr (At < K) {
+    using Block = std::tuple_element_t<I, ErrorBlocks>;
+    if constexpr (I + 1 < std::tuple_size_v<ErrorBlocks>) {
+      forEachBlockBackwards<K, Work, I + 1, At + Block::kSize>(work);
+    }
+    work(Block(), std::integral_constant<int, At>());
   }
 }
 
@@ -46,6 +59,16 @@ CorrectedLight<K> correctLight(const Eigen::Vector2d& light_in_base, const Error
   return light;
 }
 
+/// Jacobian by the Cartesian state of an angle that depends on the ideal azimuth and on the range.
+Eigen::Matrix<double, 1, 5> stateJacobian(double J_angle_ideal, double J_angle_range,
+                                          const AzimuthModel& ideal, const Eigen::Vector2d& sight) {
+  const Eigen::RowVector2d J_range = sight.transpose() / sight.norm();
+  Eigen::Matrix<double, 1, 5> J = J_angle_ideal * ideal.J_azimuth_state;
+  J.head<2>() += J_angle_range * J_range;
+  J.segment<2>(CartesianIndex::kSensorX) -= J_angle_range * J_range;
+  return J;
+}
+
 }  // namespace
 
 void ErrorPriors::setBlock(const std::string& name, double block_stddev) {
@@ -61,6 +84,14 @@ void ErrorPriors::setBlock(const std::string& name, double block_stddev) {
   if (!found) throw std::invalid_argument("no error of the robot is called " + name);
 }
 
+void ErrorPriors::setLightHeight(double mean_m, double stddev_m) {
+  constexpr int kHeight = placeOf<SensorTilt>() + SensorTilt::kHeight;
+  light_height_m = mean_m;
+  if (!usesElevations()) return;
+  mean(kHeight) = mean_m;
+  stddev(kHeight) = stddev_m;
+}
+
 std::vector<std::string> ErrorPriors::validate() const {
   Requirements require;
   forEachBlock<kErrorCount>([&](auto block, auto at) {
@@ -68,7 +99,19 @@ std::vector<std::string> ErrorPriors::validate() const {
       require.notNegative(std::string("errors/") + decltype(block)::kName + "_stddev", value);
     }
   });
+  require.that(std::isfinite(light_height_m), "errors/light_height must be finite");
+  const auto tilt = stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>());
+  require.that(
+      !usesElevations() || tilt.minCoeff() > 0.0,
+      "errors/light_height_stddev must be greater than 0 where errors/sensor_tilt_stddev is");
   return require.errors();
+}
+
+ErrorEstimate priorEstimate(const ErrorPriors& priors) {
+  ErrorEstimate estimate;
+  estimate.mean = priors.mean;
+  estimate.covariance.diagonal() = priors.stddev.cwiseAbs2();
+  return estimate;
 }
 
 template <int K>
@@ -100,17 +143,37 @@ SightModel<K> expectSight(const Vector5& state, const ErrorVector& errors,
     CorrectedAzimuth<K> azimuth;
     azimuth.azimuth_rad = ideal.azimuth_rad;
     azimuth.range_m = sight.norm();
-    forEachBlock<K>([&](auto block, auto at) {
+    forEachBlockBackwards<K>([&](auto block, auto at) {
       decltype(block)::template correct<at.value>(azimuth, partOf(errors, block, at));
     });
-    const Eigen::RowVector2d J_range = sight.transpose() / azimuth.range_m;
-    Eigen::Matrix<double, 1, 5> J = azimuth.J_azimuth_ideal * ideal.J_azimuth_state;
-    J.head<2>() += azimuth.J_azimuth_range * J_range;
-    J.segment<2>(CartesianIndex::kSensorX) -= azimuth.J_azimuth_range * J_range;
+    const Eigen::Matrix<double, 1, 5> J =
+        stateJacobian(azimuth.J_azimuth_ideal, azimuth.J_azimuth_range, ideal, sight);
     model.azimuth_rad = wrapAngle(azimuth.azimuth_rad);
     model.J_azimuth_state << J.head<2>() * light.J_light_light, J.tail<3>(),
         J.head<2>() * light.J_light_errors + azimuth.J_azimuth_errors;
   }
+  return model;
+}
+
+ElevationModel expectElevation(const Vector5& state, const ErrorVector& errors,
+                               const TravelNearby& nearby) {
+  const auto light = correctLight<kErrorCount>(state.head<2>(), errors, nearby);
+  Vector5 at_moment = state;
+  at_moment.head<2>() = light.in_base;
+  const AzimuthModel ideal = azimuthFromCartesian(at_moment);
+  const Eigen::Vector2d sight = light.in_base - at_moment.segment<2>(CartesianIndex::kSensorX);
+  CorrectedElevation<kErrorCount> elevation;
+  elevation.azimuth_rad = ideal.azimuth_rad;
+  elevation.range_m = sight.norm();
+  forEachBlockBackwards<kErrorCount>([&](auto block, auto at) {
+    decltype(block)::template correct<at.value>(elevation, partOf(errors, block, at));
+  });
+  const Eigen::Matrix<double, 1, 5> J =
+      stateJacobian(elevation.J_elevation_ideal, elevation.J_elevation_range, ideal, sight);
+  ElevationModel model;
+  model.elevation_rad = elevation.elevation_rad;
+  model.J_elevation_state << J.head<2>() * light.J_light_light, J.tail<3>(),
+      J.head<2>() * light.J_light_errors + elevation.J_elevation_errors;
   return model;
 }
 
@@ -149,6 +212,12 @@ double residualOf(const Sight& sight, const Vector5& state, const ErrorVector& e
   return wrapAngle(sight.azimuth_rad - expected);
 }
 
+std::optional<double> elevationResidualOf(const Sight& sight, const Vector5& state,
+                                          const ErrorVector& errors) {
+  if (!sight.elevation) return std::nullopt;
+  return sight.elevation->angle_rad - expectElevation(state, errors, sight.nearby).elevation_rad;
+}
+
 Pose2 stampFromMoment(const Sight& sight, const ErrorVector& errors) {
   // where the base's own origin lies, seen from the moment, is all that it takes
   const auto origin = correctLight<kErrorCount>(Eigen::Vector2d::Zero(), errors, sight.nearby);
@@ -170,10 +239,12 @@ std::vector<Sight> withoutErrors(const std::vector<Sight>& sights, const ErrorVe
 
 template CorrectedMotion<0> correctMotion<0>(const OdometryIncrement&, const ErrorVector&);
 template CorrectedMotion<4> correctMotion<4>(const OdometryIncrement&, const ErrorVector&);
+template CorrectedMotion<8> correctMotion<8>(const OdometryIncrement&, const ErrorVector&);
 template CorrectedMotion<kErrorCount> correctMotion<kErrorCount>(const OdometryIncrement&,
                                                                  const ErrorVector&);
 template SightModel<0> expectSight<0>(const Vector5&, const ErrorVector&, const TravelNearby&);
 template SightModel<4> expectSight<4>(const Vector5&, const ErrorVector&, const TravelNearby&);
+template SightModel<8> expectSight<8>(const Vector5&, const ErrorVector&, const TravelNearby&);
 template SightModel<kErrorCount> expectSight<kErrorCount>(const Vector5&, const ErrorVector&,
                                                           const TravelNearby&);
 

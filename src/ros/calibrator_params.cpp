@@ -57,6 +57,8 @@ core::ErrorPriors readErrors(ParamReader& params) {
   for (const core::ErrorBlockInfo& block : core::errorBlocks()) {
     priors.setBlock(block.name, params.number("errors/" + block.name + "_stddev"));
   }
+  priors.setLightHeight(params.number("errors/light_height"),
+                        params.number("errors/light_height_stddev"));
   return priors;
 }
 

@@ -3,6 +3,7 @@
 #include <ros/common.h>
 #include <ros/time.h>
 
+#include <algorithm>
 #include <boost/date_time/posix_time/posix_time.hpp>
 #include <filesystem>
 #include <map>
@@ -77,7 +78,9 @@ SavingOutcome saveResult(const core::CalibrationResult& result, const Calibratio
   saved.unestimated = config.unestimated_mount;
   saved.paper_state = *result.paper_state;
   saved.cartesian_state = *result.cartesian_state;
-  saved.robot_errors = core::reportBlocks(result.error_priors, result.robot_errors);
+  saved.robot_errors = core::reportBlocks(
+      result.error_priors, result.robot_errors,
+      std::max(saved.unestimated.roll_stddev_rad, saved.unestimated.pitch_stddev_rad));
   saved.nis_mean = result.nis_mean;
   saved.distance_travelled_m = result.distance_travelled_m;
   saved.rotation_travelled_rad = result.rotation_travelled_rad;

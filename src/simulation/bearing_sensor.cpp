@@ -1,5 +1,6 @@
 #include "bearing_calibration/simulation/bearing_sensor.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -11,6 +12,10 @@ std::vector<std::string> BearingSensorConfig::validate() const {
   constexpr double kLargestCorrelation = 0.9999;  // 1 is a constant error, not noise
   Requirements require;
   require.notNegative("sensor/stddev", stddev_rad);
+  require.notNegative("sensor/elevation_stddev", elevation_stddev_rad);
+  for (double angle_rad : {roll_rad, pitch_rad, harmonic_cos_rad, harmonic_sin_rad}) {
+    require.that(std::isfinite(angle_rad), "the sensor's tilt and harmonic must be finite");
+  }
   require.between("sensor/correlation", correlation, 0.0, kLargestCorrelation);
   require.between("sensor/outlier_probability", outlier_probability, 0.0, 1.0);
   require.between("sensor/miss_probability", miss_probability, 0.0, 1.0);
@@ -20,7 +25,8 @@ std::vector<std::string> BearingSensorConfig::validate() const {
 BearingSensor::BearingSensor(const BearingSensorConfig& config, std::uint64_t seed)
     : config_(validated(config)),
       noise_(seed, RandomStream::Purpose::kBearings),
-      faults_(seed, RandomStream::Purpose::kFaults) {}
+      faults_(seed, RandomStream::Purpose::kFaults),
+      elevation_noise_(seed, RandomStream::Purpose::kElevations) {}
 
 double BearingSensor::nextNoise(std::size_t light_number) {
   const double fresh = noise_.gaussian();
@@ -34,6 +40,27 @@ double BearingSensor::nextNoise(std::size_t light_number) {
   return noise;
 }
 
+/// Of the light as the tilted sensor sees it.
+double BearingSensor::tiltedAzimuth(const Light& light, const Pose2& world_from_sensor) const {
+  if (config_.roll_rad == 0.0 && config_.pitch_rad == 0.0) {
+    return azimuthOf(light, world_from_sensor);
+  }
+  const Eigen::Vector3d in_sensor = tilted(light, world_from_sensor);
+  return std::atan2(in_sensor.y(), in_sensor.x());
+}
+
+Eigen::Vector3d BearingSensor::tilted(const Light& light, const Pose2& world_from_sensor) const {
+  const auto level_from_tilted = Eigen::AngleAxisd(config_.pitch_rad, Eigen::Vector3d::UnitY()) *
+                                 Eigen::AngleAxisd(config_.roll_rad, Eigen::Vector3d::UnitX());
+  return level_from_tilted.inverse() * positionInSensor(light, world_from_sensor);
+}
+
+/// As the mirror bends it.
+double BearingSensor::bent(double azimuth_rad) const {
+  return azimuth_rad + config_.harmonic_cos_rad * std::cos(azimuth_rad) +
+         config_.harmonic_sin_rad * std::sin(azimuth_rad);
+}
+
 BearingSet BearingSensor::measure(const std::vector<Light>& lights, const Pose2& world_from_sensor,
                                   Stamp stamp) {
   BearingSet bearings{stamp, {}};
@@ -43,12 +70,21 @@ BearingSet BearingSensor::measure(const std::vector<Light>& lights, const Pose2&
     const bool is_missed = faults_.happens(config_.miss_probability);
     const bool is_outlier = faults_.happens(config_.outlier_probability);
     const double anywhere_rad = 2.0 * kPi * (faults_.uniform() - 0.5);
+    const double elevation_noise_rad = config_.elevation_stddev_rad * elevation_noise_.gaussian();
+    const double any_elevation_rad = kPi * (elevation_noise_.uniform() - 0.5);
     if (is_missed) continue;
     Bearing bearing;
     bearing.azimuth_rad =
-        is_outlier ? anywhere_rad : wrapAngle(azimuthOf(lights[i], world_from_sensor) + noise_rad);
+        is_outlier ? anywhere_rad
+                   : wrapAngle(bent(tiltedAzimuth(lights[i], world_from_sensor)) + noise_rad);
     bearing.azimuth_variance_rad2 =
         std::max(config_.stddev_rad * config_.stddev_rad, kLeastVariance);
+    if (config_.elevation_stddev_rad > 0.0) {
+      const Eigen::Vector3d in_sensor = tilted(lights[i], world_from_sensor);
+      const double elevation_rad = std::atan2(in_sensor.z(), in_sensor.head<2>().norm());
+      bearing.elevation_rad = is_outlier ? any_elevation_rad : elevation_rad + elevation_noise_rad;
+      bearing.elevation_variance_rad2 = std::pow(config_.elevation_stddev_rad, 2);
+    }
     if (config_.identifies_lights) bearing.light_id = static_cast<std::int32_t>(i);
     bearings.candidates.push_back(bearing);
   }

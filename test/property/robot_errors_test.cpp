@@ -4,13 +4,13 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <random>
 
 #include "bearing_calibration/calibration/batch_estimator.h"
 #include "bearing_calibration/calibration/error_report.h"
 #include "bearing_calibration/calibration/initializer.h"
 #include "bearing_calibration/common/chi_square.h"
+#include "support/mount_chi_square.h"
 #include "support/numerical_jacobian.h"
 #include "tools/simulated_case.h"
 
@@ -18,9 +18,11 @@ namespace bearing_calibration {
 namespace {
 
 using testing::largestDifference;
+using testing::mountChiSquare;
 using testing::numericalJacobian;
 
 constexpr double kJacobianTolerance = 1e-6;
+constexpr int kLightHeight = 5 + placeOf<SensorTilt>() + SensorTilt::kHeight;  // in the whole state
 
 /// Errors as large as their priors allow, the same at every run.
 class Draws {
@@ -88,6 +90,7 @@ TEST(RobotErrors, JacobianOfTheAzimuthIsRight) {
     Eigen::Matrix<double, 5 + kErrorCount, 1> x;
     x << draws.between(0.5, 3.0), draws.between(-3.0, 3.0), draws.between(-0.2, 0.2),
         draws.between(-0.2, 0.2), draws.between(-kPi, kPi), draws.errors();
+    x(kLightHeight) = draws.between(-0.5, 0.5);
     const auto azimuth = [&](const Eigen::Matrix<double, 5 + kErrorCount, 1>& at) {
       return Eigen::Matrix<double, 1, 1>(
           expectSight<kErrorCount>(at.head<5>(), at.tail<kErrorCount>(), nearby).azimuth_rad);
@@ -97,6 +100,14 @@ TEST(RobotErrors, JacobianOfTheAzimuthIsRight) {
     // By the wheels it is of second order, offset times scale, and left out.
     numerical.segment<3>(6).setZero();
     EXPECT_LT(largestDifference(model.J_azimuth_state, numerical), kJacobianTolerance);
+    const auto elevation = [&](const Eigen::Matrix<double, 5 + kErrorCount, 1>& at) {
+      return Eigen::Matrix<double, 1, 1>(
+          expectElevation(at.head<5>(), at.tail<kErrorCount>(), nearby).elevation_rad);
+    };
+    const ElevationModel other = expectElevation(x.head<5>(), x.tail<kErrorCount>(), nearby);
+    numerical = numericalJacobian<1, 5 + kErrorCount>(elevation, x);
+    numerical.segment<3>(6).setZero();
+    EXPECT_LT(largestDifference(other.J_elevation_state, numerical), kJacobianTolerance);
   }
 }
 
@@ -127,15 +138,6 @@ TEST(TravelNearby, IsLinearBetweenSamplesAndGoesOnBeyondThem) {
   EXPECT_EQ(TravelNearby().travelTo(0.3).left_m, 0.0);
 }
 
-/// Squared error of the mount over its covariance: chi-square with 3 degrees of freedom when
-/// honest.
-double mountChiSquare(const CartesianEstimate& estimate, const Vector5& truth) {
-  Eigen::Vector3d error = (estimate.mean - truth).tail<3>();
-  error(2) = wrapAngle(error(2));
-  const Eigen::Matrix3d covariance = estimate.covariance.bottomRightCorner<3, 3>();
-  return error.dot(covariance.ldlt().solve(error));
-}
-
 SimulatedCase imperfectCase(std::uint64_t seed) {
   SimulatedCase simulated = paperCase(seed);
   makeImperfect(simulated, {0.05, 0.01, 0.01, 0.0, 0.0, 0.02}, seed);
@@ -160,7 +162,7 @@ TEST(RobotErrors, StartFromNothingFindsALateAndUnequalRobot) {
     ++ready;
     nees += mountChiSquare(attempt.estimate, run.truth.back());
     constexpr double kSigmas = 4.0;
-    const ErrorVector robot_error = attempt.errors.mean - trueErrors(simulated.robot);
+    const ErrorVector robot_error = attempt.errors.mean - trueErrors(simulated);
     for (int i = 0; i < 4; ++i) {
       EXPECT_LT(std::abs(robot_error(i)), kSigmas * std::sqrt(attempt.errors.covariance(i, i)))
           << errorNames()[static_cast<std::size_t>(i)] << ", seed " << seed;
@@ -197,13 +199,15 @@ TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   const BatchEstimate batch =
       BatchEstimator(config).estimate(run.sights, {run.truth.back(), run.sights.size() - 1});
   const std::vector<BlockReport> reports = reportBlocks(config.errors, batch.errors);
-  ASSERT_EQ(reports.size(), 4U);
+  ASSERT_EQ(reports.size(), 5U);
   EXPECT_EQ(reports[0].status, BlockStatus::kEstimated) << reports[0].name;
   EXPECT_EQ(reports[1].status, BlockStatus::kEstimated) << reports[1].name;
   EXPECT_EQ(reports[2].status, BlockStatus::kHeldAtPrior) << reports[2].name;
   EXPECT_NE(reports[2].note.find("metric scale"), std::string::npos);
   EXPECT_EQ(reports[3].status, BlockStatus::kOff) << reports[3].name;
   EXPECT_EQ(reports[3].value, std::vector<double>(4, 0.0));
+  EXPECT_EQ(reports[4].status, BlockStatus::kOff) << reports[4].name;
+  EXPECT_TRUE(reports[4].note.empty());
 }
 
 TEST(RobotErrors, PriorsAreNamedAndChecked) {
@@ -212,6 +216,8 @@ TEST(RobotErrors, PriorsAreNamedAndChecked) {
   priors.setBlock("time_offset", 0.1);
   EXPECT_EQ(errorsInUse(priors), 4);
   priors.setBlock("mirror_harmonic", 0.03);
+  EXPECT_EQ(errorsInUse(priors), 8);
+  priors.setBlock("sensor_tilt", 0.035);
   EXPECT_EQ(errorsInUse(priors), kErrorCount);
   EXPECT_THROW(priors.setBlock("wobble", 0.1), std::invalid_argument);
   priors.setBlock("wheel_scales", -1.0);

@@ -2,15 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
+#include "support/mount_chi_square.h"
 #include "tools/simulated_case.h"
 
 namespace bearing_calibration {
 namespace {
+
+using testing::mountChiSquare;
 
 /// Three slips in 100 s, of which the record sees those of its first seconds.
 SightRun slippingRun(std::uint64_t seed, TrajectoryConfig::Kind kind, double seen_s) {
@@ -23,13 +25,6 @@ SightRun slippingRun(std::uint64_t seed, TrajectoryConfig::Kind kind, double see
 BatchEstimate fit(const SightRun& run, const SlipHypothesis& slips = {}) {
   const std::size_t last = run.sights.size() - 1;
   return BatchEstimator(BatchConfig()).estimate(run.sights, {run.truth[last], last}, slips);
-}
-
-double mountChiSquare(const CartesianEstimate& estimate, const Vector5& truth) {
-  Eigen::Vector3d error = (estimate.mean - truth).tail<3>();
-  error.z() = wrapAngle(error.z());
-  const Eigen::Matrix3d covariance = estimate.covariance.bottomRightCorner<3, 3>();
-  return error.dot(covariance.ldlt().solve(error));
 }
 
 // The record of seed 5 puts a slip in the wrong place, where it costs as little.

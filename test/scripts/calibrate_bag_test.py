@@ -89,7 +89,8 @@ class CalibrateBag(Drives):
                          1200)
         self.assertEqual([(block['name'], block['status']) for block in result['blocks']],
                          [('time_offset', 'estimated'), ('wheel_scales', 'estimated'),
-                          ('wheel_separation', 'held at its prior'), ('mirror_harmonic', 'off')])
+                          ('wheel_separation', 'held at its prior'), ('mirror_harmonic', 'off'),
+                          ('sensor_tilt', 'off')])
         self.assertIn('drive_1.bag: /wheel_ticks, /bearings', result['provenance']['source'])
         self.assertEqual(result['parameters']['frames/base'], 'base_link')
         self.assertEqual(result['parameters']['wheels/noise_independent'], 1e-6)

@@ -68,15 +68,17 @@ class View(unittest.TestCase):
         self.assertIn('waiting for /calibration/estimate', textOf(None))
 
     def testRobotErrorsThatAreLookedForStandWithTheirStates(self):
-        estimate = estimateOf(robot_error_values=[0.1, 0, 0, 0.01, 0, 0, 0, 0],
-                              robot_error_stddevs=[0.002, 0, 0, 0.005, 0, 0, 0, 0],
+        estimate = estimateOf(robot_error_values=[0.1, 0, 0, 0.01] + 7 * [0],
+                              robot_error_stddevs=[0.002, 0, 0, 0.005] + 7 * [0],
                               robot_error_states=[CalibrationEstimate.ESTIMATED,
                                                   CalibrationEstimate.OFF,
                                                   CalibrationEstimate.HELD_AT_PRIOR,
-                                                  CalibrationEstimate.OFF])
+                                                  CalibrationEstimate.OFF,
+                                                  CalibrationEstimate.ESTIMATED])
         text = textOf(estimate)
         self.assertRegex(text, r'time offset +100\.00 \+- 2\.00 ms   estimated')
         self.assertRegex(text, r'wheel separation +1\.00 \+- 0\.50 %   as configured')
+        self.assertRegex(text, r'sensor roll +0\.00 \+- 0\.00 deg   estimated')
         self.assertNotIn('left wheel', text)
         self.assertNotIn('mirror', text)
 

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "bearing_calibration/calibration/mount_jump.h"
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/ekf.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
@@ -14,6 +16,8 @@ struct SightWeight {
   double bearing_variance_rad2 = 0.0;  ///< what the pass uses: larger for a doubtful bearing
   bool use_bearing = true;
   bool slipped = false;  ///< the motion to this sight is not trusted at all
+  double elevation_doubt =
+      1.0;  ///< times the elevation's own variance; it is used with the bearing
 };
 
 /// A sight's place on the path that a pass is linearised about.
@@ -34,6 +38,7 @@ struct SmoothedSight {
   PathPoint point;              ///< smoothed means
   double innovation_rad = 0.0;  ///< against the sights before it
   double innovation_variance_rad2 = 0.0;
+  std::optional<Innovation> elevation;  ///< against the sights before it and its own azimuth
   /// Against all other sights, and the variance of what those expect, without the bearing's own.
   double left_out_residual_rad = 0.0;
   double left_out_variance_rad2 = 0.0;
@@ -60,7 +65,8 @@ inline constexpr SmootherPrior kFreePass{100.0, 100.0};
 /// Kalman filter forward, disturbance smoother (modified Bryson-Frazier) backward; its disturbances
 /// are the test statistics for slips and outliers (de Jong and Penzer 1998). Bearings and motions
 /// are linearised about `path`, the motions with their errors: to leave those out would reward a
-/// light that is too near, where the same turn moves it less (doc/start.md).
+/// light that is too near, where the same turn moves it less (doc/start.md). Elevations count where
+/// the sensor's tilt is looked for.
 /// @param weights  one for each sight
 /// @param errors  what is known of the robot's errors beforehand; those in use are estimated
 SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,

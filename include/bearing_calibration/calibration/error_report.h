@@ -31,6 +31,9 @@ struct BlockReport {
 
 /// Every block, judged by the information that the data added to its prior: it is estimated when in
 /// every direction of the block they added at least as much as was there before.
-std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate);
+/// @param tilt_stddev_rad  of a tilt of the sensor that is not looked for: where the light's height
+///   is stated, a note says what it leaves open
+std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate,
+                                      double tilt_stddev_rad = 0.0);
 
 }  // namespace bearing_calibration

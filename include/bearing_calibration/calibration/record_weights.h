@@ -29,7 +29,8 @@ class RecordWeights {
   bool rejectOutliers(const SmootherPass& pass);
   /// Gives up the motion that the bearings contradict most; true when they do so clearly.
   bool giveUpSlip(const SmootherPass& pass);
-  /// Widens the bearings' variances when neighbouring innovations are correlated: then true.
+  /// Widens the variances of bearings and elevations whose neighbouring innovations are correlated:
+  /// then true.
   bool widenForCorrelation(const SmootherPass& pass, const RecordPath& path);
 
   /// Cost of the bearings in use along `path`, Huber's or the plain one.
@@ -39,6 +40,7 @@ class RecordWeights {
 
  private:
   double sigmas(std::size_t i, const RecordPath& path) const;
+  double elevationSigmas(std::size_t i, const RecordPath& path) const;
   bool isInsideSlip(std::size_t i) const;
   bool mayBeLight(std::size_t i, const RecordPath& path) const;
   bool isNear(std::size_t i, std::size_t slip) const;
@@ -50,12 +52,19 @@ class RecordWeights {
   SlipHypothesis supposed_;
   std::vector<std::size_t> slips_;
   bool huber_;
-  double widening_ = 1.0;  ///< of all bearing variances
+  double widening_ = 1.0;            ///< of all bearing variances
+  double elevation_widening_ = 1.0;  ///< of all elevation variances
   double correlation_ = 0.0;
   int rejection_rounds_ = 0;
 };
 
+/// n measurements whose noise is a first-order autoregression are worth this times fewer white
+/// ones.
+double wideningFor(double correlation);
+
 /// Lag-1 correlation of the standardised innovations of the sights in use; 0 where insignificant.
 double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWeight>& weights);
+/// The same of their elevations.
+double elevationCorrelation(const SmootherPass& pass);
 
 }  // namespace bearing_calibration

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 #include "bearing_calibration/odometry/travel_nearby.h"
+#include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration {
 
@@ -36,6 +38,7 @@ struct Sight {
   double azimuth_rad = 0.0;
   double azimuth_variance_rad2 = 0.0;
   TravelNearby nearby;  ///< around the stamp; no motion where nobody asks for the time offset
+  std::optional<Elevation> elevation = std::nullopt;  ///< where the sensor has one
 };
 
 }  // namespace bearing_calibration

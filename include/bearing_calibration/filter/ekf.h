@@ -20,7 +20,8 @@ struct Gaussian {
 };
 
 /// The EKF's update by one number: the Joseph form, which keeps the covariance symmetric and
-/// positive whatever the gain's rounding. Equation 8 of doc/model.md.
+/// positive whatever the gain's rounding. Equation 8 of doc/model.md; of many states its products
+/// are multiplied out, which makes the cost grow with their square instead of their cube.
 /// @param H  Jacobian of the measurement by the state
 /// @param residual  innovation
 /// @param R  variance of the measurement, > 0
@@ -30,9 +31,14 @@ Gaussian<N> updateScalar(const Gaussian<N>& prior, const Eigen::Matrix<double, 1
   const Eigen::Matrix<double, N, 1> PHt = prior.covariance * H.transpose();
   const double S = (H * PHt).value() + R;
   const Eigen::Matrix<double, N, 1> K = PHt / S;
-  const Eigen::Matrix<double, N, N> I_KH = Eigen::Matrix<double, N, N>::Identity() - K * H;
-  const Eigen::Matrix<double, N, N> P =
-      I_KH * prior.covariance * I_KH.transpose() + K * R * K.transpose();
+  Eigen::Matrix<double, N, N> P;
+  if constexpr (N <= 5) {
+    const Eigen::Matrix<double, N, N> I_KH = Eigen::Matrix<double, N, N>::Identity() - K * H;
+    P = I_KH * prior.covariance * I_KH.transpose() + K * R * K.transpose();
+  } else {
+    const Eigen::Matrix<double, N, N> half = K * (PHt - 0.5 * S * K).transpose();
+    P = prior.covariance - (half + half.transpose());
+  }
   return {prior.mean + K * residual, 0.5 * (P + P.transpose())};
 }
 

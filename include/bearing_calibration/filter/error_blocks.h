@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "bearing_calibration/filter/tilted_sight.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 #include "bearing_calibration/odometry/travel_nearby.h"
@@ -40,6 +41,17 @@ struct CorrectedAzimuth {
   Eigen::Matrix<double, 1, K> J_azimuth_errors = Eigen::Matrix<double, 1, K>::Zero();
 };
 
+/// A light's elevation over the sensor's plane, for the blocks to say.
+template <int K>
+struct CorrectedElevation {
+  double azimuth_rad = 0.0;  ///< of a sensor without errors
+  double range_m = 0.0;      ///< from the sensor to the light
+  double elevation_rad = 0.0;
+  double J_elevation_ideal = 0.0;  ///< by azimuth_rad
+  double J_elevation_range = 0.0;
+  Eigen::Matrix<double, 1, K> J_elevation_errors = Eigen::Matrix<double, 1, K>::Zero();
+};
+
 /// What the wheels' blocks say that a wheel has rolled, for other blocks to use.
 struct WheelFactors {
   double left = 1.0;
@@ -59,6 +71,8 @@ struct NoEffect {
                       const Q& /*q*/) {}
   template <int At, class Q, int K>
   static void correct(CorrectedAzimuth<K>&, const Q& /*q*/) {}
+  template <int At, class Q, int K>
+  static void correct(CorrectedElevation<K>&, const Q& /*q*/) {}
 };
 
 /// The bearings' stamps are late against the encoders' by this [s].
@@ -173,15 +187,60 @@ struct MirrorHarmonic : NoEffect {
     const double nearness = 1.0 / std::max(azimuth.range_m, kLeastRange_m);
     const double cos_size = q(0) + nearness * q(2);
     const double sin_size = q(1) + nearness * q(3);
-    azimuth.J_azimuth_ideal *= 1.0 - cos_size * s + sin_size * c;
-    azimuth.J_azimuth_range -= (q(2) * c + q(3) * s) * nearness * nearness;
+    const double J_bent_straight = 1.0 - cos_size * s + sin_size * c;
+    azimuth.J_azimuth_ideal *= J_bent_straight;
+    azimuth.J_azimuth_errors *= J_bent_straight;
+    azimuth.J_azimuth_range =
+        J_bent_straight * azimuth.J_azimuth_range - (q(2) * c + q(3) * s) * nearness * nearness;
     azimuth.J_azimuth_errors.template segment<kSize>(At) << c, s, nearness * c, nearness * s;
     azimuth.azimuth_rad += cos_size * c + sin_size * s;
   }
 };
 
+/// The sensor is rolled by q(0) and pitched by q(1) [rad], and the light stands q(2) [m] over it
+/// (doc/model.md, eqs. 20 and 21). Azimuths of one light cannot tell that from a shifted mount.
+struct SensorTilt : NoEffect {
+  static constexpr const char* kName = "sensor_tilt";
+  static constexpr std::array<const char*, 3> kParts = {"sensor_roll [rad]", "sensor_pitch [rad]",
+                                                        "light_height [m]"};
+  static constexpr int kSize = 3;
+  static constexpr int kHeight = 2;  ///< place of the light's height in it
+  /// With 2 deg goes a light up to a third of a metre above or below.
+  static constexpr std::array<double, 3> kPriorWeights = {1.0, 1.0, 10.0};
+  static constexpr const char* kWhenHeld =
+      "a tilted sensor looks like a shifted one: bearings with elevations tell them apart, after "
+      "turns at several distances";
+
+  using NoEffect::correct;
+  template <int At, class Q, int K>
+  static void correct(CorrectedAzimuth<K>& azimuth, const Q& q) {
+    if (q.isZero(0.0)) return;  // neither the azimuth nor its Jacobian is another
+    const TiltedAngle tilted = tiltedAzimuth(levelSight(azimuth, q));
+    azimuth.azimuth_rad = tilted.angle_rad;
+    azimuth.J_azimuth_ideal *= tilted.J_angle_level(0);
+    azimuth.J_azimuth_range = tilted.J_angle_level(1);
+    azimuth.J_azimuth_errors.template segment<kSize>(At) = tilted.J_angle_level.tail<kSize>();
+  }
+  template <int At, class Q, int K>
+  static void correct(CorrectedElevation<K>& elevation, const Q& q) {
+    const TiltedAngle tilted = tiltedElevation(levelSight(elevation, q));
+    elevation.elevation_rad = tilted.angle_rad;
+    elevation.J_elevation_ideal = tilted.J_angle_level(0);
+    elevation.J_elevation_range = tilted.J_angle_level(1);
+    elevation.J_elevation_errors.template segment<kSize>(At) = tilted.J_angle_level.tail<kSize>();
+  }
+
+ private:
+  template <class Corrected, class Q>
+  static LevelSight levelSight(const Corrected& sight, const Q& q) {
+    return {sight.azimuth_rad, sight.range_m, q(kHeight), q(0), q(1)};
+  }
+};
+
 /// Every block, in the order of their numbers in the state. A filter works with the shortest
-/// beginning of this list that holds all blocks in use: the most used ones come first.
-using ErrorBlocks = std::tuple<TimeOffset, WheelScales, WheelSeparation, MirrorHarmonic>;
+/// beginning of this list that holds all blocks in use: the most used ones come first. Light passes
+/// the blocks of the sensor from the last one to the first.
+using ErrorBlocks =
+    std::tuple<TimeOffset, WheelScales, WheelSeparation, MirrorHarmonic, SensorTilt>;
 
 }  // namespace bearing_calibration

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/ekf.h"
@@ -29,8 +30,11 @@ class MountFilter {
   /// The same after a further motion, leaving the filter as it is.
   virtual AzimuthPrediction predictAzimuthAfter(const OdometryIncrement& motion,
                                                 const TravelNearby& nearby = {}) const = 0;
+  /// @param elevation  used where the sensor's tilt is among the errors of the state; a wild one
+  ///   pulls no more than an unlikely one
   virtual void update(double azimuth_rad, double azimuth_variance_rad2,
-                      const TravelNearby& nearby = {}) = 0;
+                      const TravelNearby& nearby = {},
+                      const std::optional<Elevation>& elevation = std::nullopt) = 0;
 
   virtual CartesianEstimate cartesian() const = 0;
   virtual PaperEstimate paper() const = 0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -35,13 +36,24 @@ inline constexpr int kErrorCount = detail::sizeOf(static_cast<ErrorBlocks*>(null
 using ErrorVector = Eigen::Matrix<double, kErrorCount, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kErrorCount, kErrorCount>;
 
-/// What is known of the robot's errors beforehand: their mean is zero.
+/// What is known of the robot's errors beforehand.
 struct ErrorPriors {
-  ErrorVector stddev = ErrorVector::Zero();  ///< zero: that error is known not to be there
+  ErrorVector stddev = ErrorVector::Zero();  ///< zero: that error is known to be the mean
+  ErrorVector mean = ErrorVector::Zero();    ///< zero but for a light's height that is looked for
+  double light_height_m = 0.0;               ///< as stated, looked for or not
 
   /// Sets the standard deviation of a whole block, times its weights for each of its numbers.
   /// @throws std::invalid_argument when no block is called so
   void setBlock(const std::string& name, double stddev);
+
+  /// What is known of the light's height over the sensor [m]: without effect where no tilt of the
+  /// sensor is looked for.
+  void setLightHeight(double mean_m, double stddev_m);
+
+  /// Whether elevations of the light tell anything that is looked for.
+  bool usesElevations() const {
+    return (stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>()).array() > 0.0).any();
+  }
 
   /// One sentence for each value that cannot be; empty when all is well.
   std::vector<std::string> validate() const;
@@ -55,6 +67,9 @@ struct ErrorEstimate {
   Eigen::Matrix<double, 5, kErrorCount> cross_covariance =
       Eigen::Matrix<double, 5, kErrorCount>::Zero();
 };
+
+/// Before anything is measured.
+ErrorEstimate priorEstimate(const ErrorPriors& priors);
 
 /// Mount, light and the robot's errors.
 struct RobotEstimate {
@@ -109,7 +124,7 @@ void propagateCovariance(const Eigen::Matrix2d& R_end_start,
 }
 
 /// The azimuth [rad] at which the sensor sees the light, errors and all, with its Jacobian by the
-/// Cartesian state at the stamp and the first K errors (doc/model.md, eqs. 6, 16 and 19).
+/// Cartesian state at the stamp and the first K errors (doc/model.md, eqs. 6, 16, 19, 20).
 template <int K>
 struct SightModel {
   double azimuth_rad;
@@ -118,6 +133,15 @@ struct SightModel {
 template <int K>
 SightModel<K> expectSight(const Vector5& state, const ErrorVector& errors,
                           const TravelNearby& nearby);
+
+/// The elevation [rad] at which the sensor sees the light, as above (doc/model.md, eq. 20): only
+/// with all errors in the state.
+struct ElevationModel {
+  double elevation_rad;
+  Eigen::Matrix<double, 1, 5 + kErrorCount> J_elevation_state;
+};
+ElevationModel expectElevation(const Vector5& state, const ErrorVector& errors,
+                               const TravelNearby& nearby);
 
 /// How many of the errors, from the first on, a filter must carry so that all with a prior are
 /// among them: one of the sizes that the templates above are made for.
@@ -138,20 +162,26 @@ const std::vector<ErrorBlockInfo>& errorBlocks();
 /// Calls `work` with std::integral_constant<int, K> for K = errorsInUse().
 template <class Work>
 auto withErrorsInUse(int errors_in_use, Work work) {
-  constexpr int kWheelErrors = TimeOffset::kSize + WheelScales::kSize + WheelSeparation::kSize;
+  constexpr int kWheelErrors = placeOf<MirrorHarmonic>();
+  constexpr int kAllButTilt = placeOf<SensorTilt>();
   if (errors_in_use == 0) return work(std::integral_constant<int, 0>());
   if (errors_in_use <= kWheelErrors) return work(std::integral_constant<int, kWheelErrors>());
+  if (errors_in_use <= kAllButTilt) return work(std::integral_constant<int, kAllButTilt>());
   return work(std::integral_constant<int, kErrorCount>());
 }
 
 /// Residual of a sight [rad]: measured minus expected.
 double residualOf(const Sight& sight, const Vector5& state, const ErrorVector& errors);
 
+/// The same of its elevation; none where it has none.
+std::optional<double> elevationResidualOf(const Sight& sight, const Vector5& state,
+                                          const ErrorVector& errors);
+
 /// The pose of the base at the moment when a sight was really made, in the base frame at its stamp.
 Pose2 stampFromMoment(const Sight& sight, const ErrorVector& errors);
 
 /// The record of a robot without errors that sees the same: motions put right, bearings at their
-/// own moments. (The mirror's harmonic is left in.)
+/// own moments. (What bends a bearing, mirror and tilt, is left in.)
 std::vector<Sight> withoutErrors(const std::vector<Sight>& sights, const ErrorVector& errors);
 
 }  // namespace bearing_calibration

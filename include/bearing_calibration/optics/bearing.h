@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "bearing_calibration/common/stamp.h"
@@ -9,6 +10,12 @@
 namespace bearing_calibration {
 
 inline constexpr std::int32_t kUnknownLight = -1;
+
+/// A light's angle over a sensor's x-y plane.
+struct Elevation {
+  double angle_rad = 0.0;
+  double variance_rad2 = 0.0;  ///< > 0
+};
 
 /// One candidate for the light in the frame of a bearing sensor: where vision ends and the filter
 /// begins. NaN where the sensor has no such value.
@@ -18,10 +25,13 @@ struct Bearing {
   double image_radius_px = std::numeric_limits<double>::quiet_NaN();
   double image_radius_variance_px2 = std::numeric_limits<double>::quiet_NaN();
   double elevation_rad = std::numeric_limits<double>::quiet_NaN();
-  double elevation_variance_rad2 = std::numeric_limits<double>::quiet_NaN();
+  double elevation_variance_rad2 = std::numeric_limits<double>::quiet_NaN();  ///< or 0: has none
   std::int32_t light_id = kUnknownLight;
   double quality = 1.0;  ///< 0 to 1, the sensor's own probability that this is the light
 };
+
+/// The elevation of a bearing that has one: both numbers finite, the variance positive.
+std::optional<Elevation> elevationOf(const Bearing& bearing);
 
 /// All candidates of one image; none says that the sensor looked and saw nothing.
 struct BearingSet {
