@@ -14,19 +14,27 @@ CartesianEstimate goodStart() {
   return {paperRun().truth.front(), kVariance * Matrix5::Identity()};
 }
 
-/// The run, over and over: each pass starts afresh, so that nothing can run away.
-template <class MakeFilter>
-void stepThroughRun(benchmark::State& state, const MakeFilter& make_filter) {
-  const std::vector<Sight>& sights = paperRun().sights;
+/// A run, over and over: each pass starts afresh, so that nothing can run away.
+template <class MakeFilter, class Update>
+void stepThroughRun(benchmark::State& state, const SightRun& run, const MakeFilter& make_filter,
+                    const Update& update) {
+  const std::vector<Sight>& sights = run.sights;
   auto filter = make_filter();
   std::size_t i = 1;
   for (auto _ : state) {
     filter->predict(sights[i].motion);
-    filter->update(sights[i].azimuth_rad, sights[i].azimuth_variance_rad2);
+    update(*filter, sights[i]);
     if (++i < sights.size()) continue;
     filter = make_filter();
     i = 1;
   }
+}
+
+template <class MakeFilter>
+void stepThroughRun(benchmark::State& state, const MakeFilter& make_filter) {
+  stepThroughRun(state, paperRun(), make_filter, [](auto& filter, const Sight& sight) {
+    filter.update(sight.azimuth_rad, sight.azimuth_variance_rad2);
+  });
 }
 
 void cartesianStep(benchmark::State& state) {
@@ -46,16 +54,33 @@ void dynamicStep(benchmark::State& state) {
 }
 BENCHMARK(dynamicStep)->Arg(5)->Arg(10)->Arg(15)->Arg(20)->Arg(30);
 
-/// With so many states in all: the first errors of the robot beside light and mount.
-void robotStep(benchmark::State& state) {
+/// Light, mount and all errors of the robot.
+RobotEstimate robotStart() {
   constexpr double kErrorVariance = 1e-4;  // a hundredth, 10 ms
   RobotEstimate start;
   start.cartesian = goodStart();
   start.errors.covariance = kErrorVariance * ErrorMatrix::Identity();
+  return start;
+}
+
+/// With so many states in all: the first errors of the robot beside light and mount.
+void robotStep(benchmark::State& state) {
+  const RobotEstimate start = robotStart();
   const int errors_in_use = static_cast<int>(state.range(0)) - 5;
   stepThroughRun(state, [&] { return makeRobotFilter(start, errors_in_use); });
 }
-BENCHMARK(robotStep)->Arg(9)->Arg(13);  // the sizes that there are
+BENCHMARK(robotStep)->Arg(9)->Arg(13)->Arg(16);  // the sizes that there are
+
+/// With the elevation of each sight, which takes all errors.
+void elevationStep(benchmark::State& state) {
+  const RobotEstimate start = robotStart();
+  stepThroughRun(
+      state, elevationRun(), [&] { return makeRobotFilter(start, kErrorCount); },
+      [](auto& filter, const Sight& sight) {
+        filter.update(sight.azimuth_rad, sight.azimuth_variance_rad2, {}, sight.elevation);
+      });
+}
+BENCHMARK(elevationStep);
 
 }  // namespace
 }  // namespace bearing_calibration

@@ -11,4 +11,14 @@ inline const SightRun& paperRun() {
   return run;
 }
 
+/// The same with elevations of 1 degree.
+inline const SightRun& elevationRun() {
+  static const SightRun run = [] {
+    SimulatedCase simulated = paperCase(1);
+    simulated.robot.sensor.elevation_stddev_rad = radiansFromDegrees(1.0);
+    return simulate(simulated);
+  }();
+  return run;
+}
+
 }  // namespace bearing_calibration

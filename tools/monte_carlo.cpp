@@ -95,6 +95,7 @@ options::options_description describeOptions(Arguments* arguments) {
   add("light-height", options::value(&arguments->light_height_m)->default_value(0.0),
       "of the light over the sensor [m]");
   add("look-for-harmonic", "of the mirror");
+  add("look-for-far-harmonic", "of a mirror whose apex is known to be in place");
   add("look-for-tilt", "of the sensor, and for the light's height");
   add("check", "judge the bars");
   return description;
@@ -120,6 +121,10 @@ SimulatedCase idealCase(const Arguments& arguments, std::uint64_t seed) {
   if (arguments.trajectory == kDegenerate) return degenerateCase(seed);
   const Kind kind = kindOfSeed(arguments.trajectory, seed);
   if (arguments.world == "random") return randomCase(seed, kind, RandomCaseRange());
+  if (arguments.world != "paper" && arguments.world != "corner") {
+    throw std::invalid_argument("--world must be random, paper or corner, but is " +
+                                arguments.world);
+  }
   SimulatedCase simulated = arguments.world == "corner" ? cornerCase(seed) : paperCase(seed);
   if (arguments.trajectory != "mixed") simulated.trajectory.kind = kind;
   return simulated;
@@ -194,6 +199,11 @@ int run(int argc, char** argv) {
   }
   if (values->count("look-for-harmonic") > 0) {
     arguments.looked_for.setBlock(MirrorHarmonic::kName, kUsualHarmonic_rad);
+  }
+  if (values->count("look-for-far-harmonic") > 0) {
+    constexpr int kFar = 2;  // cos and sin, the same for a light at any range
+    arguments.looked_for.stddev.segment<kFar>(placeOf<MirrorHarmonic>())
+        .setConstant(kUsualHarmonic_rad);
   }
   if (values->count("look-for-tilt") > 0) {
     arguments.looked_for.setBlock(SensorTilt::kName, kUsualTilt_rad);

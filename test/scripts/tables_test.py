@@ -1,5 +1,6 @@
 """Programs that print measured tables for the documents: they run, and a miss is a miss."""
 
+import re
 import subprocess
 import unittest
 
@@ -21,10 +22,24 @@ class Tables(unittest.TestCase):
         self.assertEqual([row[1].strip() for row in rows], ['time [s]', '---', '50', '100'])
         self.assertEqual({len(row) for row in rows}, {len(rows[0])})
 
+    def testMonteCarloOfATiltedRobot(self):
+        done = run('monte_carlo', '--what', 'batch', '--world', 'corner', '--runs', '4', '--errors',
+                   '--known-separation', '--offset', '0.05', '--ratio', '0.01', '--scale', '0.01',
+                   '--tilt', '2', '--harmonic', '2.5', '--elevations', '1', '--light-height', '0.4',
+                   '--look-for-harmonic', '--look-for-tilt')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = re.search(r'RMSE of phi (\S+) deg, rho (\S+) mm', done.stdout)
+        # four runs: twice what a hundred have
+        self.assertLess(float(found.group(1)), 1.6)
+        self.assertLess(float(found.group(2)), 4.0)
+        self.assertRegex(done.stdout, r'(?m)^sensor_roll \[rad\] +4 ')
+        self.assertNotIn('wheel_separation', done.stdout)
+
     def testMonteCarloNamesAWrongArgument(self):
-        done = run('monte_carlo', '--what', 'guess')
-        self.assertNotEqual(done.returncode, 0)
-        self.assertIn('guess', done.stdout + done.stderr)
+        for option, value in (('--what', 'guess'), ('--world', 'moon')):
+            done = run('monte_carlo', option, value)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn(value, done.stdout + done.stderr)
 
     def testRenderRate(self):
         done = run('render_rate')
