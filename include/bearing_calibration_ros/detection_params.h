@@ -3,6 +3,7 @@
 #include <string>
 
 #include "bearing_calibration/vision/blink_identifier.h"
+#include "bearing_calibration/vision/colour_identifier.h"
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/search_region.h"
@@ -18,6 +19,7 @@ struct DetectionNodeConfig {
   bearing_calibration::ShutterConfig shutter;
   bearing_calibration::SearchConfig search;
   bearing_calibration::BlinkConfig blink;
+  bearing_calibration::ColourConfig colour;
   /// Of so many images one is searched whole, so that a wrong prediction does not feed itself.
   int full_scan_every = 0;
 };

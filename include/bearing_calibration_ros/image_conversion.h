@@ -22,6 +22,9 @@ struct ImageRefusal {
 std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
                                       const bearing_calibration::ImageSensor& sensor);
 
+/// Whether images of this encoding have colours.
+bool hasColours(const std::string& encoding);
+
 /// Image messages as grey images of 8 or 16 bits: mono8, mono16, 8UC1, 16UC1 (shared, not copied),
 /// bgr8, rgb8, bgra8, rgba8 and bayer_*8 (converted into a buffer that is kept).
 class GreyConverter {
@@ -30,9 +33,13 @@ class GreyConverter {
   /// @return valid until the next call.
   const cv::Mat& convert(const sensor_msgs::ImageConstPtr& image);
 
+  /// The same as CV_8UC3, blue first. @throws std::invalid_argument for an image without colours.
+  const cv::Mat& convertToColour(const sensor_msgs::ImageConstPtr& image);
+
  private:
   cv_bridge::CvImageConstPtr shared_;
   cv::Mat converted_;
+  cv::Mat colour_;
 };
 
 }  // namespace bearing_calibration_ros

@@ -126,9 +126,22 @@ core::BlinkConfig readBlink(ParamReader& params) {
   return blink;
 }
 
+core::ColourConfig readColour(ParamReader& params) {
+  core::ColourConfig colour;
+  colour.use = params.boolean("colour/use");
+  colour.tolerance = params.number("colour/tolerance");
+  constexpr std::size_t kNumbers = 4;  // light_id, red, green, blue
+  for (const std::vector<double>& light : params.rows("colour/lights", kNumbers)) {
+    colour.lights.push_back({static_cast<std::int32_t>(light[0]), {light[1], light[2], light[3]}});
+  }
+  return colour;
+}
+
 std::vector<std::string> nodeErrors(const DetectionNodeConfig& config) {
   core::Requirements require;
   require.that(!config.sensor_frame.empty(), "frames/sensor must not be empty");
+  require.that(!(config.blink.use && config.colour.use),
+               "blink/use and colour/use cannot both be set: one of them names the light");
   require.that(config.full_scan_every >= 1, "prediction/full_scan_every must be at least 1");
   return require.errors();
 }
@@ -143,11 +156,13 @@ DetectionNodeConfig readDetectionNodeConfig(ParamReader params) {
   config.shutter = readShutter(params);
   config.search = readSearch(params);
   config.blink = readBlink(params);
+  config.colour = readColour(params);
   config.full_scan_every = params.integer("prediction/full_scan_every");
   params.addErrors(config.detector.validate());
   params.addErrors(config.shutter.validate());
   params.addErrors(config.search.validate());
   params.addErrors(config.blink.validate());
+  params.addErrors(config.colour.validate());
   params.addErrors(nodeErrors(config));
   params.throwIfAnyError();
   return config;

@@ -26,8 +26,9 @@ core::BearingSet ImageBearings::detect(const sensor_msgs::ImageConstPtr& image,
                                        const std::optional<core::BearingPrediction>& prediction) {
   const bool look_everywhere = images_++ % static_cast<std::uint64_t>(config_.full_scan_every) == 0;
   std::optional<core::SearchRegion> region;
-  // What blinks is not seen in every image: the others must be looked at, too.
-  if (prediction && !look_everywhere && !blink_) {
+  // What blinks is not seen in every image, and another colour may be where the light is expected:
+  // the others must be looked at, too.
+  if (prediction && !look_everywhere && !blink_ && !config_.colour.use) {
     region = core::searchRegion(config_.search, *prediction, seen_, middleOf(*image));
   }
   grey_ = &converter_.convert(image);
@@ -37,6 +38,11 @@ core::BearingSet ImageBearings::detect(const sensor_msgs::ImageConstPtr& image,
                                config_.detector.sensor.height_px);
   seen_ = prediction ? core::seenRadius(bearings, *prediction) : std::nullopt;
   if (blink_) blink_->identify(core::brightnessOf(result_->lights), &bearings);
+  if (config_.colour.use) {
+    const auto colours =
+        core::coloursOf(converter_.convertToColour(image), result_->lights, config_.detector);
+    core::identifyByColour(config_.colour, colours, &bearings);
+  }
   return bearings;
 }
 

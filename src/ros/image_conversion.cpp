@@ -18,22 +18,23 @@ struct Encoding {
   const std::string* name;
   std::size_t bytes_per_pixel;
   int to_grey;  ///< OpenCV's code; kNoConversion for grey
+  int to_bgr;   ///< kNoConversion for grey, and where nothing is to be done
 };
 
 // OpenCV names a mosaic after the second row's second and third pixel, ROS after the first row.
 const Encoding kEncodings[] = {
-    {&encodings::MONO8, 1, kNoConversion},
-    {&encodings::TYPE_8UC1, 1, kNoConversion},
-    {&encodings::MONO16, 2, kNoConversion},
-    {&encodings::TYPE_16UC1, 2, kNoConversion},
-    {&encodings::BGR8, 3, cv::COLOR_BGR2GRAY},
-    {&encodings::RGB8, 3, cv::COLOR_RGB2GRAY},
-    {&encodings::BGRA8, 4, cv::COLOR_BGRA2GRAY},
-    {&encodings::RGBA8, 4, cv::COLOR_RGBA2GRAY},
-    {&encodings::BAYER_RGGB8, 1, cv::COLOR_BayerBG2GRAY},
-    {&encodings::BAYER_BGGR8, 1, cv::COLOR_BayerRG2GRAY},
-    {&encodings::BAYER_GBRG8, 1, cv::COLOR_BayerGR2GRAY},
-    {&encodings::BAYER_GRBG8, 1, cv::COLOR_BayerGB2GRAY},
+    {&encodings::MONO8, 1, kNoConversion, kNoConversion},
+    {&encodings::TYPE_8UC1, 1, kNoConversion, kNoConversion},
+    {&encodings::MONO16, 2, kNoConversion, kNoConversion},
+    {&encodings::TYPE_16UC1, 2, kNoConversion, kNoConversion},
+    {&encodings::BGR8, 3, cv::COLOR_BGR2GRAY, kNoConversion},
+    {&encodings::RGB8, 3, cv::COLOR_RGB2GRAY, cv::COLOR_RGB2BGR},
+    {&encodings::BGRA8, 4, cv::COLOR_BGRA2GRAY, cv::COLOR_BGRA2BGR},
+    {&encodings::RGBA8, 4, cv::COLOR_RGBA2GRAY, cv::COLOR_RGBA2BGR},
+    {&encodings::BAYER_RGGB8, 1, cv::COLOR_BayerBG2GRAY, cv::COLOR_BayerBG2BGR},
+    {&encodings::BAYER_BGGR8, 1, cv::COLOR_BayerRG2GRAY, cv::COLOR_BayerRG2BGR},
+    {&encodings::BAYER_GBRG8, 1, cv::COLOR_BayerGR2GRAY, cv::COLOR_BayerGR2BGR},
+    {&encodings::BAYER_GRBG8, 1, cv::COLOR_BayerGB2GRAY, cv::COLOR_BayerGB2BGR},
 };
 
 const Encoding* find(const std::string& name) {
@@ -122,6 +123,11 @@ std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
   return std::nullopt;
 }
 
+bool hasColours(const std::string& name) {
+  const Encoding* encoding = find(name);
+  return encoding != nullptr && encoding->to_grey != kNoConversion;
+}
+
 const cv::Mat& GreyConverter::convert(const sensor_msgs::ImageConstPtr& image) {
   const Encoding* encoding = find(image->encoding);
   if (encoding == nullptr) {
@@ -135,6 +141,18 @@ const cv::Mat& GreyConverter::convert(const sensor_msgs::ImageConstPtr& image) {
   if (encoding->to_grey == kNoConversion) return shared_->image;
   cv::cvtColor(shared_->image, converted_, encoding->to_grey);
   return converted_;
+}
+
+const cv::Mat& GreyConverter::convertToColour(const sensor_msgs::ImageConstPtr& image) {
+  if (!hasColours(image->encoding)) {
+    throw std::invalid_argument("colour/use is set, but encoding '" + image->encoding +
+                                "' has no colours");
+  }
+  shared_ = cv_bridge::toCvShare(image);
+  const int to_bgr = find(image->encoding)->to_bgr;
+  if (to_bgr == kNoConversion) return shared_->image;
+  cv::cvtColor(shared_->image, colour_, to_bgr);
+  return colour_;
 }
 
 }  // namespace bearing_calibration_ros

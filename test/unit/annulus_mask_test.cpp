@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
@@ -90,6 +91,40 @@ TEST(AnnulusMask, ASectorIsTheMaskWithinItsAngle) {
               << half_width_deg;
         }
       }
+    }
+  }
+}
+
+TEST(AnnulusMask, ABoxIsTheMaskWithinIt) {
+  const DetectorConfig config = smallDetector(1);
+  const AnnulusMask mask(config.mask, config.view, config.sensor);
+  std::vector<PixelInterval> clipped;
+  const PixelBox boxes[] = {
+      {20, 60, 30, 100}, {-5, 500, -5, 500}, {40, 50, 61, 62}, {0, 0, 0, 120}};
+  for (const PixelBox& box : boxes) {
+    mask.clipToBox(box, &clipped);
+    const Pixels found = pixelsOf(clipped);
+    for (const auto& [v, u] : pixelsOf(mask.intervals())) {
+      const bool in_box =
+          v >= box.first_row && v < box.last_row && u >= box.first_column && u < box.last_column;
+      EXPECT_EQ(found.count({v, u}) == 1, in_box) << "row " << v << " column " << u;
+    }
+  }
+}
+
+TEST(AnnulusMask, TheClearanceIsTheDistanceToTheNearestPixelOutside) {
+  const DetectorConfig config = smallDetector(1);
+  const AnnulusMask mask(config.mask, config.view, config.sensor);
+  for (int v = 0; v < config.sensor.height_px; v += 5) {
+    for (int u = 0; u < config.sensor.width_px; u += 3) {
+      double nearest = 1e9;
+      for (int y = -1; y <= config.sensor.height_px; ++y) {
+        for (int x = -1; x <= config.sensor.width_px; ++x) {
+          if (!mask.contains(x, y)) nearest = std::min(nearest, std::hypot(x - u, y - v));
+        }
+      }
+      EXPECT_EQ(mask.clearancePx(u, v), static_cast<int>(nearest))
+          << "row " << v << " column " << u;
     }
   }
 }

@@ -120,6 +120,15 @@ TEST(BlobSegmenter, ABlobInsideTheMaskIsNotCut) {
   EXPECT_FALSE(segmenter.segment(image, wholeImage(image), 100).front().cut);
 }
 
+TEST(BlobSegmenter, ABlobInTheFirstOrTheLastRowIsCut) {
+  for (int row : {0, 2}) {
+    cv::Mat image(3, 20, CV_8UC1, cv::Scalar(0));
+    image.at<std::uint8_t>(row, 7) = 200;
+    BlobSegmenter segmenter;
+    EXPECT_TRUE(segmenter.segment(image, wholeImage(image), 100).front().cut) << row;
+  }
+}
+
 TEST(BlobSegmenter, GivesUpOnNoiseAndRecovers) {
   cv::Mat checkers(400, 400, CV_8UC1, cv::Scalar(0));
   for (int v = 0; v < checkers.rows; v += 2) {

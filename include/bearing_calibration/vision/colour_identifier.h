@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration/vision/light_detector.h"
+#include "bearing_calibration/vision/light_ellipse.h"
+
+namespace bearing_calibration {
+
+/// The parts (red, green, blue) of a light's sum over the camera's channels; they add up to 1.
+using ColourParts = Eigen::Vector3d;
+
+/// A light that is known by its colour as the camera sees it.
+struct ColouredLight {
+  std::int32_t light_id = 0;
+  Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< red, green, blue in any unit
+};
+
+/// How lights are told by their colours. Parameter group `colour`.
+struct ColourConfig {
+  bool use = false;
+  std::vector<ColouredLight> lights;
+  double tolerance = 0.0;  ///< largest distance between the parts of two like colours
+
+  std::vector<std::string> validate() const;
+};
+
+/// The colour of a spot over its surroundings; nothing where it is too dim or too much of it full.
+/// Pixels with a full channel are left out: what the others lose by it is the same in each channel.
+/// @param bgr CV_8UC3
+/// @param saturation_level from which on a channel is full
+std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot,
+                                    const Eigen::Vector2d& mirror_centre_px,
+                                    double saturation_level);
+
+/// Gives each candidate the light_id of the light with its colour; all others get the quality 0.
+/// @param colours of the set's candidates, in their order
+/// @throws std::invalid_argument unless there is one colour for each candidate.
+void identifyByColour(const ColourConfig& config,
+                      const std::vector<std::optional<ColourParts>>& colours, BearingSet* set);
+
+/// The colours of an image's lights. @param bgr CV_8UC3
+std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,
+                                                  const std::vector<Detection>& lights,
+                                                  const DetectorConfig& detector);
+
+}  // namespace bearing_calibration

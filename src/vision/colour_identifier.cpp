@@ -1,0 +1,146 @@
+#include "bearing_calibration/vision/colour_identifier.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "bearing_calibration/common/requirement.h"
+
+namespace bearing_calibration {
+namespace {
+
+// The spot ends at two standard deviations; an interpolated mosaic smears it by a pixel, which the
+// surroundings' ring leaves out.
+constexpr double kSpotReach = 2.2;
+constexpr double kRingBegin = 3.2;
+constexpr double kRingEnd = 4.5;
+constexpr int kLeastPixels = 5;
+constexpr std::size_t kLeastRingPixels = 12;
+// Of all channels together, on average over the spot's pixels that are not full: less is noise.
+constexpr double kLeastLight_levels = 10.0;
+constexpr int kChannels = 3;
+
+ColourParts partsOf(const Eigen::Vector3d& colour) { return colour / colour.sum(); }
+
+double median(std::vector<std::uint8_t>* levels) {
+  const auto middle = levels->begin() + static_cast<std::ptrdiff_t>(levels->size() / 2);
+  std::nth_element(levels->begin(), middle, levels->end());
+  return *middle;
+}
+
+/// The spot's ellipse along the mirror's radius.
+struct SpotAxes {
+  SpotAxes(const LightEllipse& spot, const Eigen::Vector2d& mirror_centre_px)
+      : centre_px(spot.centre_px),
+        outward((spot.centre_px - mirror_centre_px).normalized()),
+        radial_variance_px2(spot.radial_variance_px2),
+        tangential_variance_px2(spot.tangential_variance_px2) {}
+
+  double distance(int u, int v) const {
+    const Eigen::Vector2d offset = Eigen::Vector2d(u, v) - centre_px;
+    const double along = outward.dot(offset);
+    const double across = outward.x() * offset.y() - outward.y() * offset.x();
+    return std::sqrt(along * along / radial_variance_px2 +
+                     across * across / tangential_variance_px2);
+  }
+  double largest_stddev_px() const {
+    return std::sqrt(std::max(radial_variance_px2, tangential_variance_px2));
+  }
+
+  Eigen::Vector2d centre_px;
+  Eigen::Vector2d outward;
+  double radial_variance_px2;
+  double tangential_variance_px2;
+};
+
+cv::Rect boxAround(const SpotAxes& axes, const cv::Size& image) {
+  const double reach_px = kRingEnd * axes.largest_stddev_px();
+  const int side = 2 * static_cast<int>(std::ceil(reach_px)) + 1;
+  const cv::Rect box(cvRound(axes.centre_px.x()) - side / 2, cvRound(axes.centre_px.y()) - side / 2,
+                     side, side);
+  return box & cv::Rect(cv::Point(0, 0), image);
+}
+
+}  // namespace
+
+std::vector<std::string> ColourConfig::validate() const {
+  Requirements require;
+  require.that(!use || !lights.empty(), "colour/lights must name a light for colour/use");
+  require.between("colour/tolerance", tolerance, 0.0, 1.0);
+  for (const ColouredLight& light : lights) {
+    require.that(light.light_id >= 0,
+                 "colour/lights: a light_id must not be negative, but one is " +
+                     std::to_string(light.light_id));
+    const bool shines =
+        light.colour.allFinite() && light.colour.minCoeff() >= 0.0 && light.colour.sum() > 0.0;
+    require.that(shines, "colour/lights: red, green and blue of light " +
+                             std::to_string(light.light_id) +
+                             " must not be negative, nor all of them 0");
+  }
+  return require.errors();
+}
+
+std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot,
+                                    const Eigen::Vector2d& mirror_centre_px,
+                                    double saturation_level) {
+  const SpotAxes axes(spot, mirror_centre_px);
+  const cv::Rect box = boxAround(axes, bgr.size());
+  Eigen::Vector3d levels = Eigen::Vector3d::Zero();  // blue, green, red
+  int pixels = 0;
+  std::array<std::vector<std::uint8_t>, kChannels> ring;
+  for (int v = box.y; v < box.y + box.height; ++v) {
+    const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
+    for (int u = box.x; u < box.x + box.width; ++u) {
+      const double distance = axes.distance(u, v);
+      const Eigen::Vector3d level(row[u][0], row[u][1], row[u][2]);
+      if (distance >= kRingBegin && distance <= kRingEnd) {
+        for (int channel = 0; channel < kChannels; ++channel) {
+          ring[static_cast<std::size_t>(channel)].push_back(row[u][channel]);
+        }
+      } else if (distance <= kSpotReach && level.maxCoeff() < saturation_level) {
+        levels += level;
+        ++pixels;
+      }
+    }
+  }
+  if (pixels < kLeastPixels || ring[0].size() < kLeastRingPixels) return std::nullopt;
+  const Eigen::Vector3d background(median(&ring[0]), median(&ring[1]), median(&ring[2]));
+  const Eigen::Vector3d light = (levels - pixels * background).cwiseMax(0.0);
+  if (light.sum() < pixels * kLeastLight_levels) return std::nullopt;
+  return partsOf({light[2], light[1], light[0]});
+}
+
+std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,
+                                                  const std::vector<Detection>& lights,
+                                                  const DetectorConfig& detector) {
+  const Eigen::Vector2d mirror_centre_px(detector.view.centre_u_px, detector.view.centre_v_px);
+  std::vector<std::optional<ColourParts>> colours;
+  for (const Detection& light : lights) {
+    colours.push_back(
+        colourOf(bgr, light.ellipse, mirror_centre_px, detector.sensor.saturation_level));
+  }
+  return colours;
+}
+
+void identifyByColour(const ColourConfig& config,
+                      const std::vector<std::optional<ColourParts>>& colours, BearingSet* set) {
+  if (colours.size() != set->candidates.size()) {
+    throw std::invalid_argument("a colour is needed for each candidate");
+  }
+  for (std::size_t i = 0; i < colours.size(); ++i) {
+    Bearing& candidate = set->candidates[i];
+    candidate.light_id = kUnknownLight;
+    double nearest = config.tolerance;
+    for (const ColouredLight& light : config.lights) {
+      if (!colours[i]) continue;
+      const double distance = (*colours[i] - partsOf(light.colour)).norm();
+      if (distance > nearest) continue;
+      nearest = distance;
+      candidate.light_id = light.light_id;
+    }
+    if (candidate.light_id == kUnknownLight) candidate.quality = 0.0;
+  }
+}
+
+}  // namespace bearing_calibration

@@ -1,0 +1,139 @@
+#include "bearing_calibration/vision/colour_identifier.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include "support/synthetic_spot.h"
+
+namespace bearing_calibration {
+namespace {
+
+const Eigen::Vector3d kAmber(0.9, 0.5, 0.1);  // red, green, blue
+const Eigen::Vector3d kBlue(0.1, 0.4, 1.0);
+
+ColourConfig amberAndBlue() {
+  ColourConfig config;
+  config.use = true;
+  config.lights = {{3, kAmber}, {5, kBlue}};
+  config.tolerance = 0.1;
+  return config;
+}
+
+/// Two lights of `peak` levels in their brightest channel, on a grey background, blue first.
+cv::Mat imageOfTwo(const DetectorConfig& config, double peak) {
+  std::vector<cv::Mat> channels;
+  std::mt19937 random(3);
+  for (int channel : {2, 1, 0}) {
+    cv::Mat expected = test::flatImage(config.sensor.width_px, config.sensor.height_px, 20.0);
+    const auto add = [&](double azimuth_rad, const Eigen::Vector3d& colour) {
+      addSpot(&expected, test::spotOfLight(config, {1.0, -0.03}, azimuth_rad,
+                                           peak * colour[channel] / colour.maxCoeff()));
+    };
+    add(0.7, kAmber);
+    add(-2.0, kBlue);
+    channels.push_back(test::expose(expected, config.sensor, &random));
+  }
+  cv::Mat bgr;
+  cv::merge(channels, bgr);
+  return bgr;
+}
+
+cv::Mat greyOf(const cv::Mat& bgr) {
+  cv::Mat grey;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+std::vector<Detection> lightsIn(const DetectorConfig& config, const cv::Mat& grey) {
+  return LightDetector(config).detect(grey).lights;
+}
+
+const Eigen::Vector3d& colourAt(double azimuth_rad) { return azimuth_rad > 0.0 ? kAmber : kBlue; }
+
+TEST(ColourIdentifier, MeasuresTheRatiosOfTheLightOverItsBackground) {
+  const DetectorConfig config = test::defaultDetector();
+  const cv::Mat bgr = imageOfTwo(config, 200.0);
+  const std::vector<Detection> lights = lightsIn(config, greyOf(bgr));
+  ASSERT_EQ(lights.size(), 2u);
+  const auto colours = coloursOf(bgr, lights, config);
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const Eigen::Vector3d& colour = colourAt(lights[i].bearing.azimuth_rad);
+    ASSERT_TRUE(colours[i]);
+    // Some 180 pixels of 2 levels' noise on 200: a part is known to 0.001, the background's median
+    // to 0.2 levels.
+    EXPECT_LT((*colours[i] - colour / colour.sum()).norm(), 0.005);
+  }
+}
+
+TEST(ColourIdentifier, FullPixelsAreLeftOut) {
+  const DetectorConfig config = test::defaultDetector();
+  const cv::Mat bgr = imageOfTwo(config, 300.0);
+  const std::vector<Detection> lights = lightsIn(config, greyOf(bgr));
+  ASSERT_EQ(lights.size(), 2u);
+  const auto colours = coloursOf(bgr, lights, config);
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    ASSERT_TRUE(colours[i]);  // by the rim, whose pixels are lit in part
+    const Eigen::Vector3d& colour = colourAt(lights[i].bearing.azimuth_rad);
+    EXPECT_LT((*colours[i] - colour / colour.sum()).norm(), 0.02);
+  }
+}
+
+TEST(ColourIdentifier, NamesTheLightsByTheirColours) {
+  const DetectorConfig config = test::defaultDetector();
+  const cv::Mat bgr = imageOfTwo(config, 200.0);
+  const std::vector<Detection> lights = lightsIn(config, greyOf(bgr));
+  BearingSet set;
+  for (const Detection& light : lights) set.candidates.push_back(light.bearing);
+  identifyByColour(amberAndBlue(), coloursOf(bgr, lights, config), &set);
+  ASSERT_EQ(set.candidates.size(), 2u);
+  for (const Bearing& candidate : set.candidates) {
+    EXPECT_EQ(candidate.light_id, candidate.azimuth_rad > 0.0 ? 3 : 5);
+    EXPECT_GT(candidate.quality, 0.5);
+  }
+}
+
+TEST(ColourIdentifier, WhatHasAnotherColourOrNoneIsNotTheLight) {
+  BearingSet set;
+  set.candidates.resize(3);
+  const ColourParts grey(1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0);
+  const ColourParts amber = kAmber / kAmber.sum();
+  const ColourParts nearly_amber = amber + ColourParts(0.06, -0.06, 0.0);
+  identifyByColour(amberAndBlue(), {grey, std::nullopt, nearly_amber}, &set);
+  EXPECT_EQ(set.candidates[0].light_id, kUnknownLight);
+  EXPECT_EQ(set.candidates[0].quality, 0.0);
+  EXPECT_EQ(set.candidates[1].light_id, kUnknownLight);
+  EXPECT_EQ(set.candidates[1].quality, 0.0);
+  EXPECT_EQ(set.candidates[2].light_id, 3);
+  EXPECT_EQ(set.candidates[2].quality, 1.0);
+  EXPECT_THROW(identifyByColour(amberAndBlue(), {}, &set), std::invalid_argument);
+}
+
+TEST(ColourIdentifier, ADarkOrAFullSpotHasNoColour) {
+  const DetectorConfig config = test::defaultDetector();
+  LightEllipse spot;
+  spot.centre_px = {450.0, 240.0};
+  spot.radial_variance_px2 = 25.0;
+  spot.tangential_variance_px2 = 8.0;
+  for (int level : {20, 255}) {
+    const cv::Mat flat(480, 640, CV_8UC3, cv::Scalar::all(level));
+    EXPECT_FALSE(colourOf(flat, spot, {319.5, 239.5}, 255.0)) << level;
+  }
+}
+
+TEST(ColourIdentifier, ValidateNamesEveryWrongValue) {
+  EXPECT_TRUE(amberAndBlue().validate().empty());
+  ColourConfig config;
+  config.use = true;
+  EXPECT_EQ(config.validate().size(), 1u);
+  config.lights = {{-1, kAmber}, {1, Eigen::Vector3d::Zero()}, {2, {1.0, -0.1, 0.0}}};
+  config.tolerance = 2.0;
+  EXPECT_EQ(config.validate().size(), 4u);
+}
+
+}  // namespace
+}  // namespace bearing_calibration
