@@ -20,8 +20,8 @@ constexpr double kGaussianWindow = 3.2;
 constexpr double kMargin_px = 1.0;
 // A disc has an inside when it is some pixels wide.
 constexpr double kLeastDiscStddev_px = 1.5;
-// By which the centre is off where a bright area beside the light was taken away: 0.02 to 0.16 px in
-// cluttered scenes (doc/detection.md), 0.8 px where the area covers a pixel of the light's rim.
+// By which the centre is off where a bright area beside the light was taken away: 0.02 to 0.16 px
+// in cluttered scenes (doc/detection.md), 0.8 px where the area covers a pixel of the light's rim.
 constexpr double kOpened_px = 0.3;
 // Just outside the disc: if the mask cuts there, it cuts the light.
 constexpr double kOutline = 2.1;
@@ -127,6 +127,7 @@ const DetectionResult& LightDetector::detect(const cv::Mat& image,
   }
   result_.in_region = true;
   result_.opened = false;
+  opened_is_of_image_ = false;
   if (region && region->place && config_.gates.mirror) {
     mask_.clipToBox(boxAround(*region->place), &region_);
     scan(*searched, image, region_);
@@ -135,23 +136,29 @@ const DetectionResult& LightDetector::detect(const cv::Mat& image,
   if (region) {
     mask_.clipToSector(region->sector, &region_);
     scan(*searched, image, region_);
+    if (result_.lights.empty()) searchBesideBrightAreas(*searched, image, region_);
     if (!result_.lights.empty()) return result_;
   }
   result_.in_region = false;
   scan(*searched, image, mask_.intervals());
-  if (result_.lights.empty() && config_.gates.mirror) searchBesideBrightAreas(*searched, image);
+  if (result_.lights.empty()) searchBesideBrightAreas(*searched, image, mask_.intervals());
   return result_;
 }
 
 /// A light that touches a window is no spot of its own at any threshold. An opening keeps what is
 /// wider than a light; less that, the light stands alone. Where that shows none either, the result
 /// is that of the image itself.
-void LightDetector::searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp) {
+void LightDetector::searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp,
+                                            const std::vector<PixelInterval>& intervals) {
+  if (!config_.gates.mirror) return;
   std::swap(result_, other_result_);
-  cv::morphologyEx(image, opened_, cv::MORPH_TOPHAT, wider_than_a_light_);
-  result_.in_region = false;
+  if (!opened_is_of_image_) {
+    cv::morphologyEx(image, opened_, cv::MORPH_TOPHAT, wider_than_a_light_);
+    opened_is_of_image_ = true;
+  }
+  result_.in_region = other_result_.in_region;
   result_.opened = true;
-  scan(opened_, sharp, mask_.intervals());
+  scan(opened_, sharp, intervals);
   if (result_.lights.empty()) std::swap(result_, other_result_);
 }
 

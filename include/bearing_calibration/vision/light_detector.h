@@ -65,7 +65,8 @@ class LightDetector {
 
  private:
   void requireImage(const cv::Mat& image) const;
-  void searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp);
+  void searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp,
+                               const std::vector<PixelInterval>& intervals);
   void scan(const cv::Mat& image, const cv::Mat& sharp,
             const std::vector<PixelInterval>& intervals);
   void examine(const cv::Mat& image, const cv::Mat& sharp, const std::vector<Blob>& blobs,
@@ -88,6 +89,7 @@ class LightDetector {
   cv::Mat defocused_;
   cv::Mat wider_than_a_light_;  ///< element of the opening
   cv::Mat opened_;
+  bool opened_is_of_image_ = false;
   DetectionResult result_;
   DetectionResult other_result_;
 };
