@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tools/command_line.h"
+#include "tools/lights_case.h"
 #include "tools/monte_carlo_bars.h"
 #include "tools/monte_carlo_table.h"
 #include "tools/monte_carlo_trials.h"
@@ -37,6 +38,8 @@ struct Arguments {
   double correlation = 0.0;
   int slips = 0;
   double occlusion = 0.0;
+  int lights = 1;
+  bool unidentified = false;
   ImperfectRobot imperfect;
   double light_height_m = 0.0;
   double elevation_stddev_deg = 0.0;
@@ -73,6 +76,9 @@ options::options_description describeOptions(Arguments* arguments) {
   add("slips", options::value(&arguments->slips)->default_value(0), "of a wheel in each run");
   add("occlusion", options::value(&arguments->occlusion)->default_value(0.0),
       "share of the run without light");
+  add("lights", options::value(&arguments->lights)->default_value(1), "that share the mount");
+  add("unidentified", options::bool_switch(&arguments->unidentified),
+      "nobody says which of several lights is which");
   ImperfectRobot& robot = arguments->imperfect;
   add("errors", "look for time offset, wheel scales and separation");
   add("offset", options::value(&robot.time_offset_s)->default_value(0.0),
@@ -138,6 +144,10 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   simulated.robot.sensor.correlation = arguments.correlation;
   simulated.robot.sensor.elevation_stddev_rad = radiansFromDegrees(arguments.elevation_stddev_deg);
   simulated.lights.front().height_m = arguments.light_height_m;
+  if (arguments.lights > 1) {
+    addLights(simulated, arguments.lights, seed);
+    simulated.robot.sensor.identifies_lights = !arguments.unidentified;
+  }
   addSlips(simulated, arguments.slips, seed);
   addOcclusions(simulated, arguments.occlusion, seed);
   makeImperfect(simulated, arguments.imperfect, seed);

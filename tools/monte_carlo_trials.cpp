@@ -7,6 +7,7 @@
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/calibration/initializer.h"
 #include "tools/default_calibration.h"
+#include "tools/lights_case.h"
 
 namespace bearing_calibration {
 namespace {
@@ -54,18 +55,24 @@ void fillRobotErrors(const ErrorEstimate& estimate, const ErrorVector& truth, Sn
   snapshot.robot_stddev = estimate.covariance.diagonal().cwiseSqrt();
 }
 
-void fillBound(const SimulatedCase& simulated, const SightRun& run, std::size_t count,
-               const Targets& targets, Snapshot& snapshot) {
-  const ErrorPriors& looked_for = simulated.looked_for;
-  const ErrorVector errors = trueErrors(simulated);
+/// Covariance at the first `count` sights that no estimator can beat.
+Matrix5 boundOf(const SimulatedCase& simulated, const SightRun& run, std::size_t count) {
+  if (simulated.lights.size() > 1) {
+    return lightsBound(simulated, run, count).cartesian.covariance;
+  }
   const std::vector<Sight> sights(run.sights.begin(),
                                   run.sights.begin() + static_cast<std::ptrdiff_t>(count));
   std::vector<Eigen::Vector2d> lights;
   for (std::size_t i = 0; i < count; ++i) lights.push_back(run.truth[i].head<2>());
-  const Vector5& truth = run.truth[count - 1];
-  snapshot.bound = cramerRaoBoundWithErrors(sights, lights, truth.tail<3>(), errors, looked_for)
-                       .cartesian.covariance;
+  return cramerRaoBoundWithErrors(sights, lights, run.truth[count - 1].tail<3>(),
+                                  trueErrors(simulated), simulated.looked_for)
+      .cartesian.covariance;
+}
 
+void fillBound(const SimulatedCase& simulated, const SightRun& run, std::size_t count,
+               const Targets& targets, Snapshot& snapshot) {
+  snapshot.bound = boundOf(simulated, run, count);
+  const Vector5& truth = run.truth[count - 1];
   const Eigen::Vector2d p = truth.segment<2>(CartesianIndex::kSensorX);
   const double rho = p.norm();
   Eigen::Matrix3d J_polar_mount = Eigen::Matrix3d::Zero();  // (phi, rho, psi) by (x, y, yaw)
@@ -92,6 +99,33 @@ void noteClaim(const Snapshot& snapshot, Trial& trial) {
   if (!snapshot.claims) return;
   trial.ever_claimed = true;
   trial.worst_claim = std::max(trial.worst_claim, snapshot.mountChiSquare());
+}
+
+/// The batch over several lights, begun at the truth as the one over a single light is.
+Trial tryLightsBatch(const SimulatedCase& simulated, const std::vector<double>& times_s) {
+  const SightRun run = simulate(simulated);
+  BatchConfig config;
+  config.errors = simulated.looked_for;
+  constexpr Targets kAny{1e3, 1e3, 0.0};
+  Trial trial;
+  for (double time_s : times_s) {
+    const std::size_t count = sightsUntil(run, time_s);
+    const std::vector<LightsImage> images = imagesOf(run, count);
+    const LightsStart start = startAtTruth(simulated, run, images);
+    Snapshot snapshot;
+    snapshot.time_s = time_s;
+    LightsFit fit;
+    snapshot.milliseconds = millisecondsOf([&] { fit = fitLights(images, start, config); });
+    snapshot.claims = fit.settled;
+    snapshot.words = fit.settled ? "converged" : "not settled";
+    fillBound(simulated, run, count, kAny, snapshot);
+    const RobotEstimate robot = fit.last.robot(0);
+    fillErrors(robot.cartesian, run.truth[count - 1], snapshot);
+    fillRobotErrors(robot.errors, trueErrors(simulated), snapshot);
+    noteClaim(snapshot, trial);
+    trial.snapshots.push_back(snapshot);
+  }
+  return trial;
 }
 
 }  // namespace
@@ -138,6 +172,7 @@ Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& 
 }
 
 Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_s) {
+  if (simulated.lights.size() > 1) return tryLightsBatch(simulated, times_s);
   const SightRun run = simulate(simulated);
   BatchConfig config;
   config.errors = simulated.looked_for;

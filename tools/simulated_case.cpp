@@ -1,11 +1,11 @@
 #include "tools/simulated_case.h"
 
 #include <cmath>
-#include <random>
 #include <utility>
 
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
+#include "tools/draws.h"
 
 namespace bearing_calibration {
 namespace {
@@ -25,33 +25,6 @@ RobotConfig paperRobot(std::uint64_t seed) {
   robot.sensor.stddev_rad = radiansFromDegrees(1.0);
   robot.seed = seed;
   return robot;
-}
-
-/// Draws of their own for what a case is, apart from the noise of the run of the same seed.
-class Draws {
- public:
-  enum class Purpose : std::uint32_t { kCase, kSlips, kErrors, kOcclusions };
-  Draws(std::uint64_t seed, Purpose purpose) : engine_(engineFor(seed, purpose)) {}
-
-  double between(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine_);
-  }
-  double angle() { return between(-kPi, kPi); }
-  bool coin() { return between(0.0, 1.0) < 0.5; }
-  double gaussian(double stddev) {
-    return stddev * std::normal_distribution<double>(0.0, 1.0)(engine_);
-  }
-
- private:
-  static std::mt19937_64 engineFor(std::uint64_t seed, Purpose purpose) {
-    std::seed_seq words{static_cast<std::uint64_t>(purpose), seed};
-    return std::mt19937_64(words);
-  }
-  std::mt19937_64 engine_;
-};
-
-Eigen::Vector2d polar(double distance_m, double direction_rad) {
-  return distance_m * Eigen::Vector2d(std::cos(direction_rad), std::sin(direction_rad));
 }
 
 }  // namespace

@@ -12,11 +12,6 @@
 namespace bearing_calibration {
 namespace {
 
-/// What a slipping wheel may do between two sights: wider than any slip, so that nothing of the
-/// motion is believed.
-constexpr double kSlipPositionStddev_m = 0.3;
-constexpr double kSlipYawStddev_rad = 0.5;
-
 /// Variance of Huber's bounded pull over that of an ordinary bearing's, for a sight that is mostly
 /// doubted: its square at 2 standard deviations where a fifth of all sights are outliers.
 constexpr double kDoubtfulPull = 1.6;
@@ -74,11 +69,7 @@ LinearMotion<K> lineariseMotion(const Sight& sight, bool slipped, const PathPoin
       -perpendicular(Eigen::Vector2d(point.state.head<2>()));
   motion.J_light_errors = motion.J_light_error * corrected.J_pose_errors;
   motion.covariance = sight.motion.covariance;
-  if (slipped) {
-    motion.covariance.diagonal() +=
-        Eigen::Vector3d(kSlipPositionStddev_m, kSlipPositionStddev_m, kSlipYawStddev_rad)
-            .cwiseAbs2();
-  }
+  if (slipped) motion.covariance += slipCovariance();
   return motion;
 }
 
@@ -323,6 +314,14 @@ void Smoother<K>::goBackward() {
 }
 
 }  // namespace
+
+Eigen::Matrix3d slipCovariance() {
+  constexpr double kPositionStddev_m = 0.3;
+  constexpr double kYawStddev_rad = 0.5;
+  return Eigen::Vector3d(kPositionStddev_m, kPositionStddev_m, kYawStddev_rad)
+      .cwiseAbs2()
+      .asDiagonal();
+}
 
 SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
                     const RecordPath& path, const SmootherPrior& prior, const ErrorPriors& errors) {

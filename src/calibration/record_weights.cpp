@@ -11,9 +11,6 @@ namespace {
 /// Rejections may change so often before they are frozen: sights at the very limit could go in and
 /// out for ever.
 constexpr int kMaxRejectionRounds = 6;
-/// A slip lasts: what is found is its most telling moment, and motions this near are not believed
-/// either.
-constexpr Duration kSlipReach = std::chrono::milliseconds(250);
 /// An elevation beyond so many standard deviations counts linearly to the end of the fit: it stands
 /// or falls with its bearing, and has no other gate.
 constexpr double kElevationHuberSigmas = 2.5;
@@ -59,6 +56,10 @@ class LagCorrelation {
 };
 
 }  // namespace
+
+double wideningFor(double bearing_correlation) {
+  return (1.0 + bearing_correlation) / (1.0 - bearing_correlation);
+}
 
 RecordWeights::RecordWeights(const std::vector<Sight>& sights,
                              const std::vector<bool>& is_plausible, const BatchConfig& config,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bearing_calibration/calibration/lights_record.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -32,39 +33,44 @@ std::vector<std::string> SightRecordConfig::validate() const {
   return require.errors();
 }
 
-SightRecord::SightRecord(const SightRecordConfig& config) : config_(validated(config)) {
-  sights_.reserve(config_.capacity + 1);
+template <class Entry>
+ThinnedRecord<Entry>::ThinnedRecord(const SightRecordConfig& config) : config_(validated(config)) {
+  entries_.reserve(config_.capacity + 1);
 }
 
-void SightRecord::clear() {
-  sights_.clear();
+template <class Entry>
+void ThinnedRecord<Entry>::clear() {
+  entries_.clear();
   repetitions_ = 0;
 }
 
-bool SightRecord::isRepetition(const Sight& sight) const {
-  return sight.motion.distance_m < config_.still_distance_m &&
-         sight.motion.rotation_rad < config_.still_turn_rad;
+template <class Entry>
+bool ThinnedRecord<Entry>::isRepetition(const Entry& entry) const {
+  return entry.motion.distance_m < config_.still_distance_m &&
+         entry.motion.rotation_rad < config_.still_turn_rad;
 }
 
-void SightRecord::removeInner(std::size_t index) {
-  Sight& next = sights_[index + 1];
-  next.motion = append(sights_[index].motion, next.motion);
-  sights_.erase(sights_.begin() + static_cast<std::ptrdiff_t>(index));
+template <class Entry>
+void ThinnedRecord<Entry>::removeInner(std::size_t index) {
+  Entry& next = entries_[index + 1];
+  next.motion = append(entries_[index].motion, next.motion);
+  entries_.erase(entries_.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
-void SightRecord::add(const Sight& sight) {
-  sights_.push_back(sight);
-  repetitions_ = isRepetition(sight) && sights_.size() > 1 ? repetitions_ + 1 : 0;
+template <class Entry>
+void ThinnedRecord<Entry>::add(const Entry& entry) {
+  entries_.push_back(entry);
+  repetitions_ = isRepetition(entry) && entries_.size() > 1 ? repetitions_ + 1 : 0;
   if (repetitions_ > config_.repetitions) {
-    removeInner(sights_.size() - 2);
-    repetitions_ = isRepetition(sights_.back()) ? repetitions_ - 1 : 0;
+    removeInner(entries_.size() - 2);
+    repetitions_ = isRepetition(entries_.back()) ? repetitions_ - 1 : 0;
   }
-  if (sights_.size() <= config_.capacity) return;
+  if (entries_.size() <= config_.capacity) return;
 
   std::size_t least = 1;
-  double least_importance = importance(sights_[1].motion) + importance(sights_[2].motion);
-  for (std::size_t i = 2; i + 1 < sights_.size(); ++i) {
-    const double candidate = importance(sights_[i].motion) + importance(sights_[i + 1].motion);
+  double least_importance = importance(entries_[1].motion) + importance(entries_[2].motion);
+  for (std::size_t i = 2; i + 1 < entries_.size(); ++i) {
+    const double candidate = importance(entries_[i].motion) + importance(entries_[i + 1].motion);
     if (candidate < least_importance) {
       least = i;
       least_importance = candidate;
@@ -72,5 +78,8 @@ void SightRecord::add(const Sight& sight) {
   }
   removeInner(least);
 }
+
+template class ThinnedRecord<Sight>;
+template class ThinnedRecord<LightsImage>;
 
 }  // namespace bearing_calibration

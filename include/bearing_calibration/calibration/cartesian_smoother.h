@@ -62,6 +62,10 @@ struct SmootherPrior {
 };
 inline constexpr SmootherPrior kFreePass{100.0, 100.0};
 
+/// What a slipping wheel may do between two sights (x, y, yaw): wider than any slip, so that nothing
+/// of the motion is believed.
+Eigen::Matrix3d slipCovariance();
+
 /// Kalman filter forward, disturbance smoother (modified Bryson-Frazier) backward; its disturbances
 /// are the test statistics for slips and outliers (de Jong and Penzer 1998). Bearings and motions
 /// are linearised about `path`, the motions with their errors: to leave those out would reward a

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <vector>
 
@@ -7,6 +8,13 @@
 #include "bearing_calibration/calibration/cartesian_smoother.h"
 
 namespace bearing_calibration {
+
+/// A slip lasts: what is found is its most telling moment, and motions this near are not believed
+/// either.
+inline constexpr Duration kSlipReach = std::chrono::milliseconds(250);
+
+/// n bearings whose noise is a first-order autoregression are worth this times fewer white ones.
+double wideningFor(double bearing_correlation);
 
 /// How much each bearing and each motion of a record is believed, while a batch fit goes on:
 /// Huber's weights first, plain ones without the outliers at the end; motions that slipped;

@@ -20,28 +20,40 @@ struct SightRecordConfig {
   std::vector<std::string> validate() const;
 };
 
-/// A bounded record of sights that forgets motion last: a standing robot costs no room, and when
-/// the room is used up, the sight with the least motion around it gives way, its motion carried on.
-/// So an endless record is kept whole, only more coarsely.
-class SightRecord {
+/// A bounded record that forgets motion last: a standing robot costs no room, and when the room is
+/// used up, the entry with the least motion around it gives way, its motion carried on. So an
+/// endless record is kept whole, only more coarsely. An entry has its `motion` since the one before
+/// it; instances are made in the source file.
+template <class Entry>
+class ThinnedRecord {
  public:
   /// @throws std::invalid_argument with every sentence of config.validate().
-  explicit SightRecord(const SightRecordConfig& config);
+  explicit ThinnedRecord(const SightRecordConfig& config);
 
-  void add(const Sight& sight);
+  void add(const Entry& entry);
   void clear();
 
   /// In the order of time, the last one added always at the end; the motion of each is since the
   /// one before it in this list.
-  const std::vector<Sight>& sights() const { return sights_; }
+  const std::vector<Entry>& entries() const { return entries_; }
+
+ protected:
+  std::vector<Entry>& changeable() { return entries_; }
 
  private:
-  bool isRepetition(const Sight& sight) const;
+  bool isRepetition(const Entry& entry) const;
   void removeInner(std::size_t index);
 
   SightRecordConfig config_;
-  std::vector<Sight> sights_;
-  int repetitions_ = 0;  ///< sights at the end that repeat the one before them
+  std::vector<Entry> entries_;
+  int repetitions_ = 0;  ///< entries at the end that repeat the one before them
+};
+
+/// The record of one light's sights.
+class SightRecord : public ThinnedRecord<Sight> {
+ public:
+  using ThinnedRecord::ThinnedRecord;
+  const std::vector<Sight>& sights() const { return entries(); }
 };
 
 }  // namespace bearing_calibration

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "bearing_calibration/calibration/batch_estimator.h"
+#include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/filter/robot_errors.h"
+
+namespace bearing_calibration {
+
+/// What one light by itself said of the mount the last time that a fit of its record settled.
+struct OwnAnswer {
+  std::vector<Stamp> stamps;  ///< of the record's sights
+  BatchEstimate fit;          ///< over them
+  RobotEstimate average;      ///< with its rivals (see averageOverSlips), at the last sight
+  /// No part of the record says another mount than the rest, and both halves tell it.
+  bool tells_one_mount = false;
+  double motion_m = 0.0;  ///< of the record, its turns included
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,127 @@
+#include "bearing_calibration/filter/lights_state.h"
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/geometry/pose2.h"
+
+namespace bearing_calibration {
+
+Vector5 stateOf(const LightsLayout& layout, const LightsVector& state, int light) {
+  Vector5 cartesian;
+  cartesian << state.segment<2>(layout.lightAt(light)), state.head<kMountSize>();
+  return cartesian;
+}
+
+ErrorVector errorsOf(const LightsLayout& layout, const LightsVector& state) {
+  ErrorVector errors = ErrorVector::Zero();
+  errors.head(layout.errors) = state.segment(kMountSize, layout.errors);
+  return errors;
+}
+
+MountEstimate LightsEstimate::mount() const {
+  return {mean.head<kMountSize>(), covariance.topLeftCorner<kMountSize, kMountSize>()};
+}
+
+RobotEstimate LightsEstimate::robot(int light) const {
+  const int at = layout.lightAt(light);
+  const int K = layout.errors;
+  RobotEstimate robot;
+  robot.cartesian.mean = stateOf(layout, mean, light);
+  robot.cartesian.covariance << covariance.block<2, 2>(at, at),
+      covariance.block<2, kMountSize>(at, 0), covariance.block<kMountSize, 2>(0, at),
+      covariance.topLeftCorner<kMountSize, kMountSize>();
+  robot.errors.mean = errorsOf(layout, mean);
+  robot.errors.covariance.topLeftCorner(K, K) = covariance.block(kMountSize, kMountSize, K, K);
+  robot.errors.cross_covariance.topLeftCorner(2, K) = covariance.block(at, kMountSize, 2, K);
+  robot.errors.cross_covariance.bottomLeftCorner(kMountSize, K) =
+      covariance.block(0, kMountSize, kMountSize, K);
+  return robot;
+}
+
+LightsMotion lineariseMotion(const LightsLayout& layout, const LightsVector& before,
+                             const OdometryIncrement& measured, const Eigen::Vector3d& error) {
+  const CorrectedMotion<kErrorCount> corrected =
+      correctMotion<kErrorCount>(measured, errorsOf(layout, before));
+  LightsMotion motion;
+  motion.start_from_end = {corrected.start_from_end.position_m + error.head<2>(),
+                           wrapAngle(corrected.start_from_end.yaw_rad + error.z())};
+  motion.R_end_start = rotation2(-motion.start_from_end.yaw_rad);
+  motion.error = error;
+  motion.covariance = measured.covariance;
+  motion.errors_at = before.segment(kMountSize, layout.errors);
+  motion.J_lights_error.resize(2 * layout.lights, 3);
+  for (int i = 0; i < layout.lights; ++i) {
+    const Eigen::Vector2d at_end =
+        motion.R_end_start *
+        (before.segment<2>(layout.lightAt(i)) - motion.start_from_end.position_m);
+    motion.J_lights_error.block<2, 2>(2 * i, 0) = -motion.R_end_start;
+    motion.J_lights_error.block<2, 1>(2 * i, 2) = -perpendicular(at_end);
+  }
+  motion.J_lights_errors = motion.J_lights_error * corrected.J_pose_errors.leftCols(layout.errors);
+  return motion;
+}
+
+void propagate(const LightsMotion& motion, LightsEstimate* estimate) {
+  const LightsLayout& layout = estimate->layout;
+  const int at = layout.lightsAt();
+  const int size = 2 * layout.lights;
+  LightsVector& mean = estimate->mean;
+  LightsMatrix& P = estimate->covariance;
+  for (int i = 0; i < layout.lights; ++i) {
+    const int light = layout.lightAt(i);
+    mean.segment<2>(light) =
+        (motion.R_end_start * (mean.segment<2>(light) - motion.start_from_end.position_m)).eval();
+    P.middleRows<2>(light) = (motion.R_end_start * P.middleRows<2>(light)).eval();
+  }
+  mean.tail(size).noalias() -= motion.J_lights_error * motion.error;
+  if (layout.errors > 0) {
+    const LightsVector change = mean.segment(kMountSize, layout.errors) - motion.errors_at;
+    mean.tail(size).noalias() += motion.J_lights_errors * change;
+    P.bottomRows(size).noalias() +=
+        motion.J_lights_errors * P.middleRows(kMountSize, layout.errors);
+  }
+  for (int i = 0; i < layout.lights; ++i) {
+    const int light = layout.lightAt(i);
+    P.middleCols<2>(light) = (P.middleCols<2>(light) * motion.R_end_start.transpose()).eval();
+  }
+  if (layout.errors > 0) {
+    P.rightCols(size).noalias() +=
+        P.middleCols(kMountSize, layout.errors) * motion.J_lights_errors.transpose();
+  }
+  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3> J_noise =
+      motion.J_lights_error * motion.covariance;
+  P.block(at, at, size, size).noalias() += J_noise * motion.J_lights_error.transpose();
+}
+
+LightsAzimuth expectAzimuth(const LightsLayout& layout, const LightsVector& state, int light,
+                            const TravelNearby& nearby) {
+  return withErrorsInUse(layout.errors, [&](auto size) {
+    constexpr int K = size.value;
+    const SightModel<K> model =
+        expectSight<K>(stateOf(layout, state, light), errorsOf(layout, state), nearby);
+    LightsAzimuth azimuth{model.azimuth_rad, LightsRow::Zero(layout.size())};
+    azimuth.J_azimuth_state.head<kMountSize>() =
+        model.J_azimuth_state.template segment<kMountSize>(CartesianIndex::kSensorX);
+    azimuth.J_azimuth_state.segment(kMountSize, K) = model.J_azimuth_state.template tail<K>();
+    azimuth.J_azimuth_state.segment<2>(layout.lightAt(light)) =
+        model.J_azimuth_state.template head<2>();
+    return azimuth;
+  });
+}
+
+LightsUpdate updateByAzimuth(const LightsVector& about, int light, double azimuth_rad,
+                             double azimuth_variance_rad2, const TravelNearby& nearby,
+                             LightsEstimate* estimate) {
+  const LightsAzimuth expected = expectAzimuth(estimate->layout, about, light, nearby);
+  LightsUpdate update;
+  update.H = expected.J_azimuth_state;
+  update.innovation = wrapAngle(azimuth_rad - expected.azimuth_rad) -
+                      update.H.dot((estimate->mean - about).transpose());
+  const LightsVector PHt = estimate->covariance * update.H.transpose();
+  update.innovation_variance = update.H.dot(PHt.transpose()) + azimuth_variance_rad2;
+  update.gain = PHt / update.innovation_variance;
+  estimate->mean += update.gain * update.innovation;
+  estimate->covariance.noalias() -= update.gain * PHt.transpose();
+  return update;
+}
+
+}  // namespace bearing_calibration

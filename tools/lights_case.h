@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+#include "bearing_calibration/calibration/lights_fit.h"
+#include "bearing_calibration/calibration/lights_record.h"
+#include "tools/simulated_case.h"
+
+namespace bearing_calibration {
+
+/// Adds lights until there are `count`: in random directions from where the base starts, as far
+/// from it as the first one is, give or take a quarter.
+void addLights(SimulatedCase& simulated, int count, std::uint64_t seed);
+
+/// The first `count` images of a run that show any light, each light by its number.
+std::vector<LightsImage> imagesOf(const SightRun& run, std::size_t count);
+
+/// A fit of these images that begins at the truth: where it ends is what all others are held to.
+LightsStart startAtTruth(const SimulatedCase& simulated, const SightRun& run,
+                         const std::vector<LightsImage>& images);
+
+/// Covariance of the first light with mount and errors that no unbiased estimator can beat (see
+/// cramerRaoBound()).
+RobotEstimate lightsBound(const SimulatedCase& simulated, const SightRun& run, std::size_t count);
+
+}  // namespace bearing_calibration
