@@ -1,5 +1,7 @@
 #include "tools/lights_case.h"
 
+#include <algorithm>
+
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
@@ -19,8 +21,7 @@ std::vector<Eigen::Vector3d> trueMotionErrors(const SimulatedCase& simulated, co
   std::vector<Eigen::Vector3d> motion_errors(images.size(), Eigen::Vector3d::Zero());
   for (std::size_t i = 1; i < images.size(); ++i) {
     const Pose2 motion = run.world_from_base[i - 1].inverse() * run.world_from_base[i];
-    const Pose2 measured =
-        correctMotion<kErrorCount>(images[i].motion, errors).start_from_end;
+    const Pose2 measured = correctMotion<kErrorCount>(images[i].motion, errors).start_from_end;
     motion_errors[i] << motion.position_m - measured.position_m,
         wrapAngle(motion.yaw_rad - measured.yaw_rad);
   }
@@ -32,12 +33,24 @@ std::vector<Eigen::Vector3d> trueMotionErrors(const SimulatedCase& simulated, co
 void addLights(SimulatedCase& simulated, int count, std::uint64_t seed) {
   constexpr double kNearest = 0.75;  // of the first one's distance
   constexpr double kFarthest = 1.25;
+  constexpr double kGivingIn = 0.95;    // where the way is all around
+  constexpr double kClearance_m = 0.5;  // a robot does not drive through a lamp
   Draws draws(seed, Draws::Purpose::kLights);
   const Eigen::Vector2d start = simulated.robot.world_from_start.position_m;
   const double distance_m = (simulated.lights.front().position_m - start).norm();
+  double clearance_m = std::min(kClearance_m, 0.5 * distance_m);
+  const std::vector<Pose2> path = simulate(simulated).world_from_base;
   while (static_cast<int>(simulated.lights.size()) < count) {
     const double far_m = distance_m * draws.between(kNearest, kFarthest);
-    simulated.lights.push_back(Light{start + polar(far_m, draws.angle())});
+    const Eigen::Vector2d place = start + polar(far_m, draws.angle());
+    const bool is_free = std::none_of(path.begin(), path.end(), [&](const Pose2& base) {
+      return (base.position_m - place).norm() < clearance_m;
+    });
+    if (is_free) {
+      simulated.lights.push_back(Light{place});
+    } else {
+      clearance_m *= kGivingIn;
+    }
   }
 }
 

@@ -9,7 +9,7 @@
 namespace bearing_calibration {
 
 /// Adds lights until there are `count`: in random directions from where the base starts, as far
-/// from it as the first one is, give or take a quarter.
+/// from it as the first one is, give or take a quarter, and not in its way.
 void addLights(SimulatedCase& simulated, int count, std::uint64_t seed);
 
 /// The first `count` images of a run that show any light, each light by its number.

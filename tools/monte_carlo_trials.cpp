@@ -206,6 +206,7 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
   const EncoderConfig& encoders = simulated.robot.encoders;
   CalibratorConfig config = defaultCalibration(encoders.drive, encoders.noise);
   config.initializer.batch.errors = simulated.looked_for;
+  config.lights.most = static_cast<int>(simulated.lights.size());
   const Targets targets{config.converged.position_stddev_m, config.converged.yaw_stddev_rad, 0.0};
   constexpr double kAskEvery_s = 1.0;
   Calibrator calibrator(config);

@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/calibration/bearing_input.h"
 #include "bearing_calibration/calibration/bearing_queue.h"
-#include "bearing_calibration/calibration/mount_calibration.h"
+#include "bearing_calibration/calibration/several_lights.h"
 #include "bearing_calibration/common/validated.h"
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
@@ -168,7 +168,7 @@ class Calibrator::Impl {
   WheelOdometer odometer_;
   OdometryTrack track_;
   BearingQueue queue_;
-  MountCalibration calibration_;
+  SeveralLights calibration_;
   std::optional<WheelTravel> last_travel_;
   std::optional<Stamp> last_fused_;  ///< on the encoders' clock
   Pose2 start_from_fused_;           ///< the base at that moment, in its frame at the first one

@@ -2,6 +2,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/filter/lights_state.h"
 
 namespace bearing_calibration {
 
@@ -50,6 +51,14 @@ std::vector<std::string> ConvergenceConfig::validate() const {
   return require.errors();
 }
 
+std::vector<std::string> LightsConfig::validate() const {
+  Requirements require;
+  require.that(most >= 1 && most <= kMostLights, "lights/most must be 1 to " +
+                                                     std::to_string(kMostLights) + ", but is " +
+                                                     std::to_string(most));
+  return require.errors();
+}
+
 std::vector<std::string> CalibratorConfig::validate() const {
   Requirements require;
   require.add(drive.validate());
@@ -61,6 +70,7 @@ std::vector<std::string> CalibratorConfig::validate() const {
   require.add(initializer.validate());
   require.add(filter.validate());
   require.add(converged.validate());
+  require.add(lights.validate());
   require.notNegative("refit_growth", refit_growth);
   return require.errors();
 }

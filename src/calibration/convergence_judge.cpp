@@ -26,9 +26,6 @@ constexpr double kBlock_m = 10.0;
 /// A knock looks like a slip at first, and is given up as one. So a jump there is more likely, and
 /// there are few of them: about so many independent looks at one, as the record grows.
 constexpr double kIndependentJumpsAtSlip = 10.0;
-/// The first verdict is given when nothing has spoken against it over so much motion, which is a
-/// straight metre and a turn: on a record of a few seconds the covariance is least certain.
-constexpr double kHeldOver_m = 3.0;
 constexpr int kMountDegrees = 3;
 
 template <class... Numbers>
@@ -75,12 +72,6 @@ double motionTo(const Sight& sight) {
   return sight.motion.distance_m + kLever_m * sight.motion.rotation_rad;
 }
 
-double motionOf(const std::vector<Sight>& record) {
-  double motion_m = 0.0;
-  for (const Sight& sight : record) motion_m += motionTo(sight);
-  return motion_m;
-}
-
 /// Index of the first sight after half of the record's motion.
 std::size_t middleByMotion(const std::vector<Sight>& record) {
   double rest_m = 0.5 * motionOf(record);
@@ -89,12 +80,35 @@ std::size_t middleByMotion(const std::vector<Sight>& record) {
   return middle;
 }
 
+/// Whether both halves of the record tell all of the mount.
+bool bothHalvesTell(const std::vector<Sight>& record, const BatchEstimate& settled) {
+  return testJump(settled.mount_jumps[middleByMotion(record)]).directions >= kMountDegrees;
+}
+
 /// Mean of so many NIS that a consistent filter does not exceed.
 double largestNisMean(int count) {
   return std::max(kLargestNisMean, chiSquareQuantile(1.0 - kNisFalseAlarm, count) / count);
 }
 
 }  // namespace
+
+double motionOf(const std::vector<Sight>& record) {
+  double motion_m = 0.0;
+  for (const Sight& sight : record) motion_m += motionTo(sight);
+  return motion_m;
+}
+
+bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config) {
+  const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
+  return stddev.x() <= config.position_stddev_m && stddev.y() <= config.position_stddev_m &&
+         stddev.z() <= config.yaw_stddev_rad;
+}
+
+bool tellsOneMount(const MountTracker& tracker, const std::vector<Sight>& record,
+                   const BatchEstimate& settled) {
+  return !tracker.isSearching() && !findJump(settled, wayOf(record)) &&
+         bothHalvesTell(record, settled);
+}
 
 ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config) : config_(config) {}
 
@@ -131,7 +145,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vecto
     knock_ = sayKnock(*jump);
     return *knock_;
   }
-  if (!meetsTargets(mountFromCartesian(estimate))) return stillConverging(estimate);
+  if (!meetsTargets(mountFromCartesian(estimate), config_)) return stillConverging(estimate);
   if (jump) {
     return {CalibrationState::kInconsistent,
             "two parts of the drive give different mounts: check the latency and the wheels' "
@@ -141,7 +155,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vecto
     return {CalibrationState::kConverging,
             "known well enough, but the light was lost: drive on until it is seen again"};
   }
-  if (testJump(settled->mount_jumps[middleByMotion(record)]).directions < kMountDegrees) {
+  if (!bothHalvesTell(record, *settled)) {
     return {CalibrationState::kConverging,
             "known well enough, but not yet confirmed: drive straight and turn once more"};
   }
@@ -172,12 +186,6 @@ Judgement ConvergenceJudge::sayKnock(const JumpTest& jump) {
                  "call ~reset to calibrate anew",
                  jump.jump.head<2>().norm(), degreesFromRadians(jump.jump.z())),
           true};
-}
-
-bool ConvergenceJudge::meetsTargets(const MountEstimate& mount) const {
-  const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
-  return stddev.x() <= config_.position_stddev_m && stddev.y() <= config_.position_stddev_m &&
-         stddev.z() <= config_.yaw_stddev_rad;
 }
 
 Judgement ConvergenceJudge::stillConverging(const CartesianEstimate& estimate) const {

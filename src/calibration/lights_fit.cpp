@@ -80,8 +80,8 @@ LightsWeights weightsFrom(const std::vector<LightsImage>& images,
     for (std::size_t i = 0; i < images.size(); ++i) {
       const auto is_before = [&](std::size_t at) { return answer.stamps[at] < images[i].stamp; };
       while (rejected != answer.fit.rejected.end() && is_before(*rejected)) ++rejected;
-      const bool is_rejected = rejected != answer.fit.rejected.end() &&
-                               answer.stamps[*rejected] == images[i].stamp;
+      const bool is_rejected =
+          rejected != answer.fit.rejected.end() && answer.stamps[*rejected] == images[i].stamp;
       weights.images[i].use.at(light) = images[i].lights.at(light).isSeen() && !is_rejected;
     }
     for (std::size_t slip : answer.fit.slips) {

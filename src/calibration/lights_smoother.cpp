@@ -56,8 +56,8 @@ LightsEstimate LightsSmoother::nothingKnown(const ErrorPriors& errors) const {
 
 void LightsSmoother::move(std::size_t i, LightsEstimate* estimate) {
   const std::size_t before = i > 0 ? i - 1 : 0;
-  LightsMotion motion = lineariseMotion(layout_, path_.states[before], images_[i].motion,
-                                        path_.motion_errors[i]);
+  LightsMotion motion =
+      lineariseMotion(layout_, path_.states[before], images_[i].motion, path_.motion_errors[i]);
   if (weights_.images[i].slipped) motion.covariance += slipCovariance();
   forward_.push_back({motion, updates_.size()});
   if (i > 0) propagate(motion, estimate);
@@ -79,8 +79,7 @@ void LightsSmoother::goForward(const ErrorPriors& errors) {
   }
   pass_.bearings = static_cast<int>(updates_.size());
   pass_.last = estimate;
-  pass_.last.covariance =
-      (0.5 * (estimate.covariance + estimate.covariance.transpose())).eval();
+  pass_.last.covariance = (0.5 * (estimate.covariance + estimate.covariance.transpose())).eval();
 }
 
 void LightsSmoother::goBackward() {

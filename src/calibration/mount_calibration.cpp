@@ -184,6 +184,12 @@ void MountCalibration::noteSettled(const RecordStart& start) {
   settled_ = {initializer_.record().sights()[start.sight].stamp, start};
 }
 
+void MountCalibration::noteAnswer(const BatchEstimate& fit, const RobotEstimate& average) {
+  const std::vector<Sight>& sights = initializer_.record().sights();
+  answer_ = OwnAnswer{{}, fit, average, tellsOneMount(*tracker_, sights, fit), motionOf(sights)};
+  for (const Sight& sight : sights) answer_->stamps.push_back(sight.stamp);
+}
+
 bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
   return batch.converged && batch.inlierFraction() >= config_.initializer.min_inlier_fraction;
 }
@@ -204,6 +210,7 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
       tracker_->rebase(withEarlier(average.estimate), average.best.correlation);
     }
     noteSettled(surestStart(average.best));
+    if (config_.lights.most > 1) noteAnswer(average.best, average.estimate);
     settled = std::move(average.best);
   }
   judge_->judge(*tracker_, sights, settled);
@@ -243,6 +250,7 @@ void MountCalibration::startAnew() {
   started_ = false;
   judge_.reset();
   settled_.reset();
+  answer_.reset();
   initializer_.restart();
   picker_.restart();
   motion_since_sight_ = {};
@@ -285,6 +293,7 @@ void MountCalibration::describe(CalibrationResult* result) const {
                                               : CalibrationState::kInitialising;
     result->advice = adviceFor(*attempt_);
   }
+  result->lights = {{lightId(), result->state, result->cartesian_state, true, bearings_used_, ""}};
   if (result->state == CalibrationState::kInconsistent && !diagnosis_.empty()) {
     result->advice = diagnosis_;
   }

@@ -1,5 +1,7 @@
 #include "bearing_calibration/filter/lights_state.h"
 
+#include <Eigen/Cholesky>
+
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/geometry/pose2.h"
 
@@ -37,6 +39,17 @@ RobotEstimate LightsEstimate::robot(int light) const {
   return robot;
 }
 
+void fuseMount(const MountEstimate& known, LightsEstimate* estimate) {
+  using Gain = Eigen::Matrix<double, Eigen::Dynamic, kMountSize, 0, kMostLightsState, kMountSize>;
+  const Gain PHt = estimate->covariance.leftCols<kMountSize>();
+  const Eigen::Matrix3d S = PHt.topRows<kMountSize>() + known.covariance;
+  const Gain K = S.ldlt().solve(PHt.transpose()).transpose();
+  Eigen::Vector3d innovation = known.mean - estimate->mount().mean;
+  innovation.z() = wrapAngle(innovation.z());
+  estimate->mean += K * innovation;
+  estimate->covariance -= K * PHt.transpose();
+}
+
 LightsMotion lineariseMotion(const LightsLayout& layout, const LightsVector& before,
                              const OdometryIncrement& measured, const Eigen::Vector3d& error) {
   const CorrectedMotion<kErrorCount> corrected =
@@ -50,9 +63,8 @@ LightsMotion lineariseMotion(const LightsLayout& layout, const LightsVector& bef
   motion.errors_at = before.segment(kMountSize, layout.errors);
   motion.J_lights_error.resize(2 * layout.lights, 3);
   for (int i = 0; i < layout.lights; ++i) {
-    const Eigen::Vector2d at_end =
-        motion.R_end_start *
-        (before.segment<2>(layout.lightAt(i)) - motion.start_from_end.position_m);
+    const Eigen::Vector2d at_end = motion.R_end_start * (before.segment<2>(layout.lightAt(i)) -
+                                                         motion.start_from_end.position_m);
     motion.J_lights_error.block<2, 2>(2 * i, 0) = -motion.R_end_start;
     motion.J_lights_error.block<2, 1>(2 * i, 2) = -perpendicular(at_end);
   }

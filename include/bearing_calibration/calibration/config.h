@@ -74,6 +74,13 @@ struct KnockConfig {
   bool start_anew = false;
 };
 
+/// How many lights share the mount. Parameter group `lights`.
+struct LightsConfig {
+  int most = 1;  ///< more than one: each is calibrated with, and all of them together
+
+  std::vector<std::string> validate() const;
+};
+
 /// Everything that the calibrator needs to know; a plain struct without defaults worth running:
 /// they stand in config/calibration.yaml.
 struct CalibratorConfig {
@@ -89,6 +96,7 @@ struct CalibratorConfig {
   FilterConfig filter;
   ConvergenceConfig converged;
   KnockConfig knocked;
+  LightsConfig lights;
   /// The record is fitted anew when it has grown by this share of itself, and a second at least.
   /// Not among the parameters.
   double refit_growth = 0.005;

@@ -18,6 +18,21 @@ struct Judgement {
   bool knocked = false;  ///< inconsistent because the mount has moved since it was converged
 };
 
+/// The first verdict is given when nothing has spoken against it over so much motion, which is a
+/// straight metre and a turn: on a record of a few seconds the covariance is least certain.
+inline constexpr double kHeldOver_m = 3.0;
+
+/// Way of a record with its turns: what a verdict is held over.
+double motionOf(const std::vector<Sight>& record);
+
+/// Whether a mount is known as well as it must be for a verdict.
+bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config);
+
+/// Whether a settled fit speaks of one mount throughout: the light is not lost, no two parts of the
+/// record give different mounts, and both halves tell all of it.
+bool tellsOneMount(const MountTracker& tracker, const std::vector<Sight>& record,
+                   const BatchEstimate& settled);
+
 /// Decides whether a filter that carries on from a good start has converged, and whether what it is
 /// fed still fits. Converged needs all of: standard deviations within the targets, innovations that
 /// are consistent, and one mount in all of the record: neither its two halves nor any other two
@@ -40,7 +55,6 @@ class ConvergenceJudge {
   Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record,
                    const std::optional<BatchEstimate>& settled);
   static Judgement sayKnock(const JumpTest& jump);
-  bool meetsTargets(const MountEstimate& mount) const;
   Judgement stillConverging(const CartesianEstimate& estimate) const;
 
   ConvergenceConfig config_;

@@ -11,6 +11,7 @@
 #include "bearing_calibration/calibration/light_picker.h"
 #include "bearing_calibration/calibration/look.h"
 #include "bearing_calibration/calibration/mount_tracker.h"
+#include "bearing_calibration/calibration/own_answer.h"
 #include "bearing_calibration/calibration/result.h"
 
 namespace bearing_calibration {
@@ -38,6 +39,13 @@ class MountCalibration {
   /// The light that is followed, where the sensor tells lights apart.
   std::int32_t lightId() const { return light_id_.value_or(kUnknownLight); }
 
+  /// The last fit that settled; none before, and where nobody asks for it (LightsConfig::most is
+  /// 1).
+  const std::optional<OwnAnswer>& ownAnswer() const { return answer_; }
+  /// What the judge says; none before the start.
+  const Judgement* judgement() const { return judge_ ? &judge_->last() : nullptr; }
+  const std::optional<MountEstimate>& earlier() const { return earlier_; }
+
   /// Fills in what the sights have told: state, advice, estimates, consistency, counts of bearings.
   void describe(CalibrationResult* result) const;
 
@@ -51,6 +59,7 @@ class MountCalibration {
   void refineAndJudge(Stamp stamp);
   BatchEstimate fitRecord(const RobotEstimate& running) const;
   void noteSettled(const RecordStart& start);
+  void noteAnswer(const BatchEstimate& fit, const RobotEstimate& average);
   bool hasSettled(const BatchEstimate& batch) const;
   void diagnose(Stamp stamp);
   void remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby);
@@ -77,8 +86,9 @@ class MountCalibration {
   };
   std::optional<Settled> settled_;         ///< the batch, the last time that it did
   std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
-  bool started_ = false;                   ///< tracker_ carries on from the initialiser
-  std::string knock_;  ///< why the calibration began anew; empty unless the mount was knocked
+  std::optional<OwnAnswer> answer_;
+  bool started_ = false;  ///< tracker_ carries on from the initialiser
+  std::string knock_;     ///< why the calibration began anew; empty unless the mount was knocked
   std::optional<std::int32_t> light_id_;
   std::uint32_t bearings_used_ = 0;
   std::uint32_t bearings_gated_ = 0;

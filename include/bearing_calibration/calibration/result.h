@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/common/stamp.h"
@@ -10,6 +11,7 @@
 #include "bearing_calibration/filter/paper_state.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/geometry/pose2.h"
+#include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration {
 
@@ -37,6 +39,16 @@ struct BasePlace {
   Pose2 start_from_base;
 };
 
+/// One of the lights that the mount is calibrated with.
+struct LightSummary {
+  std::int32_t light_id = kUnknownLight;                     ///< the sensor's number for it
+  CalibrationState state = CalibrationState::kInitialising;  ///< of its own calibration
+  std::optional<CartesianEstimate> cartesian_state;          ///< with the mount; none before one
+  bool in_estimate = false;  ///< the mount that is published rests on it
+  std::uint32_t bearings_used = 0;
+  std::string note;  ///< why it is not in the estimate; empty otherwise
+};
+
 /// What the calibration knows after the last input.
 struct CalibrationResult {
   CalibrationState state = CalibrationState::kWaitingForTicks;
@@ -49,6 +61,8 @@ struct CalibrationResult {
 
   ErrorPriors error_priors;    ///< which errors of the robot are looked for
   ErrorEstimate robot_errors;  ///< as their priors before the first estimate
+
+  std::vector<LightSummary> lights;  ///< all that are followed, in the order of their appearance
 
   double nis = 0.0;       ///< of the last fused bearing
   double nis_mean = 0.0;  ///< running mean, 1 for a consistent filter

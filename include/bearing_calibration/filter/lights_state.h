@@ -16,8 +16,8 @@ inline constexpr int kMountSize = 3;
 inline constexpr int kMostLightsState = kMountSize + kErrorCount + 2 * kMostLights;
 using LightsVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostLightsState, 1>;
 using LightsRow = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostLightsState>;
-using LightsMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostLightsState,
-                                   kMostLightsState>;
+using LightsMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostLightsState, kMostLightsState>;
 
 /// Places of the quantities in the state: sensor x, y, yaw; the first `errors` of the robot's
 /// errors; x, y of each light. All in the base frame of now.
@@ -45,12 +45,15 @@ struct LightsEstimate {
   RobotEstimate robot(int light) const;
 };
 
+/// An estimate with what is known of the mount from elsewhere, independently.
+void fuseMount(const MountEstimate& known, LightsEstimate* estimate);
+
 /// A motion of the base, linearised about its own error and those of the robot, as it moves all
 /// lights: l+ = R (l - t) - J error + J_errors (errors - errors*).
 struct LightsMotion {
   Pose2 start_from_end;  ///< the measured one with both kinds of error put right
   Eigen::Matrix2d R_end_start;
-  Eigen::Vector3d error = Eigen::Vector3d::Zero();  ///< true minus measured (x, y, yaw)
+  Eigen::Vector3d error = Eigen::Vector3d::Zero();       ///< true minus measured (x, y, yaw)
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of that error
   LightsVector errors_at;                                ///< the robot's, where it is linearised
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3> J_lights_error;

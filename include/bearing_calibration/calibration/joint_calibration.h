@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/convergence_judge.h"
+#include "bearing_calibration/calibration/lights_fit.h"
+#include "bearing_calibration/calibration/lights_record.h"
+#include "bearing_calibration/calibration/own_answer.h"
+
+namespace bearing_calibration {
+
+/// The mount that several lights tell together. The wheels' noise is shared, so that their own
+/// answers must not just be averaged: a filter of all lights at once takes every bearing that a
+/// light's own calibration has taken, and is begun anew from a fit of the whole record, as that of
+/// one light is.
+class JointCalibration {
+ public:
+  explicit JointCalibration(const CalibratorConfig& config);
+
+  /// An image with the bearings that the lights' own calibrations took, after a motion.
+  void look(const LightsImage& image);
+  /// Nothing that was seen of a light so far counts any longer.
+  void forget(std::size_t light);
+
+  /// Fits the record anew, at an image that showed something.
+  /// @param answers  for each light, its own one; null for those that may not take part
+  /// @param earlier  a mount that is known from elsewhere
+  void review(const std::vector<const OwnAnswer*>& answers,
+              const std::optional<MountEstimate>& earlier);
+
+  /// At the last image; none while fewer than two lights agree.
+  struct Joint {
+    LightsEstimate estimate;
+    std::vector<std::size_t> lights;  ///< which ones, in the order of the estimate
+    Judgement judgement;
+  };
+  const std::optional<Joint>& joint() const { return joint_; }
+  /// Lights that the last review left out, because they say another mount than the others.
+  const std::vector<std::size_t>& contradicting() const { return contradicting_; }
+  enum class Outcome : std::uint8_t {
+    kTooFew,  ///< fewer than two lights to be held against each other
+    kTorn,    ///< they contradict each other, and nobody knows which one is right
+    kUnfit,   ///< they agree, but nothing fits all of their bearings
+    kJoint,
+  };
+  /// Of the last review.
+  Outcome outcome() const { return outcome_; }
+
+ private:
+  Judgement judge(const LightsEstimate& estimate, bool is_clear) const;
+
+  CalibratorConfig config_;
+  LightsRecord record_;
+  OdometryIncrement motion_since_record_;
+  std::optional<Joint> joint_;
+  std::vector<double> widening_;  ///< of the bearings of joint_'s lights
+  std::vector<std::size_t> contradicting_;
+  Outcome outcome_ = Outcome::kTooFew;
+};
+
+}  // namespace bearing_calibration

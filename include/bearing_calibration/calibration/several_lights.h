@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/calibration/joint_calibration.h"
+#include "bearing_calibration/calibration/mount_calibration.h"
+
+namespace bearing_calibration {
+
+/// The calibration of one mount with up to LightsConfig::most lights. Each light has a calibration
+/// of its own, with all that makes that one robust and honest; together they make a joint one
+/// (doc/lights.md). With one light at most it is that light's calibration and nothing else.
+class SeveralLights {
+ public:
+  explicit SeveralLights(const CalibratorConfig& config);
+
+  /// Goes on from a mount that an earlier calibration has found. To be called before the first
+  /// image.
+  void takeUp(const MountEstimate& earlier);
+
+  /// An image, after a motion since the one before it (see MountCalibration::look()).
+  /// @returns what became of it in the calibration of the first light
+  Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
+
+  /// Where the light would be seen; none where there are several: all of the image is looked at.
+  std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion,
+                                                       const TravelNearby& nearby) const;
+  std::int32_t lightId() const;
+
+  void describe(CalibrationResult* result) const;
+
+ private:
+  struct Light {
+    explicit Light(const CalibratorConfig& config) : calibration(config) {}
+
+    MountCalibration calibration;
+    Stamp last_seen;
+    Stamp answered;  ///< end of the record of its last answer
+    std::optional<double> one_mount_since_m;
+    bool is_sound = false;  ///< its own answer has stood for as long as a verdict takes
+    std::optional<double> knock_heard_m;  ///< way when it first said that the mount had moved
+  };
+
+  bool isMany() const { return config_.lights.most > 1; }
+  bool isOffered(const Bearing& candidate, std::size_t light) const;
+  bool isOwned(std::int32_t light_id) const;
+  Look show(std::size_t light, const BearingSet& image, std::vector<Bearing>* left,
+            LightsImage* seen);
+  void welcome(const BearingSet& image, std::vector<Bearing>* left, LightsImage* seen);
+  std::optional<std::size_t> placeForAnother(Stamp now) const;
+  void review();
+  void noteAnswer(Light* light) const;
+  std::optional<Judgement> hearKnocks();
+  void startAnew();
+  std::size_t leader() const;
+  std::string nameOf(std::size_t light) const;
+  std::optional<Judgement> objection() const;
+  std::string noteOn(std::size_t light) const;
+
+  CalibratorConfig config_;
+  std::optional<MountEstimate> earlier_;
+  std::vector<Light> lights_;
+  JointCalibration joint_;
+  OdometryIncrement motion_;  ///< of the last image
+  TravelNearby nearby_;       ///< around it
+  double way_m_ = 0.0;        ///< with its turns
+  Stamp first_image_;         ///< reviewed
+  Stamp next_review_;
+  std::optional<Judgement> knock_;  ///< what the lights say of a knocked mount
+  std::string knock_prefix_;        ///< why it all began anew
+};
+
+}  // namespace bearing_calibration

@@ -1,0 +1,337 @@
+#include "bearing_calibration/calibration/several_lights.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/calibration/mount_agreement.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// A light that has not been found out and not been seen for so long makes room for another.
+constexpr std::chrono::seconds kForgottenAfter{30};
+constexpr std::chrono::seconds kReviewInterval{1};
+/// After so much way a light that alone says that the mount has moved has moved itself: what a
+/// knock of 3 degrees takes the others to notice (doc/faults.md).
+constexpr double kAloneFor_m = 10.0;
+constexpr double kLever_m = 0.5;  // of turns, as a verdict counts them
+
+/// Each light for itself: what concerns all of them is decided here.
+CalibratorConfig forOne(CalibratorConfig config) {
+  if (config.lights.most > 1) config.knocked.start_anew = false;
+  return config;
+}
+
+bool isSame(const Bearing& bearing, const Sight& sight) {
+  return bearing.azimuth_rad == sight.azimuth_rad &&
+         bearing.azimuth_variance_rad2 == sight.azimuth_variance_rad2;
+}
+
+bool isKnocked(const MountCalibration& calibration) {
+  return calibration.judgement() != nullptr && calibration.judgement()->knocked;
+}
+
+}  // namespace
+
+SeveralLights::SeveralLights(const CalibratorConfig& config)
+    : config_(forOne(config)), joint_(config_) {
+  config_.knocked = config.knocked;
+  lights_.reserve(kMostLights);
+  if (!isMany()) lights_.emplace_back(config_);
+}
+
+void SeveralLights::takeUp(const MountEstimate& earlier) {
+  earlier_ = earlier;
+  for (Light& light : lights_) light.calibration.takeUp(earlier);
+}
+
+Look SeveralLights::look(const BearingSet& image, const OdometryIncrement& motion,
+                         const TravelNearby& nearby) {
+  if (!isMany()) return lights_.front().calibration.look(image, motion, nearby);
+  motion_ = motion;
+  nearby_ = nearby;
+  way_m_ += motion.distance_m + kLever_m * motion.rotation_rad;
+  std::vector<Bearing> left = image.candidates;
+  LightsImage seen{image.stamp, motion, nearby, {}};
+  Look first;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  first.sight = {image.stamp, motion, kNone, kNone, nearby};
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    const Look look = show(i, image, &left, &seen);
+    if (i == 0) first = look;
+  }
+  const bool is_empty = lights_.empty();
+  welcome(image, &left, &seen);
+  if (is_empty && !lights_.empty() && seen.lights[0].isSeen()) {
+    first.kind = Look::Kind::kTaken;
+    first.sight.azimuth_rad = seen.lights[0].azimuth_rad;
+    first.sight.azimuth_variance_rad2 = seen.lights[0].azimuth_variance_rad2;
+  }
+  joint_.look(seen);
+  const bool shows_any = std::any_of(seen.lights.begin(), seen.lights.end(),
+                                     [](const LightSight& sight) { return sight.isSeen(); });
+  if (shows_any && image.stamp >= next_review_) {
+    review();
+    if (first_image_ == Stamp()) first_image_ = image.stamp;
+    const double record_s = secondsFromDuration(image.stamp - first_image_);
+    next_review_ =
+        image.stamp +
+        std::max<Duration>(kReviewInterval, durationFromSeconds(config_.refit_growth * record_s));
+  }
+  return first;
+}
+
+bool SeveralLights::isOwned(std::int32_t light_id) const {
+  return std::any_of(lights_.begin(), lights_.end(),
+                     [&](const Light& light) { return light.calibration.lightId() == light_id; });
+}
+
+bool SeveralLights::isOffered(const Bearing& candidate, std::size_t light) const {
+  const std::int32_t own_id = lights_[light].calibration.lightId();
+  if (candidate.light_id == kUnknownLight || candidate.light_id == own_id) return true;
+  return own_id == kUnknownLight && !isOwned(candidate.light_id);
+}
+
+/// Shows a light what the lights before it have left of an image, and takes away what it takes.
+Look SeveralLights::show(std::size_t light, const BearingSet& image, std::vector<Bearing>* left,
+                         LightsImage* seen) {
+  BearingSet offered{image.stamp, {}};
+  std::copy_if(left->begin(), left->end(), std::back_inserter(offered.candidates),
+               [&](const Bearing& candidate) { return isOffered(candidate, light); });
+  Light& shown = lights_[light];
+  const Look look = shown.calibration.look(offered, motion_, nearby_);
+  if (look.lost_light) {
+    joint_.forget(light);
+    shown.is_sound = false;
+    shown.one_mount_since_m.reset();
+    shown.knock_heard_m.reset();
+  }
+  if (look.kind != Look::Kind::kTaken) return look;
+  shown.last_seen = image.stamp;
+  seen->lights.at(light) = {look.sight.azimuth_rad, look.sight.azimuth_variance_rad2};
+  const auto taken = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
+    return isSame(candidate, look.sight);
+  });
+  if (taken != left->end()) left->erase(taken);
+  return look;
+}
+
+/// What no light has taken may be a further one.
+void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
+                            LightsImage* seen) {
+  const bool has_newcomer = std::any_of(lights_.begin(), lights_.end(), [](const Light& light) {
+    return light.calibration.lightId() == kUnknownLight && light.calibration.judgement() == nullptr;
+  });
+  bool may_be_unknown = !has_newcomer;
+  for (;;) {
+    const auto newcomer = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
+      return candidate.light_id == kUnknownLight ? may_be_unknown : !isOwned(candidate.light_id);
+    });
+    const auto place = placeForAnother(image.stamp);
+    if (newcomer == left->end() || !place) return;
+    if (newcomer->light_id == kUnknownLight) may_be_unknown = false;
+    if (*place == lights_.size()) {
+      lights_.emplace_back(forOne(config_));
+    } else {
+      lights_[*place] = Light(forOne(config_));
+      joint_.forget(*place);
+    }
+    if (earlier_) lights_[*place].calibration.takeUp(*earlier_);
+    std::vector<Bearing> own = {*newcomer};
+    show(*place, image, &own, seen);
+    left->erase(newcomer);
+  }
+}
+
+std::optional<std::size_t> SeveralLights::placeForAnother(Stamp now) const {
+  if (lights_.size() < static_cast<std::size_t>(config_.lights.most)) return lights_.size();
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    const bool is_found = lights_[i].calibration.judgement() != nullptr;
+    if (!is_found && lights_[i].last_seen + kForgottenAfter < now) return i;
+  }
+  return std::nullopt;
+}
+
+void SeveralLights::review() {
+  for (Light& light : lights_) noteAnswer(&light);
+  knock_ = hearKnocks();
+  if (knock_ && knock_->knocked && config_.knocked.start_anew) {
+    startAnew();
+    return;
+  }
+  std::vector<const OwnAnswer*> answers;
+  bool is_earlier_believed = earlier_.has_value();
+  for (const Light& light : lights_) {
+    answers.push_back(light.is_sound ? &*light.calibration.ownAnswer() : nullptr);
+    if (light.is_sound && !light.calibration.earlier()) is_earlier_believed = false;
+  }
+  joint_.review(answers, is_earlier_believed ? earlier_ : std::nullopt);
+}
+
+/// A light takes part once its own answer has stood for as long as a verdict on it alone would have
+/// to: all that makes such a verdict honest, but for how well the mount is known.
+void SeveralLights::noteAnswer(Light* light) const {
+  const auto& answer = light->calibration.ownAnswer();
+  const Judgement* judgement = light->calibration.judgement();
+  if (!answer || judgement == nullptr || judgement->state == CalibrationState::kInconsistent) {
+    light->is_sound = false;
+    light->one_mount_since_m.reset();
+    return;
+  }
+  if (answer->stamps.back() == light->answered) return;
+  light->answered = answer->stamps.back();
+  if (!answer->tells_one_mount) {
+    light->is_sound = false;
+    light->one_mount_since_m.reset();
+    return;
+  }
+  if (!light->one_mount_since_m) light->one_mount_since_m = answer->motion_m;
+  light->is_sound = answer->motion_m - *light->one_mount_since_m >= kHeldOver_m;
+}
+
+/// A mount that was knocked is noticed by all lights, though not at once; a light that was moved
+/// says the same, but alone.
+std::optional<Judgement> SeveralLights::hearKnocks() {
+  std::size_t started = 0;
+  std::size_t knocked = 0;
+  std::optional<std::size_t> fresh;
+  const Judgement* words = nullptr;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    Light& light = lights_[i];
+    if (light.calibration.judgement() == nullptr) continue;
+    ++started;
+    if (!isKnocked(light.calibration)) continue;
+    ++knocked;
+    words = light.calibration.judgement();
+    if (!light.knock_heard_m) light.knock_heard_m = way_m_;
+    if (way_m_ - *light.knock_heard_m < kAloneFor_m) fresh = i;
+  }
+  if (knocked > 0 && 2 * knocked >= started) return *words;
+  if (!fresh) return std::nullopt;
+  return Judgement{CalibrationState::kConverging,
+                   nameOf(*fresh) + " says that the mount has moved, the others do not: drive on"};
+}
+
+void SeveralLights::startAnew() {
+  lights_.clear();
+  earlier_.reset();
+  joint_ = JointCalibration(forOne(config_));
+  knock_.reset();
+  knock_prefix_ = "the mount was knocked and is calibrated anew: ";
+}
+
+/// The light whose own calibration speaks while there is no joint one: that of the best known
+/// mount.
+std::size_t SeveralLights::leader() const {
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    const Judgement* judgement = lights_[i].calibration.judgement();
+    if (judgement == nullptr || judgement->state == CalibrationState::kInconsistent) continue;
+    CalibrationResult result;
+    lights_[i].calibration.describe(&result);
+    const double size = result.base_from_sensor->covariance.trace();
+    if (size >= least) continue;
+    least = size;
+    best = i;
+  }
+  return best;
+}
+
+std::string SeveralLights::nameOf(std::size_t light) const {
+  const std::int32_t id = lights_[light].calibration.lightId();
+  return id == kUnknownLight ? "light number " + std::to_string(light + 1)
+                             : "light " + std::to_string(id);
+}
+
+/// What stands against the verdict of one light alone.
+std::optional<Judgement> SeveralLights::objection() const {
+  if (knock_) return knock_;
+  if (joint_.outcome() == JointCalibration::Outcome::kTorn) {
+    return Judgement{CalibrationState::kInconsistent,
+                     "the lights give different mounts (" + nameOf(joint_.contradicting().front()) +
+                         " against others): one of them moves, or is a reflection"};
+  }
+  if (joint_.outcome() == JointCalibration::Outcome::kUnfit) {
+    return Judgement{CalibrationState::kConverging,
+                     "each light fits by itself, but not all of them together: drive on"};
+  }
+  return std::nullopt;
+}
+
+/// Why a light is not in the estimate.
+std::string SeveralLights::noteOn(std::size_t light) const {
+  const std::vector<std::size_t>& contradicting = joint_.contradicting();
+  if (std::count(contradicting.begin(), contradicting.end(), light) > 0) {
+    return "says another mount than the others: it moves, or is a reflection";
+  }
+  const Judgement* judgement = lights_[light].calibration.judgement();
+  if (judgement == nullptr) return "not found yet";
+  if (judgement->state == CalibrationState::kInconsistent) return judgement->advice;
+  return lights_[light].is_sound ? "" : "not yet confirmed";
+}
+
+void SeveralLights::describe(CalibrationResult* result) const {
+  if (!isMany()) {
+    lights_.front().calibration.describe(result);
+    return;
+  }
+  const std::size_t leading = leader();
+  const auto& joint = joint_.joint();
+  std::vector<LightSummary> summaries;
+  std::uint32_t used = 0;
+  std::uint32_t gated = 0;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    CalibrationResult own = *result;
+    lights_[i].calibration.describe(&own);
+    used += own.bearings_used;
+    gated += own.bearings_gated;
+    summaries.push_back(own.lights.front());
+    summaries.back().in_estimate = !joint && i == leading && own.cartesian_state.has_value();
+    if (i == leading) *result = own;
+  }
+  if (lights_.empty()) MountCalibration(forOne(config_)).describe(result);
+  if (joint) {
+    for (std::size_t k = 0; k < joint->lights.size(); ++k) {
+      LightSummary& summary = summaries[joint->lights[k]];
+      summary.in_estimate = true;
+      summary.cartesian_state = joint->estimate.robot(static_cast<int>(k)).cartesian;
+    }
+    const RobotEstimate robot = joint->estimate.robot(0);
+    result->cartesian_state = robot.cartesian;
+    result->robot_errors = robot.errors;
+    result->paper_state = paperFromCartesian(robot.cartesian);
+    result->base_from_sensor = mountFromCartesian(robot.cartesian);
+    result->state = joint->judgement.state;
+    result->advice = joint->judgement.advice;
+  }
+  for (std::size_t i = 0; i < summaries.size(); ++i) {
+    if (!summaries[i].in_estimate) summaries[i].note = noteOn(i);
+  }
+  result->bearings_used = used;
+  result->bearings_gated = gated;
+  result->lights = std::move(summaries);
+  const auto against = objection();
+  const bool is_verdict = result->state == CalibrationState::kConverged ||
+                          result->state == CalibrationState::kConverging;
+  if (against && is_verdict) {
+    result->state = against->state;
+    result->advice = against->advice;
+  }
+  if (!knock_prefix_.empty() && result->state != CalibrationState::kConverged) {
+    result->advice =
+        knock_prefix_ + (result->advice.empty() ? adviceFor(result->state) : result->advice);
+  }
+}
+
+std::optional<AzimuthPrediction> SeveralLights::predictAzimuthAfter(
+    const OdometryIncrement& motion, const TravelNearby& nearby) const {
+  if (isMany()) return std::nullopt;
+  return lights_.front().calibration.predictAzimuthAfter(motion, nearby);
+}
+
+std::int32_t SeveralLights::lightId() const {
+  return isMany() ? kUnknownLight : lights_.front().calibration.lightId();
+}
+
+}  // namespace bearing_calibration
