@@ -175,16 +175,24 @@ class Replay {
   std::map<std::string, std::string> warnings_;  ///< the first one of each kind
 };
 
+bool restsOnSeveral(const CalibrationResult& result) {
+  return std::count_if(result.lights.begin(), result.lights.end(),
+                       [](const LightSummary& light) { return light.in_estimate; }) > 1;
+}
+
 void Replay::finish() {
   const Timing timing(&outcome_->times.estimation);
   CalibrationResult& result = outcome_->result;
   result = calibrator_.result();
   std::optional<RobotEstimate> running;
-  if (result.cartesian_state) running = {*result.cartesian_state, result.robot_errors};
+  // what is reviewed is the first light
+  if (!result.lights.empty() && result.lights.front().cartesian_state) {
+    running = {*result.lights.front().cartesian_state, result.robot_errors};
+  }
   outcome_->review = review_.conclude(running);
   outcome_->history = history_.take();
   for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
-  if (!outcome_->review.estimate) return;
+  if (!outcome_->review.estimate || restsOnSeveral(result)) return;
   if (!result.cartesian_state) {
     result.state = CalibrationState::kConverging;
     result.advice =

@@ -88,6 +88,12 @@ ObservabilityCase withBlocks(const std::string& words, const std::vector<Unknown
   return observed;
 }
 
+ObservabilityCase withSecondLight(const std::string& words, const Motion& motion, int rank) {
+  ObservabilityCase observed = byMotion(words + ", two lights", motion, rank);
+  observed.unknowns = {Unknown::kSecondLight};
+  return observed;
+}
+
 }  // namespace
 
 std::vector<ObservabilityCase> observabilityCases() {
@@ -114,6 +120,13 @@ std::vector<ObservabilityCase> observabilityCases() {
           withBlocks("wheel scales and separation",
                      {Unknown::kWheelScales, Unknown::kWheelSeparation}, false, 7),
           withBlocks("time offset", {Unknown::kTimeOffset}, false, 6),
+          withBlocks("two lights", {Unknown::kSecondLight}, false, 7),
+          withSecondLight("pure rotation", {round}, 5),
+          withSecondLight("one straight line", {straight(2.0)}, 5),
+          withSecondLight("one circle", {arc(0.5, 2.0 * kPi)}, 5),
+          withBlocks("two lights, wheel scales and separation",
+                     {Unknown::kSecondLight, Unknown::kWheelScales, Unknown::kWheelSeparation},
+                     false, 9),
           withBlocks("tilt, light's height known", {Unknown::kTilt}, false, 5),
           withBlocks("first harmonic", {Unknown::kFirstHarmonic}, false, 7),
           withBlocks("tilt, height, first harmonic, with elevations",

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <unsupported/Eigen/AutoDiff>
 
 namespace bearing_calibration {
@@ -21,6 +22,8 @@ constexpr double kMountX_m = 0.08;
 constexpr double kMountY_m = 0.05;
 constexpr double kMountYaw_rad = 1.05;
 constexpr double kLightHeight_m = 0.4;
+constexpr double kSecondLightX_m = -0.6;
+constexpr double kSecondLightY_m = 1.7;
 constexpr double kSamplePeriod_s = 0.0973;  // meets no segment's end, where a late bearing has none
 /// Singular values below this share of the largest are rounding: those that count are above 1e-6.
 constexpr double kNeglected = 1e-10;
@@ -28,6 +31,7 @@ constexpr double kNeglected = 1e-10;
 /// Light and mount as the bearing sees them, and everything else that is unknown.
 struct World {
   Dual2 light{0.0, 0.0};
+  std::optional<Dual2> second_light;
   Dual2 mount{kMountX_m, kMountY_m};
   Dual mount_yaw = kMountYaw_rad;
   Dual left_scale = 1.0;
@@ -117,6 +121,9 @@ void setBlock(Unknown block, World* world, Numbering& unknown) {
     case Unknown::kLightHeight:
       world->height = unknown(kLightHeight_m);
       return;
+    case Unknown::kSecondLight:
+      world->second_light = {unknown(kSecondLightX_m), unknown(kSecondLightY_m)};
+      return;
   }
 }
 
@@ -143,11 +150,11 @@ DualPose moved(const DualPose& from, const DriveSegment& segment, const Dual& ti
   return {{from.position[0] + step[0], from.position[1] + step[1]}, from.yaw + turn};
 }
 
-/// (azimuth, elevation) of the light from a base at `pose`. The tilt is of first order: a small
+/// (azimuth, elevation) of a light from a base at `pose`. The tilt is of first order: a small
 /// rotation about the sensor's x and y axes.
-Dual2 sightOf(const DualPose& pose, const World& world) {
+Dual2 sightOf(const Dual2& light, const DualPose& pose, const World& world) {
   const Dual2 in_base =
-      rotated({world.light[0] - pose.position[0], world.light[1] - pose.position[1]}, -pose.yaw);
+      rotated({light[0] - pose.position[0], light[1] - pose.position[1]}, -pose.yaw);
   const Dual2 level =
       rotated({in_base[0] - world.mount[0], in_base[1] - world.mount[1]}, -world.mount_yaw);
   const Dual x = level[0] + world.tilt[1] * world.height;
@@ -165,9 +172,12 @@ std::vector<Derivatives> jacobianOf(const ObservabilityCase& observed, const Wor
   double next_s = 0.5 * kSamplePeriod_s;
   for (const DriveSegment& segment : observed.segments) {
     for (; next_s < segment.duration_s; next_s += kSamplePeriod_s) {
-      const Dual2 sight =
-          sightOf(moved(begin, segment, next_s - world.time_offset_s, world), world);
+      const DualPose pose = moved(begin, segment, next_s - world.time_offset_s, world);
+      const Dual2 sight = sightOf(world.light, pose, world);
       rows.push_back(sight[0].derivatives());
+      if (world.second_light) {
+        rows.push_back(sightOf(*world.second_light, pose, world)[0].derivatives());
+      }
       if (observed.with_elevation) rows.push_back(sight[1].derivatives());
     }
     next_s -= segment.duration_s;

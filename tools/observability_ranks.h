@@ -15,6 +15,7 @@ enum class Unknown {
   kFirstHarmonic,    ///< of the azimuth's error: (c1, s1)
   kTilt,             ///< of the whole sensor about its x and y axes
   kLightHeight,      ///< over the sensor
+  kSecondLight,      ///< which is seen, too
 };
 
 /// In which numbers light, mount and robot are written: the rank of a state is that of its chart.

@@ -101,6 +101,22 @@ def lightRow(estimate):
         math.hypot(estimate.light_x_m, estimate.light_y_m))
 
 
+def furtherLightRows(estimate):
+    """Every light, where there are several."""
+    if len(estimate.lights) < 2:
+        return []
+    rows = []
+    for light in estimate.lights:
+        name = 'light' if light.light_id < 0 else 'light %d' % light.light_id
+        place = 'not found' if math.isnan(light.x_m) else '(%.3f, %.3f) +- (%.3f, %.3f) m' % (
+            light.x_m, light.y_m, math.sqrt(light.covariance_x_y[0]),
+            math.sqrt(light.covariance_x_y[3]))
+        rows.append('  %s: %s, %d bearings%s' % (
+            name, place, light.bearings_used,
+            '' if light.in_estimate else '; left out: ' + (light.note or 'another one leads')))
+    return rows
+
+
 def errorRows(estimate):
     """Those of the robot's own errors that are looked for."""
     rows = []
@@ -139,6 +155,7 @@ def viewOf(topic, estimate, history, targets, width):
         plain = ['', paperRow(estimate), lightRow(estimate)]
     else:
         plain = ['  no estimate yet']
+    plain += furtherLightRows(estimate)
     errors = errorRows(estimate)
     plain += ([''] + errors if errors else []) + [''] + countRows(estimate)
     rows += [(line[:width], 'plain') for line in plain]

@@ -16,6 +16,7 @@ struct SketchStyle {
   double wheel_separation_m = 0.0;
   double wheel_radius_m = 0.0;
   double sensor_height_m = 0.0;  ///< of everything but the robot: one light does not tell heights
+  int most_lights = 1;           ///< that there are markers for
 };
 
 SketchStyle sketchStyleFrom(const CalibrationNodeConfig& config);

@@ -46,9 +46,17 @@ CalibrationSketch CalibrationSketcher::draw(const CalibrationResult& result,
   return sketch;
 }
 
+std::vector<Eigen::Vector2d> CalibrationSketcher::ellipseInStart(
+    const CartesianEstimate& estimate, const Pose2& start_from_base) const {
+  const Eigen::Matrix2d covariance = estimate.covariance.topLeftCorner<2, 2>();
+  std::vector<Eigen::Vector2d> ellipse =
+      outlineOf(covarianceEllipse(covariance, sigmas_), estimate.lightInBase(), kEllipseSegments);
+  for (Eigen::Vector2d& point : ellipse) point = start_from_base * point;
+  return ellipse;
+}
+
 CalibrationSketch::Found CalibrationSketcher::drawFound(const CalibrationResult& result) const {
   const CartesianEstimate& estimate = *result.cartesian_state;
-  const Eigen::Matrix2d light_covariance = estimate.covariance.topLeftCorner<2, 2>();
   const Eigen::Matrix2d sensor_covariance =
       estimate.covariance.block<2, 2>(CartesianIndex::kSensorX, CartesianIndex::kSensorX);
   const double yaw_variance =
@@ -59,10 +67,14 @@ CalibrationSketch::Found CalibrationSketcher::drawFound(const CalibrationResult&
                                            estimate.sensorInBase(), kEllipseSegments);
   found.sensor_yaw_band_rad = sigmas_ * std::sqrt(yaw_variance);
   found.light_in_start = result.start_from_base * estimate.lightInBase();
-  found.light_ellipse_in_start = outlineOf(covarianceEllipse(light_covariance, sigmas_),
-                                           estimate.lightInBase(), kEllipseSegments);
-  for (Eigen::Vector2d& point : found.light_ellipse_in_start) {
-    point = result.start_from_base * point;
+  found.light_ellipse_in_start = ellipseInStart(estimate, result.start_from_base);
+  for (const LightSummary& light : result.lights) {
+    if (!light.cartesian_state) continue;
+    const Eigen::Vector2d in_base = light.cartesian_state->lightInBase();
+    if (in_base == estimate.lightInBase()) continue;
+    found.further_lights.push_back({result.start_from_base * in_base,
+                                    ellipseInStart(*light.cartesian_state, result.start_from_base),
+                                    light.in_estimate});
   }
   return found;
 }

@@ -110,6 +110,28 @@ void emitBlocks(YAML::Emitter& out, const std::vector<BlockReport>& reports) {
   out << YAML::EndSeq;
 }
 
+void emitLights(YAML::Emitter& out, const std::vector<LightSummary>& lights) {
+  out << YAML::Key << "lights" << YAML::Value;
+  if (lights.empty()) out << YAML::Flow;
+  out << YAML::BeginSeq;
+  for (const LightSummary& light : lights) {
+    out << YAML::BeginMap;
+    if (light.light_id != kUnknownLight) out << YAML::Key << "id" << YAML::Value << light.light_id;
+    if (light.cartesian_state) {
+      const Eigen::Vector2d place = light.cartesian_state->lightInBase();
+      const Eigen::Matrix2d covariance = light.cartesian_state->covariance.topLeftCorner<2, 2>();
+      emit(out, "x_m", place.x());
+      emit(out, "y_m", place.y());
+      emit(out, "covariance_x_y", covariance);
+    }
+    out << YAML::Key << "in_estimate" << YAML::Value << light.in_estimate;
+    out << YAML::Key << "bearings_used" << YAML::Value << light.bearings_used;
+    if (!light.note.empty()) emit(out, "note", light.note);
+    out << YAML::EndMap;
+  }
+  out << YAML::EndSeq;
+}
+
 /// Values that are YAML already: quoted strings, lists, plain scalars.
 void emitTexts(YAML::Emitter& out, const char* key,
                const std::map<std::string, std::string>& texts) {
@@ -187,6 +209,7 @@ std::optional<std::string> writeResultFile(const std::string& path,
   emitMount(out, calibration);
   emitStates(out, calibration);
   emitBlocks(out, calibration.robot_errors);
+  emitLights(out, calibration.lights);
   emitOrigin(out, calibration);
   out << YAML::Key << "complete" << YAML::Value << true;  // last: a file cut short lacks it
   out << YAML::EndMap;

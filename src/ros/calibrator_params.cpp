@@ -74,6 +74,7 @@ core::CalibratorConfig readCalibrator(const WheelParams& wheels, ParamReader& pa
   config.converged.position_stddev_m = params.number("converged/position_stddev");
   config.converged.yaw_stddev_rad = params.number("converged/yaw_stddev");
   config.knocked.start_anew = params.boolean("knocked/start_anew");
+  config.lights.most = params.integer("lights/most");
   config.initializer.batch.errors = readErrors(params);
   return config;
 }

@@ -100,6 +100,21 @@ void fillRobotErrors(const core::CalibrationResult& result, core::CalibrationEst
   }
 }
 
+core::CalibrationLight messageFromLight(const core::LightSummary& light) {
+  core::CalibrationLight message;
+  message.light_id = light.light_id;
+  const auto& estimate = light.cartesian_state;
+  message.x_m = estimate ? estimate->lightInBase().x() : kNone;
+  message.y_m = estimate ? estimate->lightInBase().y() : kNone;
+  const Eigen::Matrix2d covariance = estimate ? estimate->covariance.topLeftCorner<2, 2>().eval()
+                                              : Eigen::Matrix2d::Constant(kNone);
+  fillRowMajor(covariance, &message.covariance_x_y);
+  message.in_estimate = light.in_estimate;
+  message.bearings_used = light.bearings_used;
+  message.note = light.note;
+  return message;
+}
+
 }  // namespace
 
 core::Stamp stampFromRos(const ros::Time& time) {
@@ -195,6 +210,9 @@ core::CalibrationEstimate messageFromResult(const core::CalibrationResult& resul
   fillCartesianState(result.cartesian_state, &message);
   fillPaperState(result.paper_state, &message);
   fillRobotErrors(result, &message);
+  for (const core::LightSummary& light : result.lights) {
+    message.lights.push_back(messageFromLight(light));
+  }
   message.nis = result.nis;
   message.nis_mean = result.nis_mean;
   message.distance_travelled_m = result.distance_travelled_m;

@@ -81,6 +81,7 @@ SavingOutcome saveResult(const core::CalibrationResult& result, const Calibratio
   saved.robot_errors = core::reportBlocks(
       result.error_priors, result.robot_errors,
       std::max(saved.unestimated.roll_stddev_rad, saved.unestimated.pitch_stddev_rad));
+  saved.lights = result.lights;
   saved.nis_mean = result.nis_mean;
   saved.distance_travelled_m = result.distance_travelled_m;
   saved.rotation_travelled_rad = result.rotation_travelled_rad;

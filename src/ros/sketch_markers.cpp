@@ -150,18 +150,32 @@ void addSensor(const core::CalibrationSketch& sketch, const SketchStyle& style,
   finish(is_known && found.sensor_yaw_band_rad < core::kPi, markers, band);
 }
 
-void addLight(const core::CalibrationSketch& sketch, const SketchStyle& style,
-              std::vector<Marker>* markers) {
-  const bool is_known = sketch.found.has_value();
-  const auto found = sketch.found.value_or(core::CalibrationSketch::Found{});
-  Marker ball = marker(style.start_frame, "light", 0, Marker::SPHERE, yellow(kOpaque));
-  ball.pose.position =
-      pointAt(is_known ? found.light_in_start : Eigen::Vector2d(0.0, 0.0), style.sensor_height_m);
+/// A ball (`id`) with its ellipse (`id` + 1 and + 2); one that the mount does not rest on is grey.
+void addLight(const core::CalibrationSketch::Found::FurtherLight& light, bool is_known, int id,
+              const SketchStyle& style, std::vector<Marker>* markers) {
+  const std_msgs::ColorRGBA body = light.in_estimate ? yellow(kOpaque) : grey(kOpaque);
+  const std_msgs::ColorRGBA around = light.in_estimate ? orange(kOpaque) : grey(kOpaque);
+  Marker ball = marker(style.start_frame, "light", id, Marker::SPHERE, body);
+  ball.pose.position = pointAt(light.in_start, style.sensor_height_m);
   setSize(kLight_m, kLight_m, kLight_m, &ball);
   finish(is_known, markers, ball);
   const double above_ball_m = style.sensor_height_m + kLight_m;
-  addEllipse(found.light_ellipse_in_start, above_ball_m, 0.5 * kThick_m, is_known,
-             marker(style.start_frame, "light", 1, Marker::LINE_STRIP, orange(kOpaque)), markers);
+  addEllipse(light.ellipse_in_start, above_ball_m, 0.5 * kThick_m, is_known,
+             marker(style.start_frame, "light", id + 1, Marker::LINE_STRIP, around), markers);
+}
+
+void addLights(const core::CalibrationSketch& sketch, const SketchStyle& style,
+               std::vector<Marker>* markers) {
+  constexpr int kMarkersOfLight = 3;
+  const bool is_known = sketch.found.has_value();
+  const auto found = sketch.found.value_or(core::CalibrationSketch::Found{});
+  addLight({found.light_in_start, found.light_ellipse_in_start, true}, is_known, 0, style, markers);
+  for (int i = 1; i < style.most_lights; ++i) {
+    const auto at = static_cast<std::size_t>(i - 1);
+    const bool is_there = at < found.further_lights.size();
+    addLight(is_there ? found.further_lights[at] : core::CalibrationSketch::Found::FurtherLight{},
+             is_there, kMarkersOfLight * i, style, markers);
+  }
 }
 
 void addRay(const core::CalibrationSketch& sketch, const SketchStyle& style,
@@ -198,8 +212,8 @@ void addState(const std::string& state, const SketchStyle& style, std::vector<Ma
 
 SketchStyle sketchStyleFrom(const CalibrationNodeConfig& config) {
   const core::DriveGeometry& drive = config.calibrator.drive;
-  return {config.frames.base, config.output.start_frame, drive.wheel_separation_m,
-          drive.left_wheel_radius_m, config.unestimated_mount.z_m};
+  return {config.frames.base,        config.output.start_frame,    drive.wheel_separation_m,
+          drive.left_wheel_radius_m, config.unestimated_mount.z_m, config.calibrator.lights.most};
 }
 
 visualization_msgs::MarkerArray markersFromSketch(const core::CalibrationSketch& sketch,
@@ -208,7 +222,7 @@ visualization_msgs::MarkerArray markersFromSketch(const core::CalibrationSketch&
   visualization_msgs::MarkerArray array;
   addRobot(style, &array.markers);
   addSensor(sketch, style, &array.markers);
-  addLight(sketch, style, &array.markers);
+  addLights(sketch, style, &array.markers);
   addRay(sketch, style, &array.markers);
   addPath(sketch, style, &array.markers);
   addState(state, style, &array.markers);

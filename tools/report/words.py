@@ -105,6 +105,9 @@ def decimals(value):
 def couldTell(record):
     """What the motion could tell."""
     told = [drivenText(record)]
+    lights = [light for light in (record.result or {}).get('lights', []) if light['in_estimate']]
+    if len(lights) > 1:
+        told.append('The mount rests on %d lights.' % len(lights))
     if not record.details['has_estimate']:
         second = record.details['motion']['second_curvature_m']
         told.append('Two different curvatures are needed, a line and a turn on the spot for '
@@ -137,6 +140,10 @@ def couldNotTell(record):
     if not result['paper_state']['phi_psi_determined']:
         untold.append('phi and psi one by one: the camera sits so near to the base\'s origin that '
                       'only their sum, the yaw, means something.')
+    for light in result.get('lights', []):
+        if not light['in_estimate']:
+            untold.append('Anything from light %s: %s.' % (light.get('id', 'without a number'),
+                                                           light.get('note', 'it is left out')))
     for block in result['blocks']:
         if 'note' in block:
             untold.append('%s is %s: %s.' % (block['name'].replace('_', ' '), block['status'],

@@ -19,6 +19,13 @@ struct CalibrationSketch {
   struct Found {
     Eigen::Vector2d light_in_start = Eigen::Vector2d::Zero();
     std::vector<Eigen::Vector2d> light_ellipse_in_start;  ///< closed
+    /// The others, where there are several.
+    struct FurtherLight {
+      Eigen::Vector2d in_start = Eigen::Vector2d::Zero();
+      std::vector<Eigen::Vector2d> ellipse_in_start;  ///< closed
+      bool in_estimate = false;                       ///< the mount rests on it
+    };
+    std::vector<FurtherLight> further_lights;
     Pose2 base_from_sensor;
     std::vector<Eigen::Vector2d> sensor_ellipse_in_base;  ///< closed
     double sensor_yaw_band_rad = 0.0;  ///< to either side, as wide as the ellipses
@@ -42,6 +49,9 @@ class CalibrationSketcher {
 
  private:
   CalibrationSketch::Found drawFound(const CalibrationResult& result) const;
+  /// Of the light of an estimate.
+  std::vector<Eigen::Vector2d> ellipseInStart(const CartesianEstimate& estimate,
+                                              const Pose2& start_from_base) const;
 
   double sigmas_;
   DrivenPath path_;

@@ -1,0 +1,175 @@
+// A mount calibrated with several lights: as good as the bound, as honest as with one.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration/common/chi_square.h"
+#include "support/simulated_calibration.h"
+#include "tools/lights_case.h"
+#include "tools/monte_carlo_table.h"
+
+namespace bearing_calibration {
+namespace {
+
+SimulatedCase danceWith(int lights, std::uint64_t seed) {
+  SimulatedCase simulated = paperCase(seed);
+  addLights(simulated, lights, seed);
+  simulated.robot.sensor.identifies_lights = true;
+  return simulated;
+}
+
+std::vector<Trial> runBatches(int lights, int runs) {
+  std::vector<Trial> trials;
+  for (int i = 0; i < runs; ++i) {
+    trials.push_back(tryBatch(danceWith(lights, static_cast<std::uint64_t>(i + 1)), {100.0}));
+  }
+  return trials;
+}
+
+class SeveralLightsBatch : public ::testing::TestWithParam<int> {};
+
+TEST_P(SeveralLightsBatch, ReachesTheBoundAndSaysHowFarItIsOff) {
+  constexpr int kRuns = 40;
+  constexpr double kFalseAlarm = 1e-3;
+  const std::vector<TableRow> rows = summarise(runBatches(GetParam(), kRuns));
+  const TableRow& row = rows.front();
+  EXPECT_EQ(row.claimed, kRuns) << format(rows);
+  const double degrees = 3.0 * kRuns;
+  EXPECT_LT(row.mount_nees, chiSquareQuantile(1.0 - kFalseAlarm, degrees) / degrees);
+  EXPECT_GT(row.mount_nees, chiSquareQuantile(kFalseAlarm, degrees) / degrees);
+  // RMSE over bound of n runs scatters by 1 / sqrt(2 n)
+  EXPECT_LT(row.rmse_per_bound.maxCoeff(), 1.0 + 4.0 / std::sqrt(2.0 * kRuns)) << format(rows);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lights, SeveralLightsBatch, ::testing::Values(2, 4));
+
+/// What a calibrator for `most` lights says of a record, and the worst that it ever claimed.
+struct Told {
+  CalibrationResult result;
+  double worst_claim = 0.0;
+  double first_claim_s = std::numeric_limits<double>::infinity();
+};
+
+Told calibrate(const SimulatedCase& simulated, const SimulatedRecord& record, int most) {
+  CalibratorConfig config = testing::calibratorConfig();
+  config.lights.most = most;
+  Calibrator calibrator(config);
+  Told told;
+  for (double second = 0.0; second < simulated.duration_s; second += 1.0) {
+    told.result = testing::play(record, &calibrator, {0.0}, second, second + 1.0);
+    if (told.result.state != CalibrationState::kConverged) continue;
+    told.first_claim_s = std::min(told.first_claim_s, second);
+    const double chi_square =
+        testing::mountChiSquare(*told.result.base_from_sensor, simulated.robot.base_from_sensor);
+    told.worst_claim = std::max(told.worst_claim, chi_square);
+  }
+  return told;
+}
+
+int lightsInEstimate(const CalibrationResult& result) {
+  int count = 0;
+  for (const LightSummary& light : result.lights) count += light.in_estimate ? 1 : 0;
+  return count;
+}
+
+TEST(SeveralLights, ConvergeSoonerThanOneAndToTheTruth) {
+  SimulatedCase simulated = danceWith(2, 3);
+  simulated.duration_s = 60.0;
+  const SimulatedRecord record = simulate(simulated).record;
+  const Told one = calibrate(simulated, record, 1);
+  const Told two = calibrate(simulated, record, 2);
+  EXPECT_EQ(two.result.state, CalibrationState::kConverged) << two.result.advice;
+  EXPECT_LT(two.first_claim_s, one.first_claim_s);
+  EXPECT_LT(two.worst_claim, kWrongChiSquare);
+  EXPECT_EQ(lightsInEstimate(two.result), 2);
+  EXPECT_EQ(two.result.lights[0].light_id, 0);
+  EXPECT_EQ(two.result.lights[1].light_id, 1);
+  // both lights are where they are, seen from the base at the end: by their own ellipses
+  for (std::size_t i = 0; i < 2; ++i) {
+    const CartesianEstimate& light = *two.result.lights[i].cartesian_state;
+    const Eigen::Matrix2d covariance = light.covariance.topLeftCorner<2, 2>();
+    const Eigen::Vector2d error = light.lightInBase() - record.world_from_base.back().inverse() *
+                                                            simulated.lights[i].position_m;
+    EXPECT_LT(error.dot(covariance.ldlt().solve(error)), chiSquareQuantile(0.9999, 2.0)) << i;
+  }
+}
+
+TEST(SeveralLights, AreToldApartWithoutNumbers) {
+  SimulatedCase simulated = danceWith(2, 4);
+  simulated.duration_s = 80.0;
+  simulated.robot.sensor.identifies_lights = false;
+  const Told told = calibrate(simulated, simulate(simulated).record, 2);
+  EXPECT_EQ(told.result.state, CalibrationState::kConverged) << told.result.advice;
+  EXPECT_EQ(lightsInEstimate(told.result), 2);
+  EXPECT_LT(told.worst_claim, kWrongChiSquare);
+}
+
+/// The record as it would be if one of the lights moved at a constant velocity.
+SimulatedRecord withMovingLight(const SimulatedCase& simulated, std::size_t light,
+                                const Eigen::Vector2d& velocity_mps) {
+  SimulatedRecord record = simulate(simulated).record;
+  const Stamp start = record.bearings.front().stamp;
+  for (std::size_t i = 0; i < record.bearings.size(); ++i) {
+    const Pose2 world_from_sensor = record.world_from_base[i] * simulated.robot.base_from_sensor;
+    Light moved = simulated.lights[light];
+    moved.position_m += secondsFromDuration(record.bearings[i].stamp - start) * velocity_mps;
+    Bearing& bearing = record.bearings[i].candidates.at(light);
+    bearing.azimuth_rad = wrapAngle(bearing.azimuth_rad + azimuthOf(moved, world_from_sensor) -
+                                    azimuthOf(simulated.lights[light], world_from_sensor));
+  }
+  return record;
+}
+
+// 2 cm/s is more than a metre in the whole run; 2 mm/s is so little that the light alone may believe
+// it.
+TEST(SeveralLights, OneOfTwoThatMovesIsNeverBelievedWrongly) {
+  for (const double speed_mps : {0.002, 0.02}) {
+    SimulatedCase simulated = danceWith(2, 5);
+    simulated.duration_s = 60.0;
+    const Told told =
+        calibrate(simulated, withMovingLight(simulated, 1, {speed_mps, 0.5 * speed_mps}), 2);
+    EXPECT_LT(told.worst_claim, kWrongChiSquare) << speed_mps;
+  }
+}
+
+TEST(SeveralLights, OneOfThreeThatMovesIsLeftOutAndSaid) {
+  SimulatedCase simulated = danceWith(3, 7);
+  simulated.duration_s = 60.0;
+  const Told told = calibrate(simulated, withMovingLight(simulated, 1, {0.01, 0.0}), 3);
+  EXPECT_LT(told.worst_claim, kWrongChiSquare);
+  EXPECT_EQ(told.result.state, CalibrationState::kConverged) << told.result.advice;
+  EXPECT_EQ(lightsInEstimate(told.result), 2);
+  EXPECT_FALSE(told.result.lights[1].in_estimate);
+  EXPECT_FALSE(told.result.lights[1].note.empty());
+}
+
+// Lights come and go: the second is first seen after half a minute, the first one not any more.
+TEST(SeveralLights, MayAppearAndVanishAtAnyTime) {
+  const SimulatedCase simulated = danceWith(2, 8);
+  SimulatedRecord record = simulate(simulated).record;
+  for (std::size_t i = 0; i < record.bearings.size(); ++i) {
+    std::vector<Bearing>& candidates = record.bearings[i].candidates;
+    if (i < 300) candidates.erase(candidates.begin() + 1);
+    if (i >= 600) candidates.erase(candidates.begin());
+  }
+  const Told told = calibrate(simulated, record, 2);
+  EXPECT_EQ(told.result.state, CalibrationState::kConverged) << told.result.advice;
+  EXPECT_EQ(lightsInEstimate(told.result), 2);
+  EXPECT_LT(told.worst_claim, kWrongChiSquare);
+}
+
+TEST(SeveralLights, OneAtMostIsTheFirstLightAlone) {
+  SimulatedCase simulated = danceWith(2, 9);
+  simulated.duration_s = 30.0;
+  SimulatedRecord record = simulate(simulated).record;
+  const Told both = calibrate(simulated, record, 1);
+  for (BearingSet& set : record.bearings) set.candidates.pop_back();
+  const Told first = calibrate(simulated, record, 1);
+  EXPECT_EQ(both.result.cartesian_state->mean, first.result.cartesian_state->mean);
+  EXPECT_EQ(both.result.cartesian_state->covariance, first.result.cartesian_state->covariance);
+}
+
+}  // namespace
+}  // namespace bearing_calibration

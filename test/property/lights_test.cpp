@@ -1,0 +1,160 @@
+// Several lights: the joint fit against what it must be the same as, and who is left out of it.
+
+#include <gtest/gtest.h>
+
+#include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/lights_agreement.h"
+#include "bearing_calibration/calibration/lights_fit.h"
+#include "bearing_calibration/common/angle.h"
+#include "tools/lights_case.h"
+#include "tools/simulated_case.h"
+
+namespace bearing_calibration {
+namespace {
+
+SimulatedCase danceWith(int lights, std::uint64_t seed) {
+  SimulatedCase simulated = paperCase(seed);
+  simulated.duration_s = 40.0;
+  addLights(simulated, lights, seed);
+  simulated.robot.sensor.identifies_lights = true;
+  return simulated;
+}
+
+/// Neither looks for slips nor for outliers nor for correlation: one least-squares problem.
+BatchConfig plainBatch(const ErrorPriors& errors) {
+  BatchConfig config;
+  config.huber_sigmas = 0.0;
+  config.reject_sigmas = 0.0;
+  config.slip_gain = 0.0;
+  config.widen_for_correlation = false;
+  config.errors = errors;
+  return config;
+}
+
+LightsFit fitFromTruth(const SimulatedCase& simulated, const SightRun& run) {
+  const std::vector<LightsImage> images = imagesOf(run, run.sights.size());
+  return fitLights(images, startAtTruth(simulated, run, images), plainBatch(simulated.looked_for));
+}
+
+/// With one light it is the batch of one light, which has been held against a dense solution.
+void expectTheSameAsOneLight(SimulatedCase simulated) {
+  const SightRun run = simulate(simulated);
+  const LightsFit several = fitFromTruth(simulated, run);
+  const std::size_t last = run.sights.size() - 1;
+  const BatchEstimate one =
+      BatchEstimator(plainBatch(simulated.looked_for))
+          .estimate(run.sights, {run.truth[last], last, trueErrors(simulated.robot)});
+  ASSERT_TRUE(several.settled && one.converged);
+  // Both stop within a hundredth of a standard deviation of the optimum.
+  const RobotEstimate robot = several.last.robot(0);
+  const Vector5 stddev = one.at_last_sight.covariance.diagonal().cwiseSqrt();
+  const Vector5 apart = robot.cartesian.mean - one.at_last_sight.mean;
+  EXPECT_LT(apart.cwiseQuotient(stddev).cwiseAbs().maxCoeff(), 0.02);
+  const Matrix5 scale = stddev.cwiseInverse().asDiagonal();
+  const Matrix5 difference =
+      scale * (robot.cartesian.covariance - one.at_last_sight.covariance) * scale;
+  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-3);
+  const ErrorVector errors_apart = robot.errors.mean - one.errors.mean;
+  EXPECT_LT(errors_apart.cwiseAbs().maxCoeff(), 0.02 * 0.03);
+  EXPECT_NEAR(several.chi_square, one.chi_square, 1e-2 * one.chi_square);
+}
+
+TEST(LightsFit, OfOneLightIsTheBatchOfOneLight) {
+  for (std::uint64_t seed : {1, 2, 3}) expectTheSameAsOneLight(danceWith(1, seed));
+}
+
+TEST(LightsFit, OfOneLightAndAnImperfectRobotIsTheBatchOfOneLight) {
+  SimulatedCase simulated = danceWith(1, 4);
+  makeImperfect(simulated, {0.03, 0.01, 0.0, 0.0, 0.0, 0.0}, 4);
+  simulated.looked_for = usualErrors();
+  expectTheSameAsOneLight(simulated);
+}
+
+// Two lights of which each is seen in every other image only, at one place, are not one light: but
+// the same light twice in each image, with twice the variance, says as much of the mount as once.
+TEST(LightsFit, TheSameLightTwiceWithTwiceTheVarianceIsThatLightOnce) {
+  SimulatedCase simulated = danceWith(1, 5);
+  const SightRun run = simulate(simulated);
+  const LightsFit once = fitFromTruth(simulated, run);
+
+  std::vector<LightsImage> images = imagesOf(run, run.sights.size());
+  for (LightsImage& image : images) {
+    image.lights[0].azimuth_variance_rad2 *= 2.0;
+    image.lights[1] = image.lights[0];
+  }
+  simulated.lights.push_back(simulated.lights.front());
+  const LightsFit twice =
+      fitLights(images, startAtTruth(simulated, run, images), plainBatch(simulated.looked_for));
+  ASSERT_TRUE(once.settled && twice.settled);
+  const MountEstimate a = once.last.mount();
+  const MountEstimate b = twice.last.mount();
+  const Eigen::Vector3d stddev = a.covariance.diagonal().cwiseSqrt();
+  EXPECT_LT((a.mean - b.mean).cwiseQuotient(stddev).cwiseAbs().maxCoeff(), 0.02);
+  const Eigen::Matrix3d scale = stddev.cwiseInverse().asDiagonal();
+  EXPECT_LT((scale * (a.covariance - b.covariance) * scale).cwiseAbs().maxCoeff(), 1e-2);
+}
+
+TEST(LightsFit, DoesNotDependOnTheLightsOrder) {
+  SimulatedCase simulated = danceWith(3, 6);
+  const SightRun run = simulate(simulated);
+  const LightsFit fit = fitFromTruth(simulated, run);
+  std::vector<LightsImage> images = imagesOf(run, run.sights.size());
+  for (LightsImage& image : images) std::swap(image.lights[0], image.lights[2]);
+  std::swap(simulated.lights[0], simulated.lights[2]);
+  const LightsFit swapped =
+      fitLights(images, startAtTruth(simulated, run, images), plainBatch(simulated.looked_for));
+  ASSERT_TRUE(fit.settled && swapped.settled);
+  constexpr double kRounding = 1e-6;
+  EXPECT_LT((fit.last.mount().mean - swapped.last.mount().mean).norm(), kRounding);
+  const Vector5 first = fit.last.robot(0).cartesian.mean;
+  EXPECT_LT((first - swapped.last.robot(2).cartesian.mean).norm(), kRounding);
+}
+
+MountEstimate mountAt(double x_m) {
+  MountEstimate mount;
+  mount.mean << x_m, 0.0, 0.5;
+  mount.covariance = Eigen::Vector3d(1e-6, 1e-6, 1e-4).asDiagonal();  // 1 mm
+  return mount;
+}
+
+TEST(LightsAgreement, LightsThatSayTheSameAgree) {
+  const LightsAgreement agreement = compareLights({mountAt(0.1), mountAt(0.101), mountAt(0.099)});
+  EXPECT_EQ(agreement.agreeing.size(), 3U);
+  EXPECT_TRUE(agreement.contradicting.empty());
+  EXPECT_TRUE(agreement.has_majority && agreement.is_clear);
+}
+
+TEST(LightsAgreement, TheOneThatContradictsTheOthersIsLeftOut) {
+  const LightsAgreement agreement =
+      compareLights({mountAt(0.1), mountAt(0.12), mountAt(0.101), mountAt(0.1)});
+  EXPECT_EQ(agreement.contradicting, (std::vector<std::size_t>{1}));
+  EXPECT_EQ(agreement.agreeing, (std::vector<std::size_t>{0, 2, 3}));
+  EXPECT_TRUE(agreement.has_majority);
+}
+
+TEST(LightsAgreement, OfTwoThatDoNotAgreeNobodyKnowsWhichIsRight) {
+  const LightsAgreement agreement = compareLights({mountAt(0.1), mountAt(0.12)});
+  EXPECT_FALSE(agreement.has_majority);
+}
+
+// The squared distance of two is 18 of its variance: below the chi-square(3) of 1e-4, 21.1, and
+// above that of 1e-3, 16.3.
+TEST(LightsAgreement, BetweenAgreementAndContradictionIsDoubt) {
+  const double apart_m = std::sqrt(18.0 * 2e-6);
+  const LightsAgreement agreement = compareLights({mountAt(0.1), mountAt(0.1 + apart_m)});
+  EXPECT_TRUE(agreement.has_majority);
+  EXPECT_FALSE(agreement.is_clear);
+}
+
+TEST(LightsConfig, TheNumberOfLightsHasBounds) {
+  LightsConfig config;
+  EXPECT_TRUE(config.validate().empty());
+  for (int wrong : {-1, 0, kMostLights + 1}) {
+    config.most = wrong;
+    ASSERT_EQ(config.validate().size(), 1U);
+    EXPECT_NE(config.validate().front().find("lights/most"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace bearing_calibration
