@@ -21,6 +21,7 @@ INTERFACES = (
     ('msg', 'LightBearings', 'in: `bearings`; out: those of the light detection'),
     ('msg', 'LightBearing', 'one candidate in LightBearings'),
     ('msg', 'CalibrationEstimate', 'out: `~estimate` of the calibration'),
+    ('msg', 'CalibrationLight', 'one light in CalibrationEstimate'),
     ('msg', 'PredictedBearing', 'out: `~predicted_bearing` of the calibration; in: the detection'),
     ('srv', 'FindMirror', '`~find_mirror` of the light detection'),
     ('srv', 'StartDrive', '`~start` of the drive'),

@@ -223,6 +223,7 @@ int run(int argc, char** argv) {
   const std::vector<Trial> trials = runAll(arguments);
   const std::vector<TableRow> rows = summarise(trials);
   std::cout << format(rows);
+  if (!(*values)["lights"].defaulted()) std::cout << formatBounds(trials);
   std::cout << formatRobotErrors(trials);
   printRemarkable(trials, arguments.seed);
   if (values->count("check") == 0) return 0;

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <map>
 
+#include "bearing_calibration/common/angle.h"
+
 namespace bearing_calibration {
 namespace {
 
@@ -72,6 +74,39 @@ std::vector<TableRow> summarise(const std::vector<Trial>& trials) {
     rows.push_back(summariseRow(trials, i));
   }
   return rows;
+}
+
+std::string formatBounds(const std::vector<Trial>& trials) {
+  std::string text =
+      "| time [s] | bound phi [deg] | rho [mm] | psi [deg] | yaw [deg] | RMSE phi [deg] | rho [mm] "
+      "| "
+      "psi [deg] | yaw [deg] |\n|---|---|---|---|---|---|---|---|---|\n";
+  for (std::size_t i = 0; !trials.empty() && i < trials.front().snapshots.size(); ++i) {
+    Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();
+    Eigen::Matrix<double, 6, 1> bounds = Eigen::Matrix<double, 6, 1>::Zero();
+    int estimates = 0;
+    for (const Trial& trial : trials) {
+      if (!trial.snapshots[i].has_estimate) continue;
+      ++estimates;
+      squares += errorsOf(trial.snapshots[i]).cwiseAbs2();
+      bounds += boundsOf(trial.snapshots[i]);
+    }
+    const auto shown = [&](const Eigen::Matrix<double, 6, 1>& sums) {
+      constexpr double kMillimetres = 1e3;
+      const Eigen::Matrix<double, 6, 1> size = (sums / std::max(1, estimates)).cwiseSqrt();
+      return Eigen::Vector4d(degreesFromRadians(size(0)), kMillimetres * size(1),
+                             degreesFromRadians(size(2)), degreesFromRadians(size(5)));
+    };
+    const Eigen::Vector4d bound = shown(bounds);
+    const Eigen::Vector4d reached = shown(squares);
+    char line[256];
+    std::snprintf(line, sizeof(line),
+                  "| %.0f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f |\n",
+                  trials.front().snapshots[i].time_s, bound(0), bound(1), bound(2), bound(3),
+                  reached(0), reached(1), reached(2), reached(3));
+    text += line;
+  }
+  return text;
 }
 
 std::string format(const std::vector<TableRow>& rows) {

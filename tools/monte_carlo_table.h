@@ -35,5 +35,8 @@ struct TableRow {
 std::vector<TableRow> summarise(const std::vector<Trial>& trials);
 /// A table in Markdown.
 std::string format(const std::vector<TableRow>& rows);
+/// The bound and what was reached, as absolute figures: standard deviations over all trials with an
+/// estimate.
+std::string formatBounds(const std::vector<Trial>& trials);
 
 }  // namespace bearing_calibration

@@ -33,15 +33,24 @@ bool fitsWell(const LightsFit& fit, const InitializerConfig& config) {
          fit.chi_square < n + config.max_chi_square_sigmas * std::sqrt(2.0 * n);
 }
 
-/// Nobody knows better where wheels slipped than the surest light does: what its own answers differ
-/// by (see averageOverSlips) stays in the mount's covariance.
-void addSpread(const OwnAnswer& surest, LightsEstimate* estimate) {
-  const MountEstimate average = mountFromCartesian(surest.average.cartesian);
-  const MountEstimate best = mountFromCartesian(surest.fit.at_last_sight);
+/// What the suppositions about slips in one light's record differ by (see averageOverSlips).
+Eigen::Matrix3d spreadOf(const OwnAnswer& answer) {
+  const MountEstimate average = mountFromCartesian(answer.average.cartesian);
+  const MountEstimate best = mountFromCartesian(answer.fit.at_last_sight);
   Eigen::Vector3d shift = average.mean - best.mean;
   shift.z() = wrapAngle(shift.z());
-  const Eigen::Matrix3d spread = average.covariance - best.covariance + shift * shift.transpose();
-  if (spread.trace() > 0.0) estimate->covariance.topLeftCorner<3, 3>() += spread;
+  return average.covariance - best.covariance + shift * shift.transpose();
+}
+
+/// A slip that one light suspects and another does not is none: the least spread stays in the
+/// mount's covariance.
+void addSpread(const std::vector<const OwnAnswer*>& answers, LightsEstimate* estimate) {
+  Eigen::Matrix3d least = spreadOf(*answers.front());
+  for (const OwnAnswer* answer : answers) {
+    const Eigen::Matrix3d spread = spreadOf(*answer);
+    if (spread.trace() < least.trace()) least = spread;
+  }
+  if (least.trace() > 0.0) estimate->covariance.topLeftCorner<3, 3>() += least;
 }
 
 }  // namespace
@@ -95,28 +104,77 @@ void JointCalibration::review(const std::vector<const OwnAnswer*>& answers,
   const LightsAgreement agreement = compareLights(mounts);
   contradicting_.clear();
   for (std::size_t i : agreement.contradicting) contradicting_.push_back(lights[i]);
-  joint_.reset();
-  outcome_ = agreement.has_majority || lights.empty() ? Outcome::kTooFew : Outcome::kTorn;
-  if (outcome_ == Outcome::kTorn || agreement.agreeing.size() < 2) return;
+  std::vector<std::size_t> agreeing;
+  for (std::size_t i : agreement.agreeing) agreeing.push_back(lights[i]);
 
-  Joint joint;
+  joint_.reset();
+  outcome_ = Outcome::kTooFew;
+  while (outcome_ != Outcome::kJoint) {
+    if (!contradicting_.empty() && agreeing.size() <= contradicting_.size()) {
+      outcome_ = Outcome::kTorn;
+      return;
+    }
+    if (agreeing.size() < 2) return;
+    outcome_ = fitTogether(answers, agreeing);
+    if (outcome_ == Outcome::kJoint) continue;
+    const auto culprit = outcome_ == Outcome::kTorn ? std::optional(mostContradicted(answers))
+                                                    : oneTooMany(answers, agreeing);
+    joint_.reset();
+    if (!culprit) return;
+    contradicting_.push_back(*culprit);
+    agreeing.erase(std::find(agreeing.begin(), agreeing.end(), *culprit));
+  }
+  // One that is wrong pulls the joint answer about as far from the truth as it is from it.
+  constexpr double kFalseDoubt = 1e-3;
+  const double most = contradictionOf(*answers[mostContradicted(answers)]);
+  const bool is_clear = most <= largestContradiction(agreeing.size(), kFalseDoubt);
+  if (earlier) fuseMount(*earlier, &joint_->estimate);
+  joint_->judgement = judge(joint_->estimate, is_clear);
+}
+
+/// @returns kJoint when they agree, kTorn when one of them does not, kUnfit
+JointCalibration::Outcome JointCalibration::fitTogether(
+    const std::vector<const OwnAnswer*>& answers, const std::vector<std::size_t>& lights) {
+  constexpr double kFalseAlarm = 1e-4;
   std::vector<const OwnAnswer*> taken;
   widening_.clear();
-  for (std::size_t i : agreement.agreeing) {
-    joint.lights.push_back(lights[i]);
-    taken.push_back(answers[lights[i]]);
+  for (std::size_t light : lights) {
+    taken.push_back(answers[light]);
     widening_.push_back(wideningFor(taken.back()->fit.correlation));
   }
-  const std::vector<LightsImage> images = imagesOf(record_.entries(), joint.lights);
+  const std::vector<LightsImage> images = imagesOf(record_.entries(), lights);
   const BatchConfig& batch = config_.initializer.batch;
   const LightsFit fit = fitLights(images, startFromAnswers(images, taken, batch.errors), batch);
-  outcome_ = fitsWell(fit, config_.initializer) ? Outcome::kJoint : Outcome::kUnfit;
-  if (outcome_ == Outcome::kUnfit) return;
-  joint.estimate = fit.last;
-  addSpread(surestOf(taken), &joint.estimate);
-  if (earlier) fuseMount(*earlier, &joint.estimate);
-  joint.judgement = judge(joint.estimate, agreement.is_clear);
-  joint_ = joint;
+  if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
+  joint_ = Joint{fit.last, lights, {}};
+  addSpread(taken, &joint_->estimate);
+  const double most = contradictionOf(*answers[mostContradicted(answers)]);
+  return most > largestContradiction(lights.size(), kFalseAlarm) ? Outcome::kTorn : Outcome::kJoint;
+}
+
+/// The only light without which all others fit; none when there is no such light, or another one.
+std::optional<std::size_t> JointCalibration::oneTooMany(
+    const std::vector<const OwnAnswer*>& answers, const std::vector<std::size_t>& lights) {
+  std::optional<std::size_t> found;
+  for (std::size_t light : lights) {
+    std::vector<std::size_t> others = lights;
+    others.erase(std::find(others.begin(), others.end(), light));
+    if (others.size() < 2 || fitTogether(answers, others) != Outcome::kJoint) continue;
+    if (found) return std::nullopt;
+    found = light;
+  }
+  return found;
+}
+
+double JointCalibration::contradictionOf(const OwnAnswer& answer) const {
+  return contradiction(mountFromCartesian(answer.average.cartesian), joint_->estimate.mount());
+}
+
+std::size_t JointCalibration::mostContradicted(const std::vector<const OwnAnswer*>& answers) const {
+  return *std::max_element(joint_->lights.begin(), joint_->lights.end(),
+                           [&](std::size_t a, std::size_t b) {
+                             return contradictionOf(*answers[a]) < contradictionOf(*answers[b]);
+                           });
 }
 
 Judgement JointCalibration::judge(const LightsEstimate& estimate, bool is_clear) const {

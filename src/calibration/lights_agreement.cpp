@@ -1,8 +1,12 @@
 #include "bearing_calibration/calibration/lights_agreement.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "bearing_calibration/calibration/mount_agreement.h"
+#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
 
 namespace bearing_calibration {
@@ -11,14 +15,14 @@ namespace {
 constexpr double kMountDegrees = 3.0;
 /// Of calling one of several sound lights a contradicting one.
 constexpr double kFalseAlarm = 1e-4;
-/// Of waiting with a verdict: two lights so far apart pull their joint answer about as far from the
-/// truth as a wrong one is, if one of the two is wrong.
-constexpr double kFalseDoubt = 1e-3;
+/// The covariance of a difference is twice the sum of both at most, however they hang together.
+constexpr double kShared = 2.0;
 
-/// Chi-square of two mounts that all pairs of `lights` stay below, but for one in 1/`probability`.
-double limitFor(std::size_t lights, double probability) {
+/// Chi-square of two independent mounts that all pairs of `lights` stay below, and what they share
+/// allowed for.
+double limitFor(std::size_t lights) {
   const double pairs = std::max(1.0, 0.5 * static_cast<double>(lights * (lights - 1)));
-  return chiSquareQuantile(1.0 - probability / pairs, kMountDegrees);
+  return kShared * chiSquareQuantile(1.0 - kFalseAlarm / pairs, kMountDegrees);
 }
 
 /// What speaks against one light.
@@ -47,7 +51,7 @@ Objection objectionTo(std::size_t light, const std::vector<std::size_t>& others,
 
 LightsAgreement compareLights(const std::vector<MountEstimate>& mounts) {
   LightsAgreement agreement;
-  const double limit = limitFor(mounts.size(), kFalseAlarm);
+  const double limit = limitFor(mounts.size());
   std::vector<std::size_t>& agreeing = agreement.agreeing;
   for (std::size_t i = 0; i < mounts.size(); ++i) agreeing.push_back(i);
   const auto objection = [&](std::size_t light) {
@@ -62,11 +66,30 @@ LightsAgreement compareLights(const std::vector<MountEstimate>& mounts) {
     agreeing.erase(worst);
   }
   agreement.has_majority = agreeing.size() > agreement.contradicting.size();
-  const double doubt = limitFor(mounts.size(), kFalseDoubt);
-  agreement.is_clear = std::all_of(agreeing.begin(), agreeing.end(), [&](std::size_t light) {
-    return objectionTo(light, agreeing, mounts, doubt).lights == 0;
-  });
   return agreement;
+}
+
+double contradiction(const MountEstimate& own, const MountEstimate& joint) {
+  // Directions in which the joint estimate says hardly more than the light's own do not count.
+  constexpr double kLeastGain = 0.05;
+  const Eigen::LLT<Eigen::Matrix3d> root(own.covariance);
+  Eigen::Vector3d difference = own.mean - joint.mean;
+  difference.z() = wrapAngle(difference.z());
+  const Eigen::Vector3d standardised = root.matrixL().solve(difference);
+  const Eigen::Matrix3d half = root.matrixL().solve(joint.covariance);
+  const Eigen::Matrix3d ratio = root.matrixL().solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (ratio + ratio.transpose()));
+  double chi_square = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double gain = 1.0 - solver.eigenvalues()(i);
+    if (gain < kLeastGain) continue;
+    chi_square += std::pow(solver.eigenvectors().col(i).dot(standardised), 2) / gain;
+  }
+  return chi_square;
+}
+
+double largestContradiction(std::size_t lights, double probability) {
+  return chiSquareQuantile(1.0 - probability / static_cast<double>(lights), kMountDegrees);
 }
 
 }  // namespace bearing_calibration

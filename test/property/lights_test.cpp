@@ -5,6 +5,7 @@
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/calibration/lights_agreement.h"
 #include "bearing_calibration/calibration/lights_fit.h"
+#include "bearing_calibration/calibration/mount_agreement.h"
 #include "bearing_calibration/common/angle.h"
 #include "tools/lights_case.h"
 #include "tools/simulated_case.h"
@@ -121,7 +122,7 @@ TEST(LightsAgreement, LightsThatSayTheSameAgree) {
   const LightsAgreement agreement = compareLights({mountAt(0.1), mountAt(0.101), mountAt(0.099)});
   EXPECT_EQ(agreement.agreeing.size(), 3U);
   EXPECT_TRUE(agreement.contradicting.empty());
-  EXPECT_TRUE(agreement.has_majority && agreement.is_clear);
+  EXPECT_TRUE(agreement.has_majority);
 }
 
 TEST(LightsAgreement, TheOneThatContradictsTheOthersIsLeftOut) {
@@ -137,13 +138,22 @@ TEST(LightsAgreement, OfTwoThatDoNotAgreeNobodyKnowsWhichIsRight) {
   EXPECT_FALSE(agreement.has_majority);
 }
 
-// The squared distance of two is 18 of its variance: below the chi-square(3) of 1e-4, 21.1, and
-// above that of 1e-3, 16.3.
-TEST(LightsAgreement, BetweenAgreementAndContradictionIsDoubt) {
-  const double apart_m = std::sqrt(18.0 * 2e-6);
-  const LightsAgreement agreement = compareLights({mountAt(0.1), mountAt(0.1 + apart_m)});
-  EXPECT_TRUE(agreement.has_majority);
-  EXPECT_FALSE(agreement.is_clear);
+// Of two independent lights that know the mount equally well the mean is the joint answer: then the
+// one's distance from it says what the two say of each other.
+TEST(LightsAgreement, ContradictionIsThatOfTheOthers) {
+  const MountEstimate one = mountAt(0.1);
+  const MountEstimate other = mountAt(0.104);
+  MountEstimate joint = mountAt(0.102);
+  joint.covariance *= 0.5;
+  constexpr double kRounding = 1e-9;
+  EXPECT_NEAR(contradiction(one, joint), disagreement(one, other), kRounding);
+  EXPECT_NEAR(contradiction(other, joint), 16.0 / 2.0, kRounding);  // (4 mm)^2 of 2 (1 mm)^2
+}
+
+TEST(LightsAgreement, WhatTheOthersDoNotTellContradictsNothing) {
+  MountEstimate joint = mountAt(0.104);
+  joint.covariance *= 0.99;
+  EXPECT_EQ(contradiction(mountAt(0.1), joint), 0.0);
 }
 
 TEST(LightsConfig, TheNumberOfLightsHasBounds) {

@@ -98,6 +98,35 @@ class CalibrateBag(Drives):
                      'kalibr_camchain.yaml', 'vins_extrinsics.yaml', 'diff_drive_controller.yaml'):
             self.assertTrue(os.path.exists(os.path.join(self.output, name)), name)
 
+    def testCalibratesWithTwoLightsThatTheSensorTellsApart(self):
+        def seeBoth(world):
+            first = world.candidate(light_id=3)
+            place, world.light = world.light, (1.4, 2.2)
+            second = world.candidate(light_id=7)
+            world.light = place
+            return [first, second]
+
+        bag = self.record('two.bag', worldOf(), look=seeBoth)
+        self.assertStatus(self.run_(bag, '--set', NOISE, '--set', 'lights/most=2'), CONVERGED)
+        both = self.result()
+        self.assertRight(both, worldOf())
+        self.assertEqual([(light['id'], light['in_estimate']) for light in both['lights']],
+                         [(3, True), (7, True)])
+        # seen from the base at the end, which the odometry knows to centimetres
+        end = worldOf()
+        for _ in range(1199 * end.TICKS_PER_BEARING):
+            end.advance()
+        for light, place in zip(both['lights'], ((0.0, 0.0), (1.4, 2.2))):
+            east, north = place[0] - end.x, place[1] - end.y
+            cosine, sine = math.cos(end.heading), math.sin(end.heading)
+            self.assertAlmostEqual(light['x_m'], cosine * east + sine * north, delta=0.1)
+            self.assertAlmostEqual(light['y_m'], cosine * north - sine * east, delta=0.1)
+        self.assertStatus(self.run_(bag, '--set', NOISE), CONVERGED)
+        one = self.result()
+        self.assertEqual([light['id'] for light in one['lights']], [3])
+        for key in ('x', 'y', 'yaw'):
+            self.assertLess(both['stddev'][key], one['stddev'][key])
+
     def testWritesWhatTheReportIsMadeFrom(self):
         self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
         with open(os.path.join(self.output, 'looks.csv')) as file:

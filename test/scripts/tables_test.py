@@ -35,6 +35,14 @@ class Tables(unittest.TestCase):
         self.assertRegex(done.stdout, r'(?m)^sensor_roll \[rad\] +4 ')
         self.assertNotIn('wheel_separation', done.stdout)
 
+    def testMonteCarloWithSeveralLightsSaysTheBoundToo(self):
+        done = run('monte_carlo', '--what', 'batch', '--world', 'paper', '--runs', '2', '--lights',
+                   '2', '--unidentified')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [line.split('|') for line in done.stdout.splitlines() if line.startswith('| 100')]
+        self.assertEqual(len(rows), 2)
+        self.assertLess(float(rows[1][3]), 1.6)  # mm of rho, better than with one light
+
     def testMonteCarloNamesAWrongArgument(self):
         for option, value in (('--what', 'guess'), ('--world', 'moon')):
             done = run('monte_carlo', option, value)

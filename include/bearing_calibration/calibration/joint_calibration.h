@@ -51,6 +51,12 @@ class JointCalibration {
   Outcome outcome() const { return outcome_; }
 
  private:
+  Outcome fitTogether(const std::vector<const OwnAnswer*>& answers,
+                      const std::vector<std::size_t>& lights);
+  double contradictionOf(const OwnAnswer& answer) const;
+  std::optional<std::size_t> oneTooMany(const std::vector<const OwnAnswer*>& answers,
+                                        const std::vector<std::size_t>& lights);
+  std::size_t mostContradicted(const std::vector<const OwnAnswer*>& answers) const;
   Judgement judge(const LightsEstimate& estimate, bool is_clear) const;
 
   CalibratorConfig config_;

@@ -14,12 +14,20 @@ struct LightsAgreement {
   std::vector<std::size_t> contradicting;
   /// More agree than contradict. With two that do not, nobody knows which one is right.
   bool has_majority = false;
-  /// No two of those that agree are so far apart that a verdict had better wait.
-  bool is_clear = true;
 };
 
-/// @param mounts  one for each light, each from that light's bearings alone. They share the wheels'
-///   noise, which brings them nearer to each other than independent ones would be.
+/// Sorts out those that clearly contradict the others, before there is a joint estimate.
+/// @param mounts  one for each light, each from that light's bearings alone. How the wheels' noise,
+///   which they share, makes them hang together is not known here: the worst is allowed for.
 LightsAgreement compareLights(const std::vector<MountEstimate>& mounts);
+
+/// How far a light's own mount is from the joint one that it is a part of: chi-square with 3
+/// degrees of freedom when all of them see the same mount. The covariance of the difference is that
+/// of its own less the joint one, since the joint one is the best that can be made of both (Hausman
+/// 1978); it counts the noise that they share.
+double contradiction(const MountEstimate& own, const MountEstimate& joint);
+
+/// What contradictions of `lights` sound lights stay below, but for one case in 1/`probability`.
+double largestContradiction(std::size_t lights, double probability);
 
 }  // namespace bearing_calibration
