@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "bearing_calibration/calibration/mount_agreement.h"
+#include <iterator>
+#include <limits>
 
 namespace bearing_calibration {
 namespace {
@@ -27,10 +27,6 @@ bool isSame(const Bearing& bearing, const Sight& sight) {
          bearing.azimuth_variance_rad2 == sight.azimuth_variance_rad2;
 }
 
-bool isKnocked(const MountCalibration& calibration) {
-  return calibration.judgement() != nullptr && calibration.judgement()->knocked;
-}
-
 }  // namespace
 
 SeveralLights::SeveralLights(const CalibratorConfig& config)
@@ -42,12 +38,12 @@ SeveralLights::SeveralLights(const CalibratorConfig& config)
 
 void SeveralLights::takeUp(const MountEstimate& earlier) {
   earlier_ = earlier;
-  for (Light& light : lights_) light.calibration.takeUp(earlier);
+  for (LightMember& light : lights_) light.takeUp(earlier);
 }
 
 Look SeveralLights::look(const BearingSet& image, const OdometryIncrement& motion,
                          const TravelNearby& nearby) {
-  if (!isMany()) return lights_.front().calibration.look(image, motion, nearby);
+  if (!isMany()) return lights_.front().look(image, motion, nearby);
   motion_ = motion;
   nearby_ = nearby;
   way_m_ += motion.distance_m + kLever_m * motion.rotation_rad;
@@ -83,11 +79,11 @@ Look SeveralLights::look(const BearingSet& image, const OdometryIncrement& motio
 
 bool SeveralLights::isOwned(std::int32_t light_id) const {
   return std::any_of(lights_.begin(), lights_.end(),
-                     [&](const Light& light) { return light.calibration.lightId() == light_id; });
+                     [&](const LightMember& light) { return light.lightId() == light_id; });
 }
 
 bool SeveralLights::isOffered(const Bearing& candidate, std::size_t light) const {
-  const std::int32_t own_id = lights_[light].calibration.lightId();
+  const std::int32_t own_id = lights_[light].lightId();
   if (candidate.light_id == kUnknownLight || candidate.light_id == own_id) return true;
   return own_id == kUnknownLight && !isOwned(candidate.light_id);
 }
@@ -98,16 +94,9 @@ Look SeveralLights::show(std::size_t light, const BearingSet& image, std::vector
   BearingSet offered{image.stamp, {}};
   std::copy_if(left->begin(), left->end(), std::back_inserter(offered.candidates),
                [&](const Bearing& candidate) { return isOffered(candidate, light); });
-  Light& shown = lights_[light];
-  const Look look = shown.calibration.look(offered, motion_, nearby_);
-  if (look.lost_light) {
-    joint_.forget(light);
-    shown.is_sound = false;
-    shown.one_mount_since_m.reset();
-    shown.knock_heard_m.reset();
-  }
+  const Look look = lights_[light].look(offered, motion_, nearby_);
+  if (look.lost_light) joint_.forget(light);
   if (look.kind != Look::Kind::kTaken) return look;
-  shown.last_seen = image.stamp;
   seen->lights.at(light) = {look.sight.azimuth_rad, look.sight.azimuth_variance_rad2};
   const auto taken = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
     return isSame(candidate, look.sight);
@@ -119,9 +108,10 @@ Look SeveralLights::show(std::size_t light, const BearingSet& image, std::vector
 /// What no light has taken may be a further one.
 void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
                             LightsImage* seen) {
-  const bool has_newcomer = std::any_of(lights_.begin(), lights_.end(), [](const Light& light) {
-    return light.calibration.lightId() == kUnknownLight && light.calibration.judgement() == nullptr;
-  });
+  const bool has_newcomer =
+      std::any_of(lights_.begin(), lights_.end(), [](const LightMember& light) {
+        return light.lightId() == kUnknownLight && !light.isFound();
+      });
   bool may_be_unknown = !has_newcomer;
   for (;;) {
     const auto newcomer = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
@@ -133,10 +123,10 @@ void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
     if (*place == lights_.size()) {
       lights_.emplace_back(forOne(config_));
     } else {
-      lights_[*place] = Light(forOne(config_));
+      lights_[*place] = LightMember(forOne(config_));
       joint_.forget(*place);
     }
-    if (earlier_) lights_[*place].calibration.takeUp(*earlier_);
+    if (earlier_) lights_[*place].takeUp(*earlier_);
     std::vector<Bearing> own = {*newcomer};
     show(*place, image, &own, seen);
     left->erase(newcomer);
@@ -146,14 +136,14 @@ void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
 std::optional<std::size_t> SeveralLights::placeForAnother(Stamp now) const {
   if (lights_.size() < static_cast<std::size_t>(config_.lights.most)) return lights_.size();
   for (std::size_t i = 0; i < lights_.size(); ++i) {
-    const bool is_found = lights_[i].calibration.judgement() != nullptr;
-    if (!is_found && lights_[i].last_seen + kForgottenAfter < now) return i;
+    const LightMember& light = lights_[i];
+    if (!light.isFound() && light.lastSeen() + kForgottenAfter < now) return i;
   }
   return std::nullopt;
 }
 
 void SeveralLights::review() {
-  for (Light& light : lights_) noteAnswer(&light);
+  for (LightMember& light : lights_) light.review(way_m_);
   knock_ = hearKnocks();
   if (knock_ && knock_->knocked && config_.knocked.start_anew) {
     startAnew();
@@ -161,55 +151,29 @@ void SeveralLights::review() {
   }
   std::vector<const OwnAnswer*> answers;
   bool is_earlier_believed = earlier_.has_value();
-  for (const Light& light : lights_) {
-    answers.push_back(light.is_sound ? &*light.calibration.ownAnswer() : nullptr);
-    if (light.is_sound && !light.calibration.earlier()) is_earlier_believed = false;
+  for (const LightMember& light : lights_) {
+    answers.push_back(light.isSound() ? &*light.calibration().ownAnswer() : nullptr);
+    if (light.isSound() && !light.calibration().earlier()) is_earlier_believed = false;
   }
   joint_.review(answers, is_earlier_believed ? earlier_ : std::nullopt);
 }
 
-/// A light takes part once its own answer has stood for as long as a verdict on it alone would have
-/// to: all that makes such a verdict honest, but for how well the mount is known.
-void SeveralLights::noteAnswer(Light* light) const {
-  const auto& answer = light->calibration.ownAnswer();
-  const Judgement* judgement = light->calibration.judgement();
-  if (!answer || judgement == nullptr || judgement->state == CalibrationState::kInconsistent) {
-    light->is_sound = false;
-    light->one_mount_since_m.reset();
-    return;
-  }
-  if (answer->stamps.back() == light->answered) return;
-  light->answered = answer->stamps.back();
-  if (!answer->tells_one_mount) {
-    light->is_sound = false;
-    light->one_mount_since_m.reset();
-    return;
-  }
-  if (!light->one_mount_since_m) light->one_mount_since_m = answer->motion_m;
-  light->is_sound = answer->motion_m - *light->one_mount_since_m >= kHeldOver_m;
-}
-
 /// A mount that was knocked is noticed by all lights, though not at once; a light that was moved
 /// says the same, but alone.
-std::optional<Judgement> SeveralLights::hearKnocks() {
-  std::size_t started = 0;
-  std::size_t knocked = 0;
-  std::optional<std::size_t> fresh;
-  const Judgement* words = nullptr;
+std::optional<Judgement> SeveralLights::hearKnocks() const {
+  const auto found = std::count_if(lights_.begin(), lights_.end(),
+                                   [](const LightMember& light) { return light.isFound(); });
+  std::ptrdiff_t knocked = 0;
+  std::optional<Judgement> alone;
   for (std::size_t i = 0; i < lights_.size(); ++i) {
-    Light& light = lights_[i];
-    if (light.calibration.judgement() == nullptr) continue;
-    ++started;
-    if (!isKnocked(light.calibration)) continue;
-    ++knocked;
-    words = light.calibration.judgement();
-    if (!light.knock_heard_m) light.knock_heard_m = way_m_;
-    if (way_m_ - *light.knock_heard_m < kAloneFor_m) fresh = i;
+    if (!lights_[i].isKnocked()) continue;
+    if (2 * ++knocked >= found) return *lights_[i].calibration().judgement();
+    if (lights_[i].knockedFor(way_m_) < kAloneFor_m) {
+      alone = {CalibrationState::kConverging,
+               nameOf(i) + " says that the mount has moved, the others do not: drive on"};
+    }
   }
-  if (knocked > 0 && 2 * knocked >= started) return *words;
-  if (!fresh) return std::nullopt;
-  return Judgement{CalibrationState::kConverging,
-                   nameOf(*fresh) + " says that the mount has moved, the others do not: drive on"};
+  return alone;
 }
 
 void SeveralLights::startAnew() {
@@ -226,10 +190,10 @@ std::size_t SeveralLights::leader() const {
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < lights_.size(); ++i) {
-    const Judgement* judgement = lights_[i].calibration.judgement();
+    const Judgement* judgement = lights_[i].calibration().judgement();
     if (judgement == nullptr || judgement->state == CalibrationState::kInconsistent) continue;
     CalibrationResult result;
-    lights_[i].calibration.describe(&result);
+    lights_[i].calibration().describe(&result);
     const double size = result.base_from_sensor->covariance.trace();
     if (size >= least) continue;
     least = size;
@@ -239,7 +203,7 @@ std::size_t SeveralLights::leader() const {
 }
 
 std::string SeveralLights::nameOf(std::size_t light) const {
-  const std::int32_t id = lights_[light].calibration.lightId();
+  const std::int32_t id = lights_[light].lightId();
   return id == kUnknownLight ? "light number " + std::to_string(light + 1)
                              : "light " + std::to_string(id);
 }
@@ -265,52 +229,60 @@ std::string SeveralLights::noteOn(std::size_t light) const {
   if (std::count(contradicting.begin(), contradicting.end(), light) > 0) {
     return "says another mount than the others: it moves, or is a reflection";
   }
-  const Judgement* judgement = lights_[light].calibration.judgement();
-  if (judgement == nullptr) return "not found yet";
-  if (judgement->state == CalibrationState::kInconsistent) return judgement->advice;
-  return lights_[light].is_sound ? "" : "not yet confirmed";
+  return lights_[light].obstacle();
+}
+
+/// All lights with what their own calibrations say; `result` is filled by the leading one.
+std::vector<LightSummary> SeveralLights::summarise(std::size_t leading,
+                                                   CalibrationResult* result) const {
+  std::vector<LightSummary> summaries;
+  const CalibrationResult empty = *result;
+  if (lights_.empty()) MountCalibration(config_).describe(result);
+  std::uint32_t used = 0;
+  std::uint32_t gated = 0;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    CalibrationResult own = empty;
+    lights_[i].calibration().describe(&own);
+    used += own.bearings_used;
+    gated += own.bearings_gated;
+    summaries.push_back(own.lights.front());
+    summaries.back().in_estimate =
+        !joint_.joint() && i == leading && own.cartesian_state.has_value();
+    if (i == leading) *result = own;
+  }
+  result->bearings_used = used;
+  result->bearings_gated = gated;
+  return summaries;
+}
+
+/// What all lights together say takes the place of what one says.
+void SeveralLights::takeJoint(CalibrationResult* result) const {
+  const auto& joint = joint_.joint();
+  if (!joint) return;
+  for (std::size_t k = 0; k < joint->lights.size(); ++k) {
+    LightSummary& summary = result->lights[joint->lights[k]];
+    summary.in_estimate = true;
+    summary.cartesian_state = joint->estimate.robot(static_cast<int>(k)).cartesian;
+  }
+  const RobotEstimate robot = joint->estimate.robot(0);
+  result->cartesian_state = robot.cartesian;
+  result->robot_errors = robot.errors;
+  result->paper_state = paperFromCartesian(robot.cartesian);
+  result->base_from_sensor = mountFromCartesian(robot.cartesian);
+  result->state = joint->judgement.state;
+  result->advice = joint->judgement.advice;
 }
 
 void SeveralLights::describe(CalibrationResult* result) const {
   if (!isMany()) {
-    lights_.front().calibration.describe(result);
+    lights_.front().calibration().describe(result);
     return;
   }
-  const std::size_t leading = leader();
-  const auto& joint = joint_.joint();
-  std::vector<LightSummary> summaries;
-  std::uint32_t used = 0;
-  std::uint32_t gated = 0;
-  for (std::size_t i = 0; i < lights_.size(); ++i) {
-    CalibrationResult own = *result;
-    lights_[i].calibration.describe(&own);
-    used += own.bearings_used;
-    gated += own.bearings_gated;
-    summaries.push_back(own.lights.front());
-    summaries.back().in_estimate = !joint && i == leading && own.cartesian_state.has_value();
-    if (i == leading) *result = own;
+  result->lights = summarise(leader(), result);
+  takeJoint(result);
+  for (std::size_t i = 0; i < result->lights.size(); ++i) {
+    if (!result->lights[i].in_estimate) result->lights[i].note = noteOn(i);
   }
-  if (lights_.empty()) MountCalibration(forOne(config_)).describe(result);
-  if (joint) {
-    for (std::size_t k = 0; k < joint->lights.size(); ++k) {
-      LightSummary& summary = summaries[joint->lights[k]];
-      summary.in_estimate = true;
-      summary.cartesian_state = joint->estimate.robot(static_cast<int>(k)).cartesian;
-    }
-    const RobotEstimate robot = joint->estimate.robot(0);
-    result->cartesian_state = robot.cartesian;
-    result->robot_errors = robot.errors;
-    result->paper_state = paperFromCartesian(robot.cartesian);
-    result->base_from_sensor = mountFromCartesian(robot.cartesian);
-    result->state = joint->judgement.state;
-    result->advice = joint->judgement.advice;
-  }
-  for (std::size_t i = 0; i < summaries.size(); ++i) {
-    if (!summaries[i].in_estimate) summaries[i].note = noteOn(i);
-  }
-  result->bearings_used = used;
-  result->bearings_gated = gated;
-  result->lights = std::move(summaries);
   const auto against = objection();
   const bool is_verdict = result->state == CalibrationState::kConverged ||
                           result->state == CalibrationState::kConverging;
@@ -327,11 +299,11 @@ void SeveralLights::describe(CalibrationResult* result) const {
 std::optional<AzimuthPrediction> SeveralLights::predictAzimuthAfter(
     const OdometryIncrement& motion, const TravelNearby& nearby) const {
   if (isMany()) return std::nullopt;
-  return lights_.front().calibration.predictAzimuthAfter(motion, nearby);
+  return lights_.front().calibration().predictAzimuthAfter(motion, nearby);
 }
 
 std::int32_t SeveralLights::lightId() const {
-  return isMany() ? kUnknownLight : lights_.front().calibration.lightId();
+  return isMany() ? kUnknownLight : lights_.front().calibration().lightId();
 }
 
 }  // namespace bearing_calibration

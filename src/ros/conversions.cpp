@@ -210,8 +210,10 @@ core::CalibrationEstimate messageFromResult(const core::CalibrationResult& resul
   fillCartesianState(result.cartesian_state, &message);
   fillPaperState(result.paper_state, &message);
   fillRobotErrors(result, &message);
-  for (const core::LightSummary& light : result.lights) {
-    message.lights.push_back(messageFromLight(light));
+  if (result.lights.size() > 1) {
+    for (const core::LightSummary& light : result.lights) {
+      message.lights.push_back(messageFromLight(light));
+    }
   }
   message.nis = result.nis;
   message.nis_mean = result.nis_mean;

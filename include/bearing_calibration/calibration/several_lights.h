@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bearing_calibration/calibration/joint_calibration.h"
+#include "bearing_calibration/calibration/light_member.h"
 #include "bearing_calibration/calibration/mount_calibration.h"
 
 namespace bearing_calibration {
@@ -33,17 +34,6 @@ class SeveralLights {
   void describe(CalibrationResult* result) const;
 
  private:
-  struct Light {
-    explicit Light(const CalibratorConfig& config) : calibration(config) {}
-
-    MountCalibration calibration;
-    Stamp last_seen;
-    Stamp answered;  ///< end of the record of its last answer
-    std::optional<double> one_mount_since_m;
-    bool is_sound = false;  ///< its own answer has stood for as long as a verdict takes
-    std::optional<double> knock_heard_m;  ///< way when it first said that the mount had moved
-  };
-
   bool isMany() const { return config_.lights.most > 1; }
   bool isOffered(const Bearing& candidate, std::size_t light) const;
   bool isOwned(std::int32_t light_id) const;
@@ -52,17 +42,18 @@ class SeveralLights {
   void welcome(const BearingSet& image, std::vector<Bearing>* left, LightsImage* seen);
   std::optional<std::size_t> placeForAnother(Stamp now) const;
   void review();
-  void noteAnswer(Light* light) const;
-  std::optional<Judgement> hearKnocks();
+  std::optional<Judgement> hearKnocks() const;
   void startAnew();
   std::size_t leader() const;
   std::string nameOf(std::size_t light) const;
   std::optional<Judgement> objection() const;
   std::string noteOn(std::size_t light) const;
+  std::vector<LightSummary> summarise(std::size_t leading, CalibrationResult* result) const;
+  void takeJoint(CalibrationResult* result) const;
 
   CalibratorConfig config_;
   std::optional<MountEstimate> earlier_;
-  std::vector<Light> lights_;
+  std::vector<LightMember> lights_;
   JointCalibration joint_;
   OdometryIncrement motion_;  ///< of the last image
   TravelNearby nearby_;       ///< around it
