@@ -237,7 +237,10 @@ std::vector<LightSummary> SeveralLights::summarise(std::size_t leading,
                                                    CalibrationResult* result) const {
   std::vector<LightSummary> summaries;
   const CalibrationResult empty = *result;
-  if (lights_.empty()) MountCalibration(config_).describe(result);
+  if (lights_.empty()) {
+    result->error_priors = config_.initializer.batch.errors;
+    result->robot_errors.covariance.diagonal() = result->error_priors.stddev.cwiseAbs2();
+  }
   std::uint32_t used = 0;
   std::uint32_t gated = 0;
   for (std::size_t i = 0; i < lights_.size(); ++i) {

@@ -8,7 +8,7 @@ import unittest
 
 import rosgraph
 
-from bearing_calibration.msg import CalibrationEstimate
+from bearing_calibration.msg import CalibrationEstimate, CalibrationLight
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 sys.path.insert(0, os.path.join(REPOSITORY, 'tools'))
@@ -81,6 +81,16 @@ class View(unittest.TestCase):
         self.assertRegex(text, r'sensor roll +0\.00 \+- 0\.00 deg   estimated')
         self.assertNotIn('left wheel', text)
         self.assertNotIn('mirror', text)
+
+    def testSeveralLightsHaveARowEach(self):
+        self.assertNotIn('light 3:', textOf(estimateOf()))
+        lights = [CalibrationLight(light_id=3, x_m=3.0, y_m=4.0, covariance_x_y=[1e-4, 0, 0, 4e-4],
+                                   in_estimate=True, bearings_used=80),
+                  CalibrationLight(light_id=-1, x_m=math.nan, y_m=math.nan, bearings_used=7,
+                                   note='not found yet')]
+        text = textOf(estimateOf(lights=lights))
+        self.assertIn('light 3: (3.000, 4.000) +- (0.010, 0.020) m, 80 bearings', text)
+        self.assertIn('light: not found, 7 bearings; left out: not found yet', text)
 
     def testNoRowIsWiderThanANarrowTerminal(self):
         rejections = 'bearings stamp in the future: 3; ' * 9

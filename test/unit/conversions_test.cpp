@@ -214,6 +214,34 @@ TEST(Estimate, BringsLightAndMountBack) {
   EXPECT_FALSE(cartesianFromMessage(message));
 }
 
+TEST(Estimate, ListsTheLightsWhereThereAreSeveral) {
+  core::CalibrationResult result;
+  core::LightSummary light;
+  light.light_id = 7;
+  light.cartesian_state.emplace();
+  light.cartesian_state->mean << 3.0, 4.0, 0.1, 0.2, 0.3;
+  light.cartesian_state->covariance.topLeftCorner<2, 2>() << 1.0, 2.0, 2.0, 5.0;
+  light.in_estimate = true;
+  light.bearings_used = 12;
+  result.lights = {light};
+  EXPECT_TRUE(messageFromResult(result, 0, "base_link").lights.empty());
+
+  result.lights.emplace_back();
+  result.lights.back().note = "not found yet";
+  const auto lights = messageFromResult(result, 0, "base_link").lights;
+  ASSERT_EQ(lights.size(), 2U);
+  EXPECT_EQ(lights[0].light_id, 7);
+  EXPECT_EQ(lights[0].x_m, 3.0);
+  EXPECT_EQ(lights[0].y_m, 4.0);
+  EXPECT_EQ(lights[0].covariance_x_y[3], 5.0);
+  EXPECT_TRUE(lights[0].in_estimate);
+  EXPECT_EQ(lights[0].bearings_used, 12U);
+  EXPECT_EQ(lights[1].light_id, core::kUnknownLight);
+  EXPECT_TRUE(std::isnan(lights[1].x_m) && std::isnan(lights[1].covariance_x_y[0]));
+  EXPECT_FALSE(lights[1].in_estimate);
+  EXPECT_EQ(lights[1].note, "not found yet");
+}
+
 TEST(Estimate, CountsBothStreamsWithTheirReasons) {
   core::CalibrationResult result;
   result.bearing_inputs[core::InputStatus::kAccepted] = 100;

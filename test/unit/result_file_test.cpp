@@ -132,6 +132,11 @@ TEST_F(ResultFileTest, IsPlainYaml) {
   SavedCalibration saved = someCalibration();
   saved.robot_errors = {
       {"wheel_separation", BlockStatus::kHeldAtPrior, {"scale"}, {0.02}, {0.01}, "a note"}};
+  saved.lights.resize(2);
+  saved.lights[0].light_id = 7;
+  saved.lights[0].cartesian_state = saved.cartesian_state;
+  saved.lights[0].in_estimate = true;
+  saved.lights[1].note = "not found yet";
   ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
   const YAML::Node root = YAML::LoadFile(path_);
   EXPECT_EQ(root["state"].as<std::string>(), "CONVERGING");
@@ -140,6 +145,13 @@ TEST_F(ResultFileTest, IsPlainYaml) {
   EXPECT_EQ(root["covariance_x_y_yaw"][2][0].as<double>(), someCovariance<3>()(2, 0));
   EXPECT_EQ(root["paper_state"]["covariance_D_theta_phi_rho_psi"][4][3].as<double>(),
             someCovariance<5>()(4, 3));
+  EXPECT_EQ(root["lights"][0]["id"].as<int>(), 7);
+  EXPECT_EQ(root["lights"][0]["x_m"].as<double>(), saved.cartesian_state.mean(0));
+  EXPECT_EQ(root["lights"][0]["covariance_x_y"][1][0].as<double>(),
+            saved.cartesian_state.covariance(1, 0));
+  EXPECT_TRUE(root["lights"][0]["in_estimate"].as<bool>());
+  EXPECT_FALSE(root["lights"][1]["id"].IsDefined() || root["lights"][1]["x_m"].IsDefined());
+  EXPECT_EQ(root["lights"][1]["note"].as<std::string>(), "not found yet");
   EXPECT_EQ(root["blocks"][0]["status"].as<std::string>(), "held at its prior");
   EXPECT_EQ(root["blocks"][0]["value"]["scale"].as<double>(), 0.02);
   EXPECT_EQ(root["blocks"][0]["stddev"]["scale"].as<double>(), 0.01);

@@ -65,6 +65,24 @@ TEST(SketchMarkers, ShowTheSketchsPoints) {
   EXPECT_EQ(markers.at({"state", 0}).text, "CONVERGING");
 }
 
+TEST(SketchMarkers, SeveralLightsHaveThreeMarkersEach) {
+  SketchStyle style = kStyle;
+  style.most_lights = 3;
+  core::CalibrationSketch sketch = knownSketch();
+  sketch.found->further_lights.push_back(
+      {{-1.0, 0.5}, sketch.found->light_ellipse_in_start, false});
+  std::map<int, Marker> lights;
+  for (const Marker& marker : markersFromSketch(sketch, "CONVERGING", style).markers) {
+    if (marker.ns == "light") lights[marker.id] = marker;
+  }
+  ASSERT_EQ(lights.size(), 9U);
+  EXPECT_EQ(lights[3].pose.position.x, -1.0);
+  EXPECT_EQ(lights[4].points.size(), 4U);
+  EXPECT_NE(lights[3].color.r, lights[0].color.r) << "the mount does not rest on it";
+  for (int id : {3, 4, 5}) EXPECT_EQ(lights[id].action, Marker::ADD) << id;
+  for (int id : {6, 7, 8}) EXPECT_EQ(lights[id].action, Marker::DELETE) << id;
+}
+
 TEST(SketchMarkers, WhatIsNotKnownIsDeletedUnderTheSameIds) {
   const auto known = byName(knownSketch());
   const auto unknown = byName({});
