@@ -81,8 +81,7 @@ LightsStart startAtTruth(const SimulatedCase& simulated, const SightRun& run,
   LightsVector last(start.layout.size());
   last.head<kMountSize>() << simulated.robot.base_from_sensor.position_m,
       simulated.robot.base_from_sensor.yaw_rad;
-  last.segment(kMountSize, start.layout.errors) =
-      trueErrors(simulated).head(start.layout.errors);
+  last.segment(kMountSize, start.layout.errors) = trueErrors(simulated).head(start.layout.errors);
   for (int i = 0; i < start.layout.lights; ++i) {
     last.segment<2>(start.layout.lightAt(i)) =
         base_from_world * simulated.lights[static_cast<std::size_t>(i)].position_m;

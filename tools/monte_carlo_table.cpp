@@ -112,7 +112,8 @@ std::string formatBounds(const std::vector<Trial>& trials) {
 std::string format(const std::vector<TableRow>& rows) {
   std::string text =
       "| time [s] | possible | claimed of these | claimed | wrong | beyond 99 % | NEES/3 | NEES/5 "
-      "| of all estimates: NEES/3, failed | RMSE/bound phi rho psi x y yaw | ms mean, most | states |\n"
+      "| of all estimates: NEES/3, failed | RMSE/bound phi rho psi x y yaw | ms mean, most | "
+      "states |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const TableRow& row : rows) {
     char line[512];
@@ -122,7 +123,8 @@ std::string format(const std::vector<TableRow>& rows) {
                   "%.2f %.2f %.2f %.2f | %.1f, %.0f | ",
                   row.time_s, row.possible, row.trials, row.possible_claimed, row.claimed,
                   row.wrong, row.beyond, row.mount_nees, row.state_nees, row.estimate_nees,
-                  row.failed, q(0), q(1), q(2), q(3), q(4), q(5), row.milliseconds, row.most_milliseconds);
+                  row.failed, q(0), q(1), q(2), q(3), q(4), q(5), row.milliseconds,
+                  row.most_milliseconds);
     text += line + row.words + " |\n";
   }
   return text;

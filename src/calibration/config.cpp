@@ -71,6 +71,9 @@ std::vector<std::string> CalibratorConfig::validate() const {
   require.add(filter.validate());
   require.add(converged.validate());
   require.add(lights.validate());
+  require.that(
+      lights.most == 1 || !initializer.batch.errors.usesElevations(),
+      "errors/sensor_tilt_stddev needs lights/most 1: it looks for the height of one light");
   require.notNegative("refit_growth", refit_growth);
   return require.errors();
 }

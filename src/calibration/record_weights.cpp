@@ -57,10 +57,6 @@ class LagCorrelation {
 
 }  // namespace
 
-double wideningFor(double bearing_correlation) {
-  return (1.0 + bearing_correlation) / (1.0 - bearing_correlation);
-}
-
 RecordWeights::RecordWeights(const std::vector<Sight>& sights,
                              const std::vector<bool>& is_plausible, const BatchConfig& config,
                              const SlipHypothesis& slips)

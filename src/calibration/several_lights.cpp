@@ -239,7 +239,7 @@ std::vector<LightSummary> SeveralLights::summarise(std::size_t leading,
   const CalibrationResult empty = *result;
   if (lights_.empty()) {
     result->error_priors = config_.initializer.batch.errors;
-    result->robot_errors.covariance.diagonal() = result->error_priors.stddev.cwiseAbs2();
+    result->robot_errors = priorEstimate(result->error_priors);
   }
   std::uint32_t used = 0;
   std::uint32_t gated = 0;

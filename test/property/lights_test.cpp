@@ -7,6 +7,7 @@
 #include "bearing_calibration/calibration/lights_fit.h"
 #include "bearing_calibration/calibration/mount_agreement.h"
 #include "bearing_calibration/common/angle.h"
+#include "tools/default_calibration.h"
 #include "tools/lights_case.h"
 #include "tools/simulated_case.h"
 
@@ -164,6 +165,17 @@ TEST(LightsConfig, TheNumberOfLightsHasBounds) {
     ASSERT_EQ(config.validate().size(), 1U);
     EXPECT_NE(config.validate().front().find("lights/most"), std::string::npos);
   }
+}
+
+// The tilt's block holds the height of one light.
+TEST(LightsConfig, SeveralLightsAndATiltDoNotGoTogether) {
+  CalibratorConfig config = defaultCalibration(paperCase(1).robot.encoders.drive, {1e-6, 0.0});
+  config.initializer.batch.errors.setBlock(SensorTilt::kName, 0.03);
+  config.initializer.batch.errors.setLightHeight(0.0, 0.5);
+  EXPECT_TRUE(config.validate().empty());
+  config.lights.most = 2;
+  ASSERT_EQ(config.validate().size(), 1U);
+  EXPECT_NE(config.validate().front().find("sensor_tilt_stddev"), std::string::npos);
 }
 
 }  // namespace

@@ -13,9 +13,6 @@ namespace bearing_calibration {
 /// either.
 inline constexpr Duration kSlipReach = std::chrono::milliseconds(250);
 
-/// n bearings whose noise is a first-order autoregression are worth this times fewer white ones.
-double wideningFor(double bearing_correlation);
-
 /// How much each bearing and each motion of a record is believed, while a batch fit goes on:
 /// Huber's weights first, plain ones without the outliers at the end; motions that slipped;
 /// variances widened for correlated noise. `sights` and `config` must outlive it.
