@@ -45,7 +45,7 @@ void expectTheSameAsOneLight(SimulatedCase simulated) {
   const std::size_t last = run.sights.size() - 1;
   const BatchEstimate one =
       BatchEstimator(plainBatch(simulated.looked_for))
-          .estimate(run.sights, {run.truth[last], last, trueErrors(simulated.robot)});
+          .estimate(run.sights, {run.truth[last], last, trueErrors(simulated)});
   ASSERT_TRUE(several.settled && one.converged);
   // Both stop within a hundredth of a standard deviation of the optimum.
   const RobotEstimate robot = several.last.robot(0);
