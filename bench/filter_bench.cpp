@@ -69,7 +69,7 @@ void robotStep(benchmark::State& state) {
   const int errors_in_use = static_cast<int>(state.range(0)) - 5;
   stepThroughRun(state, [&] { return makeRobotFilter(start, errors_in_use); });
 }
-BENCHMARK(robotStep)->Arg(9)->Arg(13)->Arg(16);  // the sizes that there are
+BENCHMARK(robotStep)->Arg(9)->Arg(14)->Arg(17);  // the sizes that there are
 
 /// With the elevation of each sight, which takes all errors.
 void elevationStep(benchmark::State& state) {

@@ -23,6 +23,7 @@ namespace options = boost::program_options;
 constexpr int kBarMissed = 1;
 // What doc/imperfect.md says to try.
 constexpr double kUsualHarmonic_rad = 0.03;
+constexpr double kUsualNear_rad_m = 0.0015;
 constexpr double kUsualTilt_rad = 0.035;
 
 struct Arguments {
@@ -207,14 +208,11 @@ int run(int argc, char** argv) {
   if (values->count("known-separation") > 0) {
     arguments.looked_for.setBlock(WheelSeparation::kName, 0.0);
   }
-  if (values->count("look-for-harmonic") > 0) {
+  const bool near_too = values->count("look-for-harmonic") > 0;
+  if (near_too || values->count("look-for-far-harmonic") > 0) {
     arguments.looked_for.setBlock(MirrorHarmonic::kName, kUsualHarmonic_rad);
   }
-  if (values->count("look-for-far-harmonic") > 0) {
-    constexpr int kFar = 2;  // cos and sin, the same for a light at any range
-    arguments.looked_for.stddev.segment<kFar>(placeOf<MirrorHarmonic>())
-        .setConstant(kUsualHarmonic_rad);
-  }
+  if (near_too) arguments.looked_for.setBlock(MirrorNear::kName, kUsualNear_rad_m);
   if (values->count("look-for-tilt") > 0) {
     arguments.looked_for.setBlock(SensorTilt::kName, kUsualTilt_rad);
   }

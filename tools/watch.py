@@ -34,9 +34,10 @@ COLOURS = {'good': curses.COLOR_GREEN, 'fair': curses.COLOR_YELLOW, 'bad': curse
 # Of CalibrationEstimate.robot_error_*: name, unit, factor from SI, index of the state.
 ERRORS = (('time offset', 'ms', 1e3, 0), ('left wheel', '%', 100, 1), ('right wheel', '%', 100, 1),
           ('wheel separation', '%', 100, 2), ('mirror, cos', 'deg', DEGREES, 3),
-          ('mirror, sin', 'deg', DEGREES, 3), ('mirror, near cos', 'deg m', DEGREES, 3),
-          ('mirror, near sin', 'deg m', DEGREES, 3), ('sensor roll', 'deg', DEGREES, 4),
-          ('sensor pitch', 'deg', DEGREES, 4), ('light above sensor', 'mm', 1e3, 4))
+          ('mirror, sin', 'deg', DEGREES, 3), ('mirror, near per far', 'm', 1, 3),
+          ('mirror, near cos', 'mm', 1e3, 4), ('mirror, near sin', 'mm', 1e3, 4),
+          ('sensor roll', 'deg', DEGREES, 5), ('sensor pitch', 'deg', DEGREES, 5),
+          ('light above sensor', 'mm', 1e3, 5))
 ERROR_STATES = {CalibrationEstimate.HELD_AT_PRIOR: 'as configured: the data hardly say more',
                 CalibrationEstimate.ESTIMATED: 'estimated'}
 

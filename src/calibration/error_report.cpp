@@ -8,14 +8,17 @@
 namespace bearing_calibration {
 namespace {
 
-/// Variance that is left, over that of the prior, in the block's worst known direction.
+/// Variance that is left, over that of the prior, in the block's worst known direction. A number
+/// that was known beforehand leaves none.
 double remainingShare(const ErrorBlockInfo& block, const ErrorPriors& priors,
                       const ErrorEstimate& estimate) {
   const Eigen::VectorXd stddev = priors.stddev.segment(block.begin, block.size);
   const Eigen::MatrixXd covariance =
       estimate.covariance.block(block.begin, block.begin, block.size, block.size);
+  const Eigen::VectorXd precision =
+      (stddev.array() > 0.0).select(stddev.cwiseInverse(), Eigen::VectorXd::Zero(block.size));
   const Eigen::MatrixXd whitened =
-      stddev.cwiseInverse().asDiagonal() * covariance * stddev.cwiseInverse().asDiagonal();
+      precision.asDiagonal() * covariance * precision.asDiagonal();
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(whitened, Eigen::EigenvaluesOnly)
       .eigenvalues()
       .maxCoeff();
@@ -24,7 +27,7 @@ double remainingShare(const ErrorBlockInfo& block, const ErrorPriors& priors,
 BlockStatus statusOf(const ErrorBlockInfo& block, const ErrorPriors& priors,
                      const ErrorEstimate& estimate) {
   constexpr double kAsMuchAsBefore = 0.5;
-  if (!(priors.stddev.segment(block.begin, block.size).minCoeff() > 0.0)) return BlockStatus::kOff;
+  if (!(priors.stddev.segment(block.begin, block.size).maxCoeff() > 0.0)) return BlockStatus::kOff;
   return remainingShare(block, priors, estimate) <= kAsMuchAsBefore ? BlockStatus::kEstimated
                                                                     : BlockStatus::kHeldAtPrior;
 }

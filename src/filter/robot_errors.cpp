@@ -92,6 +92,11 @@ void ErrorPriors::setLightHeight(double mean_m, double stddev_m) {
   stddev(kHeight) = stddev_m;
 }
 
+void ErrorPriors::setMirrorNearPerFar(double near_per_far_m) {
+  constexpr int kHarmonic = placeOf<MirrorHarmonic>();
+  if (stddev(kHarmonic) > 0.0) mean(kHarmonic + MirrorHarmonic::kNearPerFar) = near_per_far_m;
+}
+
 std::vector<std::string> ErrorPriors::validate() const {
   Requirements require;
   forEachBlock<kErrorCount>([&](auto block, auto at) {
@@ -100,6 +105,7 @@ std::vector<std::string> ErrorPriors::validate() const {
     }
   });
   require.that(std::isfinite(light_height_m), "errors/light_height must be finite");
+  require.that(mean.allFinite(), "errors/mirror_near_per_far must be finite");
   const auto tilt = stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>());
   require.that(
       !usesElevations() || tilt.minCoeff() > 0.0,
@@ -239,12 +245,12 @@ std::vector<Sight> withoutErrors(const std::vector<Sight>& sights, const ErrorVe
 
 template CorrectedMotion<0> correctMotion<0>(const OdometryIncrement&, const ErrorVector&);
 template CorrectedMotion<4> correctMotion<4>(const OdometryIncrement&, const ErrorVector&);
-template CorrectedMotion<8> correctMotion<8>(const OdometryIncrement&, const ErrorVector&);
+template CorrectedMotion<kAllButTilt> correctMotion<kAllButTilt>(const OdometryIncrement&, const ErrorVector&);
 template CorrectedMotion<kErrorCount> correctMotion<kErrorCount>(const OdometryIncrement&,
                                                                  const ErrorVector&);
 template SightModel<0> expectSight<0>(const Vector5&, const ErrorVector&, const TravelNearby&);
 template SightModel<4> expectSight<4>(const Vector5&, const ErrorVector&, const TravelNearby&);
-template SightModel<8> expectSight<8>(const Vector5&, const ErrorVector&, const TravelNearby&);
+template SightModel<kAllButTilt> expectSight<kAllButTilt>(const Vector5&, const ErrorVector&, const TravelNearby&);
 template SightModel<kErrorCount> expectSight<kErrorCount>(const Vector5&, const ErrorVector&,
                                                           const TravelNearby&);
 

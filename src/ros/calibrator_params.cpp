@@ -59,6 +59,7 @@ core::ErrorPriors readErrors(ParamReader& params) {
   }
   priors.setLightHeight(params.number("errors/light_height"),
                         params.number("errors/light_height_stddev"));
+  priors.setMirrorNearPerFar(params.number("errors/mirror_near_per_far"));
   return priors;
 }
 

@@ -199,15 +199,16 @@ TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   const BatchEstimate batch =
       BatchEstimator(config).estimate(run.sights, {run.truth.back(), run.sights.size() - 1});
   const std::vector<BlockReport> reports = reportBlocks(config.errors, batch.errors);
-  ASSERT_EQ(reports.size(), 5U);
+  ASSERT_EQ(reports.size(), 6U);
   EXPECT_EQ(reports[0].status, BlockStatus::kEstimated) << reports[0].name;
   EXPECT_EQ(reports[1].status, BlockStatus::kEstimated) << reports[1].name;
   EXPECT_EQ(reports[2].status, BlockStatus::kHeldAtPrior) << reports[2].name;
   EXPECT_NE(reports[2].note.find("metric scale"), std::string::npos);
   EXPECT_EQ(reports[3].status, BlockStatus::kOff) << reports[3].name;
-  EXPECT_EQ(reports[3].value, std::vector<double>(4, 0.0));
+  EXPECT_EQ(reports[3].value, std::vector<double>(3, 0.0));
   EXPECT_EQ(reports[4].status, BlockStatus::kOff) << reports[4].name;
-  EXPECT_TRUE(reports[4].note.empty());
+  EXPECT_EQ(reports[5].status, BlockStatus::kOff) << reports[5].name;
+  EXPECT_TRUE(reports[5].note.empty());
 }
 
 TEST(RobotErrors, PriorsAreNamedAndChecked) {
@@ -216,7 +217,7 @@ TEST(RobotErrors, PriorsAreNamedAndChecked) {
   priors.setBlock("time_offset", 0.1);
   EXPECT_EQ(errorsInUse(priors), 4);
   priors.setBlock("mirror_harmonic", 0.03);
-  EXPECT_EQ(errorsInUse(priors), 8);
+  EXPECT_EQ(errorsInUse(priors), kAllButTilt);
   priors.setBlock("sensor_tilt", 0.035);
   EXPECT_EQ(errorsInUse(priors), kErrorCount);
   EXPECT_THROW(priors.setBlock("wobble", 0.1), std::invalid_argument);

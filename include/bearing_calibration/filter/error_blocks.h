@@ -164,36 +164,83 @@ struct WheelSeparation : NoEffect {
   }
 };
 
-/// Mirror axis, apex and image centre are not on one line: the azimuth is off by a first harmonic,
-/// whose size for a far light is q(0), q(1) [rad], and q(2), q(3) [rad m] over the range more for a
-/// near one (doc/model.md, eq. 19).
+/// How much farther a light at 1 m is than one far away, for what a skew mirror does to both [1/m].
+inline double nearnessOf(double range_m) {
+  constexpr double kLeastRange_m = 0.05;  // nearer, the light stands over the mirror
+  return 1.0 / std::max(range_m, kLeastRange_m);
+}
+
+/// Bends an azimuth by a first harmonic, of which the sizes change by `cos_by_range` and
+/// `sin_by_range` for a metre of range.
+struct Harmonic {
+  double cos_size = 0.0;
+  double sin_size = 0.0;
+  double cos_by_range = 0.0;
+  double sin_by_range = 0.0;
+
+  /// The Jacobians by a block's own numbers are left to that block.
+  template <int K>
+  void bend(CorrectedAzimuth<K>& azimuth) const {
+    const double c = std::cos(azimuth.azimuth_rad);
+    const double s = std::sin(azimuth.azimuth_rad);
+    const double J_bent_straight = 1.0 - cos_size * s + sin_size * c;
+    azimuth.J_azimuth_ideal *= J_bent_straight;
+    azimuth.J_azimuth_errors *= J_bent_straight;
+    azimuth.J_azimuth_range =
+        J_bent_straight * azimuth.J_azimuth_range + cos_by_range * c + sin_by_range * s;
+    azimuth.azimuth_rad += cos_size * c + sin_size * s;
+  }
+};
+
+/// Mirror axis, apex and image centre are not on one line: the azimuth is off by a first harmonic of
+/// the sizes q(0), q(1) [rad] for a far light, and by q(2) [m] over the range times these more for a
+/// near one. q(2) is a constant of mirror and lens (optics/mirror_bend) where the image's centre
+/// is put as that says, and known beforehand (doc/model.md, eq. 19).
 struct MirrorHarmonic : NoEffect {
   static constexpr const char* kName = "mirror_harmonic";
-  static constexpr std::array<const char*, 4> kParts = {
-      "mirror_harmonic_cos [rad]", "mirror_harmonic_sin [rad]", "mirror_harmonic_near_cos [rad m]",
-      "mirror_harmonic_near_sin [rad m]"};
-  static constexpr int kSize = 4;
-  /// An apex 1 mm off bends by 1 mrad m at most and as a far light's bearing by 20 mrad.
-  static constexpr std::array<double, 4> kPriorWeights = {1.0, 1.0, 0.05, 0.05};
+  static constexpr std::array<const char*, 3> kParts = {
+      "mirror_harmonic_cos [rad]", "mirror_harmonic_sin [rad]", "mirror_near_per_far [m]"};
+  static constexpr int kSize = 3;
+  static constexpr int kNearPerFar = 2;  ///< place of that number in it
+  static constexpr std::array<double, 3> kPriorWeights = {1.0, 1.0, 0.0};
   static constexpr const char* kWhenHeld =
       "a tilted mirror looks like a shifted camera: drive at several distances from the light";
 
   using NoEffect::correct;
   template <int At, class Q, int K>
   static void correct(CorrectedAzimuth<K>& azimuth, const Q& q) {
-    constexpr double kLeastRange_m = 0.05;  // nearer, the light stands over the mirror
     const double c = std::cos(azimuth.azimuth_rad);
     const double s = std::sin(azimuth.azimuth_rad);
-    const double nearness = 1.0 / std::max(azimuth.range_m, kLeastRange_m);
-    const double cos_size = q(0) + nearness * q(2);
-    const double sin_size = q(1) + nearness * q(3);
-    const double J_bent_straight = 1.0 - cos_size * s + sin_size * c;
-    azimuth.J_azimuth_ideal *= J_bent_straight;
-    azimuth.J_azimuth_errors *= J_bent_straight;
-    azimuth.J_azimuth_range =
-        J_bent_straight * azimuth.J_azimuth_range - (q(2) * c + q(3) * s) * nearness * nearness;
-    azimuth.J_azimuth_errors.template segment<kSize>(At) << c, s, nearness * c, nearness * s;
-    azimuth.azimuth_rad += cos_size * c + sin_size * s;
+    const double nearness = nearnessOf(azimuth.range_m);
+    const double factor = 1.0 + q(kNearPerFar) * nearness;
+    const double by_range = -q(kNearPerFar) * nearness * nearness;
+    Harmonic{q(0) * factor, q(1) * factor, q(0) * by_range, q(1) * by_range}.bend(azimuth);
+    azimuth.J_azimuth_errors.template segment<kSize>(At) << factor * c, factor * s,
+        nearness * (q(0) * c + q(1) * s);
+  }
+};
+
+/// What a skew mirror does to near lights beyond that: a first harmonic of q(0), q(1) [rad m] over
+/// the range. It looks like a shifted sensor, so that only its prior holds it.
+struct MirrorNear : NoEffect {
+  static constexpr const char* kName = "mirror_near";
+  static constexpr std::array<const char*, 2> kParts = {"mirror_near_cos [rad m]",
+                                                        "mirror_near_sin [rad m]"};
+  static constexpr int kSize = 2;
+  static constexpr std::array<double, 2> kPriorWeights = {1.0, 1.0};
+  static constexpr const char* kWhenHeld =
+      "a skew mirror shifts the sensor by as many metres: know the lens' principal point, and put "
+      "the image's centre where find_mirror says";
+
+  using NoEffect::correct;
+  template <int At, class Q, int K>
+  static void correct(CorrectedAzimuth<K>& azimuth, const Q& q) {
+    const double c = std::cos(azimuth.azimuth_rad);
+    const double s = std::sin(azimuth.azimuth_rad);
+    const double nearness = nearnessOf(azimuth.range_m);
+    const double by_range = -nearness * nearness;
+    Harmonic{q(0) * nearness, q(1) * nearness, q(0) * by_range, q(1) * by_range}.bend(azimuth);
+    azimuth.J_azimuth_errors.template segment<kSize>(At) << nearness * c, nearness * s;
   }
 };
 
@@ -241,6 +288,6 @@ struct SensorTilt : NoEffect {
 /// beginning of this list that holds all blocks in use: the most used ones come first. Light passes
 /// the blocks of the sensor from the last one to the first.
 using ErrorBlocks =
-    std::tuple<TimeOffset, WheelScales, WheelSeparation, MirrorHarmonic, SensorTilt>;
+    std::tuple<TimeOffset, WheelScales, WheelSeparation, MirrorHarmonic, MirrorNear, SensorTilt>;
 
 }  // namespace bearing_calibration

@@ -39,7 +39,7 @@ using ErrorMatrix = Eigen::Matrix<double, kErrorCount, kErrorCount>;
 /// What is known of the robot's errors beforehand.
 struct ErrorPriors {
   ErrorVector stddev = ErrorVector::Zero();  ///< zero: that error is known to be the mean
-  ErrorVector mean = ErrorVector::Zero();    ///< zero but for a light's height that is looked for
+  ErrorVector mean = ErrorVector::Zero();    ///< zero but for what is looked for about it
   double light_height_m = 0.0;               ///< as stated, looked for or not
 
   /// Sets the standard deviation of a whole block, times its weights for each of its numbers.
@@ -49,6 +49,10 @@ struct ErrorPriors {
   /// What is known of the light's height over the sensor [m]: without effect where no tilt of the
   /// sensor is looked for.
   void setLightHeight(double mean_m, double stddev_m);
+
+  /// What near lights show of the mirror's harmonic beyond far ones [m] (optics/mirror_bend):
+  /// without effect where no harmonic is looked for.
+  void setMirrorNearPerFar(double near_per_far_m);
 
   /// Whether elevations of the light tell anything that is looked for.
   bool usesElevations() const {
@@ -159,11 +163,13 @@ struct ErrorBlockInfo {
 };
 const std::vector<ErrorBlockInfo>& errorBlocks();
 
+/// The sizes that filters come in, beside none and all.
+inline constexpr int kWheelErrors = placeOf<MirrorHarmonic>();
+inline constexpr int kAllButTilt = placeOf<SensorTilt>();
+
 /// Calls `work` with std::integral_constant<int, K> for K = errorsInUse().
 template <class Work>
 auto withErrorsInUse(int errors_in_use, Work work) {
-  constexpr int kWheelErrors = placeOf<MirrorHarmonic>();
-  constexpr int kAllButTilt = placeOf<SensorTilt>();
   if (errors_in_use == 0) return work(std::integral_constant<int, 0>());
   if (errors_in_use <= kWheelErrors) return work(std::integral_constant<int, kWheelErrors>());
   if (errors_in_use <= kAllButTilt) return work(std::integral_constant<int, kAllButTilt>());
