@@ -200,6 +200,8 @@ void Replay::finish() {
   }
   result.cartesian_state = outcome_->review.estimate->cartesian;
   result.robot_errors = outcome_->review.estimate->errors;
+  result.noise = outcome_->review.noise;
+  result.correlation_time = outcome_->review.correlation_time;
   result.paper_state = paperFromCartesian(*result.cartesian_state);
   result.base_from_sensor = mountFromCartesian(*result.cartesian_state);
 }

@@ -47,6 +47,8 @@ struct Arguments {
   double tilt_deg = 0.0;
   double harmonic_deg = 0.0;
   ErrorPriors looked_for;
+  NoiseLevels told_noise;
+  NoisePriors noise_looked_for;
 };
 
 options::options_description describeOptions(Arguments* arguments) {
@@ -93,6 +95,12 @@ options::options_description describeOptions(Arguments* arguments) {
   add("random-separation", options::value(&robot.random_separation_stddev)->default_value(0.0),
       "of the wheels, standard deviation");
   add("known-separation", "look for time offset and wheel scales alone");
+  add("told-bearing-noise",
+      options::value(&arguments->told_noise.bearing.value)->default_value(1.0),
+      "the calibrator is told so many times the bearings' true standard deviation");
+  add("told-wheel-noise", options::value(&arguments->told_noise.wheel.value)->default_value(1.0),
+      "the same of the wheels' variance");
+  add("look-for-noise", "of bearings and wheels");
   add("tilt", options::value(&arguments->tilt_deg)->default_value(0.0),
       "of the sensor, in any direction [deg]");
   add("harmonic", options::value(&arguments->harmonic_deg)->default_value(0.0),
@@ -153,6 +161,8 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   addOcclusions(simulated, arguments.occlusion, seed);
   makeImperfect(simulated, arguments.imperfect, seed);
   simulated.looked_for = arguments.looked_for;
+  simulated.told_noise = arguments.told_noise;
+  simulated.noise_looked_for = arguments.noise_looked_for;
   return simulated;
 }
 
@@ -205,6 +215,8 @@ int run(int argc, char** argv) {
     arguments.times_s.push_back(arguments.duration_s);
   }
   if (values->count("errors") > 0) arguments.looked_for = usualErrors();
+  constexpr NoisePriors kUsualNoise{0.7, 0.7};  // a factor of two
+  if (values->count("look-for-noise") > 0) arguments.noise_looked_for = kUsualNoise;
   if (values->count("known-separation") > 0) {
     arguments.looked_for.setBlock(WheelSeparation::kName, 0.0);
   }

@@ -204,9 +204,13 @@ Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_
 Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& times_s) {
   const SightRun run = simulate(simulated);
   const EncoderConfig& encoders = simulated.robot.encoders;
-  CalibratorConfig config = defaultCalibration(encoders.drive, encoders.noise);
+  WheelNoise told = encoders.noise;
+  told.independent_k_m *= simulated.told_noise.wheel.value;
+  told.common_k_m *= simulated.told_noise.wheel.value;
+  CalibratorConfig config = defaultCalibration(encoders.drive, told);
   config.initializer.batch.errors = simulated.looked_for;
   config.lights.most = static_cast<int>(simulated.lights.size());
+  config.initializer.noise = simulated.noise_looked_for;
   const Targets targets{config.converged.position_stddev_m, config.converged.yaw_stddev_rad, 0.0};
   constexpr double kAskEvery_s = 1.0;
   Calibrator calibrator(config);
@@ -219,7 +223,9 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
   for (const WheelCounts& ticks : run.record.ticks) {
     spent_ms += millisecondsOf([&] {
       for (; bearings != run.record.bearings.end() && bearings->stamp <= ticks.stamp; ++bearings) {
-        calibrator.addBearings(*bearings, bearings->stamp);
+        calibrator.addBearings(
+            {bearings->stamp, withNoise(bearings->candidates, simulated.told_noise)},
+            bearings->stamp);
       }
       calibrator.addTicks(ticks, ticks.stamp);
     });

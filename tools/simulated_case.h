@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/calibration/noise_levels.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
@@ -20,6 +21,8 @@ struct SimulatedCase {
   std::vector<Light> lights;  ///< the first is the one that the mount is calibrated with
   TrajectoryConfig trajectory;
   double duration_s = 100.0;
+  NoiseLevels told_noise;        ///< what the calibrator is told of the noise, times the true one
+  NoisePriors noise_looked_for;  ///< by the calibrator
   ErrorPriors looked_for;  ///< errors of the robot that the estimators are told to look for
 };
 

@@ -8,6 +8,9 @@
 namespace bearing_calibration {
 namespace {
 
+/// Share of the prior's variance that data leave which say as much as it does.
+constexpr double kAsMuchAsBefore = 0.5;
+
 /// Variance that is left, over that of the prior, in the block's worst known direction. A number
 /// that was known beforehand leaves none.
 double remainingShare(const ErrorBlockInfo& block, const ErrorPriors& priors,
@@ -26,7 +29,6 @@ double remainingShare(const ErrorBlockInfo& block, const ErrorPriors& priors,
 
 BlockStatus statusOf(const ErrorBlockInfo& block, const ErrorPriors& priors,
                      const ErrorEstimate& estimate) {
-  constexpr double kAsMuchAsBefore = 0.5;
   if (!(priors.stddev.segment(block.begin, block.size).maxCoeff() > 0.0)) return BlockStatus::kOff;
   return remainingShare(block, priors, estimate) <= kAsMuchAsBefore ? BlockStatus::kEstimated
                                                                     : BlockStatus::kHeldAtPrior;
@@ -50,6 +52,22 @@ void noteTilt(const ErrorPriors& priors, const ErrorEstimate& estimate, double t
   report.note += "rho is uncertain by " + formatted("%.1f", kMillimetres * rho_stddev_m) +
                  " mm, the light's height times the tilt that may be" +
                  (is_held ? "" : ", which x_stddev and y_stddev leave out");
+}
+
+/// Of a logarithm with a prior.
+BlockStatus statusOf(double prior_stddev, const NoiseFactor& factor) {
+  if (!(prior_stddev > 0.0)) return BlockStatus::kOff;
+  const bool is_found = factor.log_stddev > 0.0 &&
+                        std::pow(factor.log_stddev / prior_stddev, 2) <= kAsMuchAsBefore;
+  return is_found ? BlockStatus::kEstimated : BlockStatus::kHeldAtPrior;
+}
+
+BlockReport reportFactor(const char* name, double prior_stddev, const NoiseFactor& factor,
+                         const char* when_held) {
+  BlockReport report{name, statusOf(prior_stddev, factor), {std::string(name) + "_factor"},
+                     {factor.value}, {factor.value * factor.log_stddev}, ""};
+  if (report.status == BlockStatus::kHeldAtPrior) report.note = when_held;
+  return report;
 }
 
 }  // namespace
@@ -84,6 +102,18 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
     reports.push_back(report);
   }
   return reports;
+}
+
+std::vector<BlockReport> reportNoise(const NoisePriors& priors, const NoiseLevels& noise,
+                                     const CorrelationTime& correlation) {
+  BlockReport memory{"bearing_correlation", BlockStatus::kOff, {"bearing_correlation_time [s]"},
+                     {correlation.value_s}, {correlation.stddev_s}, ""};
+  if (correlation.value_s > 0.0) memory.status = BlockStatus::kEstimated;
+  return {reportFactor("bearing_noise", priors.bearing_stddev, noise.bearing,
+                       "the bearings' noise is as stated: more images tell it"),
+          reportFactor("wheel_noise", priors.wheel_stddev, noise.wheel,
+                       "the wheels' noise is as stated: a longer way tells it"),
+          memory};
 }
 
 }  // namespace bearing_calibration

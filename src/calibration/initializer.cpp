@@ -189,6 +189,40 @@ StartObstacle answerObstacle(const StartAttempt& attempt, const BatchEstimate& b
   return StartObstacle::kNone;
 }
 
+/// The answer for the noise as stated in the sights. `fit` becomes the batch that it rests on.
+StartAttempt findStartAsStated(const std::vector<Sight>& sights, const InitializerConfig& config,
+                               BatchEstimate* fit) {
+  StartAttempt attempt;
+  attempt.motion = summariseMotion(sights);
+  attempt.obstacle = motionObstacle(sights.size(), attempt.motion, config);
+  if (attempt.obstacle != StartObstacle::kNone) return attempt;
+
+  const SearchResult search = Search(sights, config).run();
+  attempt.obstacle = StartObstacle::kNoSolution;
+  if (!search.best) return attempt;
+  *fit = BatchEstimator(config.batch)
+                                  .estimate(sights, {search.best->at_last_sight.mean,
+                                                     sights.size() - 1, search.best->errors.mean});
+  const BatchEstimate& batch = *fit;
+  attempt.estimate = batch.at_last_sight;
+  attempt.errors = batch.errors;
+  attempt.weakest = weakestDirection(attempt.estimate);
+  attempt.chi_square = batch.chi_square;
+  attempt.degrees_of_freedom = batch.degrees_of_freedom;
+  attempt.inlier_fraction = batch.inlierFraction();
+  attempt.runner_up_margin = search.runner_up_margin;
+  attempt.slips = static_cast<int>(batch.slips.size());
+  attempt.bearing_correlation = batch.correlation;
+  attempt.obstacle = answerObstacle(attempt, batch, config);
+  if (!attempt.ready()) return attempt;
+  const RobotEstimate average = averageOverSlips(sights, batch, config.batch).estimate;
+  attempt.estimate = average.cartesian;
+  attempt.errors = average.errors;
+  attempt.weakest = weakestDirection(attempt.estimate);
+  attempt.obstacle = answerObstacle(attempt, batch, config);
+  return attempt;
+}
+
 }  // namespace
 
 std::vector<std::string> InitializerConfig::validate() const {
@@ -210,6 +244,7 @@ std::vector<std::string> InitializerConfig::validate() const {
   require.notNegative("start/min_runner_up_margin", min_runner_up_margin);
   require.add(record.validate());
   require.add(batch.validate());
+  require.add(noise.validate());
   return require.errors();
 }
 
@@ -240,33 +275,12 @@ const char* nameOf(StartObstacle obstacle) {
 }
 
 StartAttempt findStart(const std::vector<Sight>& sights, const InitializerConfig& config) {
-  StartAttempt attempt;
-  attempt.motion = summariseMotion(sights);
-  attempt.obstacle = motionObstacle(sights.size(), attempt.motion, config);
-  if (attempt.obstacle != StartObstacle::kNone) return attempt;
-
-  const SearchResult search = Search(sights, config).run();
-  attempt.obstacle = StartObstacle::kNoSolution;
-  if (!search.best) return attempt;
-  const BatchEstimate batch = BatchEstimator(config.batch)
-                                  .estimate(sights, {search.best->at_last_sight.mean,
-                                                     sights.size() - 1, search.best->errors.mean});
-  attempt.estimate = batch.at_last_sight;
-  attempt.errors = batch.errors;
-  attempt.weakest = weakestDirection(attempt.estimate);
-  attempt.chi_square = batch.chi_square;
-  attempt.degrees_of_freedom = batch.degrees_of_freedom;
-  attempt.inlier_fraction = batch.inlierFraction();
-  attempt.runner_up_margin = search.runner_up_margin;
-  attempt.slips = static_cast<int>(batch.slips.size());
-  attempt.bearing_correlation = batch.correlation;
-  attempt.obstacle = answerObstacle(attempt, batch, config);
-  if (!attempt.ready()) return attempt;
-  const RobotEstimate average = averageOverSlips(sights, batch, config.batch).estimate;
-  attempt.estimate = average.cartesian;
-  attempt.errors = average.errors;
-  attempt.weakest = weakestDirection(attempt.estimate);
-  attempt.obstacle = answerObstacle(attempt, batch, config);
+  BatchEstimate fit;
+  const StartAttempt as_stated = findStartAsStated(sights, config, &fit);
+  if (as_stated.obstacle != StartObstacle::kPoorFit || !config.noise.any()) return as_stated;
+  const NoiseLevels noise = findNoiseLevels(sights, fit, config.batch.errors, config.noise);
+  StartAttempt attempt = findStartAsStated(withNoise(sights, noise), config, &fit);
+  attempt.noise = noise;
   return attempt;
 }
 

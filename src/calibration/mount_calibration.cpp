@@ -63,7 +63,7 @@ Look MountCalibration::look(const BearingSet& image, const OdometryIncrement& mo
   Look look;
   look.sight = {image.stamp, motion, kNoAzimuth, kNoAzimuth, nearby};
   if (tracker_) {
-    tracker_->move(motion);
+    tracker_->move(withNoise(motion, noise_));
     follow(ours, nearby, &look);
   }
   if (!started_) start(ours, nearby, &look);
@@ -98,6 +98,7 @@ void MountCalibration::start(const BearingSet& image, const TravelNearby& nearby
   if (misfits_ >= kMisfitsToSay) diagnose(stamp);
   if (!attempt_->ready()) return;
   diagnosis_.clear();
+  noise_ = attempt_->noise;
   noteSettled(
       {attempt_->estimate.mean, initializer_.record().sights().size() - 1, attempt_->errors.mean});
   startTracker(withEarlier({attempt_->estimate, attempt_->errors}), attempt_->bearing_correlation);
@@ -132,7 +133,7 @@ void MountCalibration::startTracker(const RobotEstimate& estimate, double bearin
 void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearby, Look* look) {
   const Stamp stamp = image.stamp;
   const std::vector<Bearing>& candidates = image.candidates;
-  const Association association = tracker_->look(candidates, nearby);
+  const Association association = tracker_->look(withNoise(candidates, noise_), nearby);
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
   note(found                                               ? Look::Kind::kTaken
@@ -164,8 +165,8 @@ void MountCalibration::followKnock() {
 
 /// The batch over the record, from where it settled the last time: since then the filter may have
 /// followed something else. Only without success there, from the filter.
-BatchEstimate MountCalibration::fitRecord(const RobotEstimate& running) const {
-  const std::vector<Sight>& sights = initializer_.record().sights();
+BatchEstimate MountCalibration::fitRecord(const std::vector<Sight>& sights,
+                                          const RobotEstimate& running) const {
   if (settled_) {
     const auto there = std::find_if(sights.begin(), sights.end(), [this](const Sight& sight) {
       return sight.stamp == settled_->stamp;
@@ -198,11 +199,11 @@ bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
 /// that was none. The batch over the record can, and knows about them by what came after.
 void MountCalibration::refineAndJudge(Stamp stamp) {
   if (stamp < next_refinement_) return;
-  const std::vector<Sight>& sights = initializer_.record().sights();
+  const std::vector<Sight> sights = withNoise(initializer_.record().sights(), noise_);
   constexpr std::chrono::seconds kRefitInterval{1};  // a fit takes tens of milliseconds
   next_refinement_ = nextTime({kRefitInterval, config_.refit_growth}, sights);
   const RobotEstimate robot = tracker_->filter().robot();
-  const BatchEstimate batch = fitRecord(robot);
+  const BatchEstimate batch = fitRecord(sights, robot);
   std::optional<BatchEstimate> settled;
   if (hasSettled(batch)) {
     SlipAverage average = averageOverSlips(sights, batch, config_.initializer.batch);
@@ -211,9 +212,18 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
     }
     noteSettled(surestStart(average.best));
     if (config_.lights.most > 1) noteAnswer(average.best, average.estimate);
+    noteNoise(average.best);
     settled = std::move(average.best);
   }
   judge_->judge(*tracker_, sights, settled);
+}
+
+/// For the next fit: all hypotheses of one must be weighed alike.
+void MountCalibration::noteNoise(const BatchEstimate& fit) {
+  bearing_correlation_ = fit.correlation;
+  const InitializerConfig& config = config_.initializer;
+  if (!config.noise.any()) return;
+  noise_ = findNoiseLevels(initializer_.record().sights(), fit, config.batch.errors, config.noise);
 }
 
 /// An estimate from the sights, with the earlier calibration unless they contradict it: then that
@@ -248,6 +258,8 @@ void MountCalibration::noteLight(const Bearing& light) {
 
 void MountCalibration::startAnew() {
   started_ = false;
+  noise_ = {};
+  bearing_correlation_ = 0.0;
   judge_.reset();
   settled_.reset();
   answer_.reset();
@@ -265,6 +277,9 @@ std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
 void MountCalibration::describe(CalibrationResult* result) const {
   result->error_priors = config_.initializer.batch.errors;
   result->robot_errors = priorEstimate(config_.initializer.batch.errors);
+  result->noise_priors = config_.initializer.noise;
+  result->noise = noise_;
+  result->correlation_time = correlationTime(initializer_.record().sights(), bearing_correlation_);
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
   if (!tracker_ && attempt_ && attempt_->obstacle == StartObstacle::kWeakDirection) {

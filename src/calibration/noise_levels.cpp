@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bearing_calibration/calibration/cartesian_smoother.h"
+#include "bearing_calibration/calibration/record_weights.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration {
@@ -23,11 +24,17 @@ class Likelihood {
   Likelihood(const std::vector<Sight>& sights, const BatchEstimate& fit, const ErrorPriors& errors,
              const NoisePriors& priors)
       : sights_(sights),
-        fit_(fit),
         errors_(errors),
         prior_stddev_(priors.bearing_stddev, priors.wheel_stddev) {
     path_.points = fit.path;
     path_.errors = fit.errors.mean;
+    weights_.resize(sights.size());
+    for (std::size_t i : fit.rejected) weights_[i].use_bearing = false;
+    for (std::size_t slip : fit.slips) {
+      for (std::size_t i = 1; i < sights.size(); ++i) {
+        if (isNearSlip(sights[i], sights[slip])) weights_[i].slipped = true;
+      }
+    }
   }
 
   bool looksFor(int factor) const { return prior_stddev_(factor) > 0.0; }
@@ -36,13 +43,11 @@ class Likelihood {
   /// Minus its logarithm.
   double cost(const Logs& logs) const {
     const std::vector<Sight> scaled = withNoise(sights_, levelsOf(logs, Logs::Zero()));
-    std::vector<SightWeight> weights;
-    weights.reserve(scaled.size());
-    for (const Sight& sight : scaled) {
-      weights.push_back({sight.azimuth_variance_rad2, sight.azimuth_variance_rad2});
+    std::vector<SightWeight> weights = weights_;
+    for (std::size_t i = 0; i < scaled.size(); ++i) {
+      weights[i].sensor_variance_rad2 = scaled[i].azimuth_variance_rad2;
+      weights[i].bearing_variance_rad2 = scaled[i].azimuth_variance_rad2;
     }
-    for (std::size_t i : fit_.rejected) weights[i].use_bearing = false;
-    for (std::size_t i : fit_.slips) weights[i].slipped = true;
     const SmootherPass pass = smooth(scaled, weights, path_, kFreePass, errors_);
     double cost = 0.0;
     for (std::size_t i = 0; i < scaled.size(); ++i) {
@@ -59,9 +64,9 @@ class Likelihood {
 
  private:
   const std::vector<Sight>& sights_;
-  const BatchEstimate& fit_;
   const ErrorPriors& errors_;
   RecordPath path_;
+  std::vector<SightWeight> weights_;
   Eigen::Vector2d prior_stddev_;
 };
 
@@ -134,23 +139,36 @@ NoiseLevels findNoiseLevels(const std::vector<Sight>& sights, const BatchEstimat
 }
 
 std::vector<Sight> withNoise(std::vector<Sight> sights, const NoiseLevels& noise) {
-  const double bearing_variance = noise.bearing.value * noise.bearing.value;
   for (Sight& sight : sights) {
-    sight.azimuth_variance_rad2 *= bearing_variance;
-    sight.motion.covariance *= noise.wheel.value;
+    sight.azimuth_variance_rad2 *= noise.bearing.value * noise.bearing.value;
+    sight.motion = withNoise(sight.motion, noise);
   }
   return sights;
 }
 
-double correlationTime(const std::vector<Sight>& sights, double correlation) {
-  if (!(correlation > 0.0) || sights.size() < 2) return 0.0;
+std::vector<Bearing> withNoise(std::vector<Bearing> bearings, const NoiseLevels& noise) {
+  for (Bearing& bearing : bearings) {
+    bearing.azimuth_variance_rad2 *= noise.bearing.value * noise.bearing.value;
+  }
+  return bearings;
+}
+
+OdometryIncrement withNoise(OdometryIncrement motion, const NoiseLevels& noise) {
+  motion.covariance *= noise.wheel.value;
+  return motion;
+}
+
+CorrelationTime correlationTime(const std::vector<Sight>& sights, double correlation) {
+  if (!(correlation > 0.0) || sights.size() < 2) return {};
   std::vector<double> intervals_s;
   for (std::size_t i = 1; i < sights.size(); ++i) {
     intervals_s.push_back(secondsFromDuration(sights[i].stamp - sights[i - 1].stamp));
   }
   const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
   std::nth_element(intervals_s.begin(), middle, intervals_s.end());
-  return -*middle / std::log(correlation);
+  const double log = std::log(correlation);
+  const double correlation_stddev = 1.0 / std::sqrt(static_cast<double>(sights.size()));
+  return {-*middle / log, *middle / (correlation * log * log) * correlation_stddev};
 }
 
 }  // namespace bearing_calibration

@@ -145,8 +145,14 @@ Review RecordReview::conclude(const std::optional<RobotEstimate>& running) const
     const Vector5 at_last_sight =
         running ? moved(running->cartesian.mean, motion_since_sight_.start_from_end.inverse())
                 : review.estimate->cartesian.mean;
-    batch = BatchEstimator(config_.batch)
-                .estimate(sights, {at_last_sight, sights.size() - 1, review.estimate->errors.mean});
+    const BatchEstimator estimator(config_.batch);
+    batch = estimator.estimate(
+        sights, {at_last_sight, sights.size() - 1, review.estimate->errors.mean});
+    if (config_.noise.any()) {
+      review.noise = findNoiseLevels(sights, batch, config_.batch.errors, config_.noise);
+      batch = estimator.estimate(withNoise(sights, review.noise), surestStart(batch));
+    }
+    review.correlation_time = correlationTime(sights, batch.correlation);
     review.settled = batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
     review.slips = static_cast<int>(batch.slips.size());
     review.correlation = batch.correlation;

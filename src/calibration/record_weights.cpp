@@ -57,6 +57,11 @@ class LagCorrelation {
 
 }  // namespace
 
+bool isNearSlip(const Sight& sight, const Sight& slip) {
+  const Duration apart = sight.stamp - slip.stamp;
+  return (apart < Duration::zero() ? -apart : apart) <= kSlipReach;
+}
+
 RecordWeights::RecordWeights(const std::vector<Sight>& sights,
                              const std::vector<bool>& is_plausible, const BatchConfig& config,
                              const SlipHypothesis& slips)
@@ -113,8 +118,7 @@ bool RecordWeights::rejectOutliers(const SmootherPass& pass) {
 }
 
 bool RecordWeights::isNear(std::size_t i, std::size_t slip) const {
-  const Duration apart = records_[i].stamp - records_[slip].stamp;
-  return (apart < Duration::zero() ? -apart : apart) <= kSlipReach;
+  return isNearSlip(records_[i], records_[slip]);
 }
 
 void RecordWeights::giveUp(std::size_t slip) {

@@ -63,6 +63,10 @@ core::ErrorPriors readErrors(ParamReader& params) {
   return priors;
 }
 
+core::NoisePriors readNoise(ParamReader& params) {
+  return {params.number("errors/bearing_noise_stddev"), params.number("errors/wheel_noise_stddev")};
+}
+
 core::CalibratorConfig readCalibrator(const WheelParams& wheels, ParamReader& params) {
   core::CalibratorConfig config;
   config.drive = wheels.drive;
@@ -77,6 +81,7 @@ core::CalibratorConfig readCalibrator(const WheelParams& wheels, ParamReader& pa
   config.knocked.start_anew = params.boolean("knocked/start_anew");
   config.lights.most = params.integer("lights/most");
   config.initializer.batch.errors = readErrors(params);
+  config.initializer.noise = readNoise(params);
   return config;
 }
 

@@ -115,6 +115,16 @@ core::CalibrationLight messageFromLight(const core::LightSummary& light) {
   return message;
 }
 
+void fillNoise(const core::CalibrationResult& result, core::CalibrationEstimate* message) {
+  const auto reports =
+      core::reportNoise(result.noise_priors, result.noise, result.correlation_time);
+  for (std::size_t i = 0; i < message->noise_states.size(); ++i) {
+    message->noise_values.at(i) = reports.at(i).value.front();
+    message->noise_stddevs.at(i) = reports.at(i).stddev.front();
+    message->noise_states.at(i) = static_cast<std::int8_t>(reports.at(i).status);
+  }
+}
+
 }  // namespace
 
 core::Stamp stampFromRos(const ros::Time& time) {
@@ -215,6 +225,7 @@ core::CalibrationEstimate messageFromResult(const core::CalibrationResult& resul
       message.lights.push_back(messageFromLight(light));
     }
   }
+  fillNoise(result, &message);
   message.nis = result.nis;
   message.nis_mean = result.nis_mean;
   message.distance_travelled_m = result.distance_travelled_m;

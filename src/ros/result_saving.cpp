@@ -82,6 +82,10 @@ SavingOutcome saveResult(const core::CalibrationResult& result, const Calibratio
       result.error_priors, result.robot_errors,
       std::max(saved.unestimated.roll_stddev_rad, saved.unestimated.pitch_stddev_rad));
   saved.lights = result.lights;
+  for (const core::BlockReport& report :
+       core::reportNoise(result.noise_priors, result.noise, result.correlation_time)) {
+    saved.robot_errors.push_back(report);
+  }
   saved.nis_mean = result.nis_mean;
   saved.distance_travelled_m = result.distance_travelled_m;
   saved.rotation_travelled_rad = result.rotation_travelled_rad;

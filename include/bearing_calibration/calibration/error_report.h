@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/calibration/noise_levels.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
@@ -35,5 +36,10 @@ struct BlockReport {
 ///   is stated, a note says what it leaves open
 std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEstimate& estimate,
                                       double tilt_stddev_rad = 0.0);
+
+/// The levels of the noise, judged alike: factors of the bearings' stated standard deviation and of
+/// the wheels' stated variance, and the time in which the bearings' noise forgets itself.
+std::vector<BlockReport> reportNoise(const NoisePriors& priors, const NoiseLevels& noise,
+                                     const CorrelationTime& correlation);
 
 }  // namespace bearing_calibration

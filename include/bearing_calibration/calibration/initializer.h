@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bearing_calibration/calibration/batch_estimator.h"
+#include "bearing_calibration/calibration/noise_levels.h"
 #include "bearing_calibration/calibration/observability.h"
 #include "bearing_calibration/calibration/sight_record.h"
 #include "bearing_calibration/filter/cartesian_state.h"
@@ -32,6 +33,7 @@ struct InitializerConfig {
   bool search_errors = true;
   SightRecordConfig record;
   BatchConfig batch;
+  NoisePriors noise;
 
   std::vector<std::string> validate() const;
 };
@@ -68,6 +70,7 @@ struct StartAttempt {
   double runner_up_margin = 0.0;  ///< infinite when no second minimum was found
   int slips = 0;
   double bearing_correlation = 0.0;
+  NoiseLevels noise;  ///< other than stated only where nothing fitted with the stated one
 
   bool ready() const { return obstacle == StartObstacle::kNone; }
 };

@@ -57,9 +57,10 @@ class MountCalibration {
   RobotEstimate withEarlier(const RobotEstimate& estimate);
   void follow(const BearingSet& image, const TravelNearby& nearby, Look* look);
   void refineAndJudge(Stamp stamp);
-  BatchEstimate fitRecord(const RobotEstimate& running) const;
+  BatchEstimate fitRecord(const std::vector<Sight>& sights, const RobotEstimate& running) const;
   void noteSettled(const RecordStart& start);
   void noteAnswer(const BatchEstimate& fit, const RobotEstimate& average);
+  void noteNoise(const BatchEstimate& fit);
   bool hasSettled(const BatchEstimate& batch) const;
   void diagnose(Stamp stamp);
   void remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby);
@@ -89,6 +90,8 @@ class MountCalibration {
   std::optional<OwnAnswer> answer_;
   bool started_ = false;  ///< tracker_ carries on from the initialiser
   std::string knock_;     ///< why the calibration began anew; empty unless the mount was knocked
+  NoiseLevels noise_;     ///< against the stated one, as the record has it
+  double bearing_correlation_ = 0.0;
   std::optional<std::int32_t> light_id_;
   std::uint32_t bearings_used_ = 0;
   std::uint32_t bearings_gated_ = 0;

@@ -5,6 +5,7 @@
 
 #include "bearing_calibration/calibration/batch_estimator.h"
 #include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration {
 
@@ -31,16 +32,22 @@ struct NoiseLevels {
   NoiseFactor wheel;    ///< of the wheels' variances
 };
 
+/// Time in which a correlation of neighbouring bearings' noise falls to 1/e; 0 for none.
+struct CorrelationTime {
+  double value_s = 0.0;
+  double stddev_s = 0.0;
+};
+CorrelationTime correlationTime(const std::vector<Sight>& sights, double correlation);
+
 /// The factors that make the innovations of a settled fit most likely, priors and all (doc/model.md,
 /// section "Noise levels"). What the fit left out stays out, motions that it gave up stay given up.
 /// @param sights  as stated, those of the fit
 NoiseLevels findNoiseLevels(const std::vector<Sight>& sights, const BatchEstimate& fit,
                             const ErrorPriors& errors, const NoisePriors& priors);
 
-/// The same record with the noise that was found in it.
+/// The same with the noise that was found.
 std::vector<Sight> withNoise(std::vector<Sight> sights, const NoiseLevels& noise);
-
-/// Time in which a correlation of neighbouring bearings' noise falls to 1/e [s]; 0 for none.
-double correlationTime(const std::vector<Sight>& sights, double correlation);
+std::vector<Bearing> withNoise(std::vector<Bearing> bearings, const NoiseLevels& noise);
+OdometryIncrement withNoise(OdometryIncrement motion, const NoiseLevels& noise);
 
 }  // namespace bearing_calibration

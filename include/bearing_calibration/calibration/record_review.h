@@ -40,6 +40,8 @@ struct Review {
   StartAttempt start;  ///< the initialiser's answer, where it was asked (no estimate to begin with)
   MotionSummary motion;
   double correlation = 0.0;  ///< of neighbouring bearings' noise
+  NoiseLevels noise;         ///< against the stated one
+  CorrelationTime correlation_time;
   int slips = 0;             ///< motions that were given up
   std::vector<ReviewedLook> looks;
 };

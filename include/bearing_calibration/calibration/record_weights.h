@@ -13,6 +13,9 @@ namespace bearing_calibration {
 /// either.
 inline constexpr Duration kSlipReach = std::chrono::milliseconds(250);
 
+/// Whether a sight is so near to a slip in time that its motion is not believed either.
+bool isNearSlip(const Sight& sight, const Sight& slip);
+
 /// How much each bearing and each motion of a record is believed, while a batch fit goes on:
 /// Huber's weights first, plain ones without the outliers at the end; motions that slipped;
 /// variances widened for correlated noise. `sights` and `config` must outlive it.

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/calibration/noise_levels.h"
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/filter/cartesian_state.h"
@@ -63,6 +64,9 @@ struct CalibrationResult {
   ErrorEstimate robot_errors;  ///< as their priors before the first estimate
 
   std::vector<LightSummary> lights;  ///< all that are followed, in the order of their appearance
+  NoisePriors noise_priors;  ///< which levels of the noise are looked for
+  NoiseLevels noise;
+  CorrelationTime correlation_time;  ///< of the bearings' noise
 
   double nis = 0.0;       ///< of the last fused bearing
   double nis_mean = 0.0;  ///< running mean, 1 for a consistent filter
