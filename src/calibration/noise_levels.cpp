@@ -118,18 +118,24 @@ std::vector<std::string> NoisePriors::validate() const {
 
 NoiseLevels findNoiseLevels(const std::vector<Sight>& sights, const BatchEstimate& fit,
                             const ErrorPriors& errors, const NoisePriors& priors) {
-  constexpr int kMostSteps = 6;
+  const Likelihood likelihood(sights, fit, errors, priors);
+  constexpr int kMostSteps = 12;
   constexpr double kLongestStep = 0.7;  // a factor of two
   constexpr double kSettled = 0.02;
-  const Likelihood likelihood(sights, fit, errors, priors);
+  // Far from its own maximum, too small a noise of the bearings looks like one of the wheels: the
+  // bearings' factor, which many more numbers tell, goes first.
+  bool bearings_alone = likelihood.looksFor(0);
   Logs logs = Logs::Zero();
   Shape shape;
   for (int i = 0; i < kMostSteps; ++i) {
     shape = shapeAt(likelihood, logs);
-    const Logs step = -(shape.curvature.inverse() * shape.gradient);
-    const double longest = step.cwiseAbs().maxCoeff();
-    logs += longest > kLongestStep ? Logs(step * (kLongestStep / longest)) : step;
-    if (longest < kSettled) break;
+    const Logs step =
+        bearings_alone ? Logs(-shape.gradient(0) / shape.curvature(0, 0), 0.0)
+                       : Logs(-(shape.curvature.inverse() * shape.gradient));
+    logs += step.cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
+    const bool is_settled = step.cwiseAbs().maxCoeff() < kSettled;
+    if (is_settled && !bearings_alone) break;
+    if (step.cwiseAbs().maxCoeff() < kLongestStep) bearings_alone = false;
   }
   Logs stddev = shape.curvature.inverse().diagonal().cwiseSqrt();
   for (int factor = 0; factor < 2; ++factor) {
