@@ -47,6 +47,7 @@ struct Arguments {
   double tilt_deg = 0.0;
   double harmonic_deg = 0.0;
   ErrorPriors looked_for;
+  double scales_prior = 0.0;
   NoiseLevels told_noise;
   NoisePriors noise_looked_for;
 };
@@ -94,6 +95,8 @@ options::options_description describeOptions(Arguments* arguments) {
       "added, standard deviation");
   add("random-separation", options::value(&robot.random_separation_stddev)->default_value(0.0),
       "of the wheels, standard deviation");
+  add("scales-prior", options::value(&arguments->scales_prior)->default_value(0.03),
+      "what --errors takes the wheels' scales to be known to");
   add("known-separation", "look for time offset and wheel scales alone");
   add("told-bearing-noise",
       options::value(&arguments->told_noise.bearing.value)->default_value(1.0),
@@ -214,7 +217,10 @@ int run(int argc, char** argv) {
   if (arguments.times_s.empty() || arguments.times_s.back() < arguments.duration_s) {
     arguments.times_s.push_back(arguments.duration_s);
   }
-  if (values->count("errors") > 0) arguments.looked_for = usualErrors();
+  if (values->count("errors") > 0) {
+    arguments.looked_for = usualErrors();
+    arguments.looked_for.setBlock(WheelScales::kName, arguments.scales_prior);
+  }
   constexpr NoisePriors kUsualNoise{0.7, 0.7};  // a factor of two
   if (values->count("look-for-noise") > 0) arguments.noise_looked_for = kUsualNoise;
   if (values->count("known-separation") > 0) {

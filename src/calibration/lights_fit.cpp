@@ -67,8 +67,6 @@ Eigen::Vector2d lightAtEnd(const std::vector<LightsImage>& images, const OwnAnsw
   return light;
 }
 
-bool isNear(Stamp a, Stamp b) { return (a < b ? b - a : a - b) <= kSlipReach; }
-
 LightsWeights weightsFrom(const std::vector<LightsImage>& images,
                           const std::vector<const OwnAnswer*>& answers) {
   LightsWeights weights;
@@ -86,7 +84,7 @@ LightsWeights weightsFrom(const std::vector<LightsImage>& images,
     }
     for (std::size_t slip : answer.fit.slips) {
       for (std::size_t i = 1; i < images.size(); ++i) {
-        if (isNear(images[i].stamp, answer.stamps[slip])) weights.images[i].slipped = true;
+        if (isNearSlip(images[i].stamp, answer.stamps[slip])) weights.images[i].slipped = true;
       }
     }
   }

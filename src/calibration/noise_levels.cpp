@@ -32,7 +32,7 @@ class Likelihood {
     for (std::size_t i : fit.rejected) weights_[i].use_bearing = false;
     for (std::size_t slip : fit.slips) {
       for (std::size_t i = 1; i < sights.size(); ++i) {
-        if (isNearSlip(sights[i], sights[slip])) weights_[i].slipped = true;
+        if (isNearSlip(sights[i].stamp, sights[slip].stamp)) weights_[i].slipped = true;
       }
     }
   }

@@ -57,9 +57,9 @@ class LagCorrelation {
 
 }  // namespace
 
-bool isNearSlip(const Sight& sight, const Sight& slip) {
-  const Duration apart = sight.stamp - slip.stamp;
-  return (apart < Duration::zero() ? -apart : apart) <= kSlipReach;
+bool isNearSlip(Stamp moment, Stamp slip) {
+  constexpr Duration kReach = std::chrono::milliseconds(250);
+  return (moment < slip ? slip - moment : moment - slip) <= kReach;
 }
 
 RecordWeights::RecordWeights(const std::vector<Sight>& sights,
@@ -118,7 +118,7 @@ bool RecordWeights::rejectOutliers(const SmootherPass& pass) {
 }
 
 bool RecordWeights::isNear(std::size_t i, std::size_t slip) const {
-  return isNearSlip(records_[i], records_[slip]);
+  return isNearSlip(records_[i].stamp, records_[slip].stamp);
 }
 
 void RecordWeights::giveUp(std::size_t slip) {

@@ -9,12 +9,9 @@
 
 namespace bearing_calibration {
 
-/// A slip lasts: what is found is its most telling moment, and motions this near are not believed
-/// either.
-inline constexpr Duration kSlipReach = std::chrono::milliseconds(250);
-
-/// Whether a sight is so near to a slip in time that its motion is not believed either.
-bool isNearSlip(const Sight& sight, const Sight& slip);
+/// Whether a moment is so near to a slip that its motion is not believed either: a slip lasts, and
+/// what is found is its most telling moment.
+bool isNearSlip(Stamp moment, Stamp slip);
 
 /// How much each bearing and each motion of a record is believed, while a batch fit goes on:
 /// Huber's weights first, plain ones without the outliers at the end; motions that slipped;
