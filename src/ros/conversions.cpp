@@ -86,17 +86,21 @@ void fillPaperState(const std::optional<core::PaperEstimate>& estimate,
   fillRowMajor(paper.covariance, &message->covariance_D_theta_phi_rho_psi);
 }
 
+/// The robot's errors, then the levels of the noise.
 void fillRobotErrors(const core::CalibrationResult& result, core::CalibrationEstimate* message) {
-  const auto reports = core::reportBlocks(result.error_priors, result.robot_errors);
-  static_assert(core::CalibrationEstimate::_robot_error_values_type::size() == core::kErrorCount,
-                "the message has a place for every error");
-  for (std::size_t block = 0; block < message->robot_error_states.size(); ++block) {
-    message->robot_error_states.at(block) = static_cast<std::int8_t>(reports.at(block).status);
+  auto reports = core::reportBlocks(result.error_priors, result.robot_errors);
+  for (const core::BlockReport& report :
+       core::reportNoise(result.noise_priors, result.noise, result.correlation_time)) {
+    reports.push_back(report);
   }
-  for (int i = 0; i < core::kErrorCount; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    message->robot_error_values.at(at) = result.robot_errors.mean(i);
-    message->robot_error_stddevs.at(at) = std::sqrt(result.robot_errors.covariance(i, i));
+  std::size_t at = 0;
+  for (std::size_t block = 0; block < reports.size(); ++block) {
+    const core::BlockReport& report = reports[block];
+    message->robot_error_states.at(block) = static_cast<std::int8_t>(report.status);
+    for (std::size_t i = 0; i < report.value.size(); ++i, ++at) {
+      message->robot_error_values.at(at) = report.value[i];
+      message->robot_error_stddevs.at(at) = report.stddev[i];
+    }
   }
 }
 
@@ -113,16 +117,6 @@ core::CalibrationLight messageFromLight(const core::LightSummary& light) {
   message.bearings_used = light.bearings_used;
   message.note = light.note;
   return message;
-}
-
-void fillNoise(const core::CalibrationResult& result, core::CalibrationEstimate* message) {
-  const auto reports =
-      core::reportNoise(result.noise_priors, result.noise, result.correlation_time);
-  for (std::size_t i = 0; i < message->noise_states.size(); ++i) {
-    message->noise_values.at(i) = reports.at(i).value.front();
-    message->noise_stddevs.at(i) = reports.at(i).stddev.front();
-    message->noise_states.at(i) = static_cast<std::int8_t>(reports.at(i).status);
-  }
 }
 
 }  // namespace
@@ -225,15 +219,13 @@ core::CalibrationEstimate messageFromResult(const core::CalibrationResult& resul
       message.lights.push_back(messageFromLight(light));
     }
   }
-  fillNoise(result, &message);
-  message.nis = result.nis;
   message.nis_mean = result.nis_mean;
   message.distance_travelled_m = result.distance_travelled_m;
   message.rotation_travelled_rad = result.rotation_travelled_rad;
   message.bearings_used = result.bearings_used;
   message.bearings_gated = result.bearings_gated;
-  message.bearings_rejected = result.bearing_inputs.badInputs();
   message.bearings_waiting = result.bearings_waiting;
+  message.bearings_rejected = result.bearing_inputs.badInputs();
   message.ticks_used = result.ticks_used;
   message.ticks_rejected = result.tick_inputs.badInputs() + joint_states_without_wheels;
   message.rejections = rejectionsText(result, joint_states_without_wheels);

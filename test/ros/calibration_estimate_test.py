@@ -15,7 +15,7 @@ from bearing_calibration.msg import CalibrationEstimate, PredictedBearing
 
 from calibration_world import Node, World, errors_in_stddevs, wait_until, wrap
 
-LINES_ON_A_SCREEN = 45
+LINES_ON_A_SCREEN = 40
 
 
 class CalibrationEstimateTest(unittest.TestCase):

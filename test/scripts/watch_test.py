@@ -68,8 +68,8 @@ class View(unittest.TestCase):
         self.assertIn('waiting for /calibration/estimate', textOf(None))
 
     def testRobotErrorsThatAreLookedForStandWithTheirStates(self):
-        estimate = estimateOf(robot_error_values=[0.1, 0, 0, 0.01] + 8 * [0],
-                              robot_error_stddevs=[0.002, 0, 0, 0.005] + 8 * [0],
+        estimate = estimateOf(robot_error_values=[0.1, 0, 0, 0.01] + 11 * [0],
+                              robot_error_stddevs=[0.002, 0, 0, 0.005] + 11 * [0],
                               robot_error_states=[CalibrationEstimate.ESTIMATED,
                                                   CalibrationEstimate.OFF,
                                                   CalibrationEstimate.HELD_AT_PRIOR,
