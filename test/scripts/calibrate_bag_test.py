@@ -90,7 +90,9 @@ class CalibrateBag(Drives):
         self.assertEqual([(block['name'], block['status']) for block in result['blocks']],
                          [('time_offset', 'estimated'), ('wheel_scales', 'estimated'),
                           ('wheel_separation', 'held at its prior'), ('mirror_harmonic', 'off'),
-                          ('mirror_near', 'off'), ('sensor_tilt', 'off')])
+                          ('mirror_near', 'off'), ('sensor_tilt', 'off'),
+                          ('bearing_noise', 'off'), ('wheel_noise', 'off'),
+                          ('bearing_correlation', 'off')])
         self.assertIn('drive_1.bag: /wheel_ticks, /bearings', result['provenance']['source'])
         self.assertEqual(result['parameters']['frames/base'], 'base_link')
         self.assertEqual(result['parameters']['wheels/noise_independent'], 1e-6)
