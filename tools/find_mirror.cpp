@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
-#include <optional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,7 +45,8 @@ bool parse(int argc, char** argv, Arguments* arguments) {
       "config/detection.yaml. Of several images the mean is taken: in images of a turning robot "
       "the\n"
       "surroundings smear and the rim stays.\n"
-      "With the lens' principal point it also prints what the calibration must be told to find the\n"
+      "With the lens' principal point it also prints what the calibration must be told to find "
+      "the\n"
       "mount under a mirror that leans or stands beside the lens' axis");
   auto add = visible.add_options();
   add("help,h", "print this");
@@ -57,9 +58,7 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   add("light-height", options::value(&arguments->light_height_m),
       "of the light over the mirror's apex, to a centimetre; negative below it [m]");
   add("light-distances",
-      options::value(&arguments->light_distances_m)
-          ->multitoken()
-          ->default_value({1.0, 3.0}, "1 3"),
+      options::value(&arguments->light_distances_m)->multitoken()->default_value({1.0, 3.0}, "1 3"),
       "least and largest one of the drive [m]");
   add("config,c", options::value(&arguments->config_files),
       "lens and mirror, where they differ from config/detection.yaml; may be repeated");
@@ -157,12 +156,13 @@ void print(const MirrorRim& rim, const BestCentre& best) {
       "its edge within %.2f px (1 sigma)\n"
       "mask:\n"
       "  outer_radius: %.0f.0  # [px] inside the rim\n",
-      best.centre_px.x(), rim.stddev(0), best.centre_px.y(), rim.stddev(1),
-      rim.circle.radius_px, rim.stddev(2), rim.circle.centre_px.x(), rim.circle.centre_px.y(),
+      best.centre_px.x(), rim.stddev(0), best.centre_px.y(), rim.stddev(1), rim.circle.radius_px,
+      rim.stddev(2), rim.circle.centre_px.x(), rim.circle.centre_px.y(),
       kPercent * rim.visible_part, rim.scatter_px, std::floor(rim.circle.radius_px));
   if (!best.bend) return;
   std::printf(
-      "errors:  # the centre above is %.2f of the way from the principal point to the rim's centre\n"
+      "errors:  # the centre above is %.2f of the way from the principal point to the rim's "
+      "centre\n"
       "  mirror_harmonic_stddev: 0.03  # [rad] lean and offset of the mirror are estimated\n"
       "  mirror_near_per_far: %.3f  # [m] so much of it is nearness, about that centre\n"
       "  mirror_near_stddev: 0.001  # [rad m] beyond that, for a light's height known to 1 cm\n",

@@ -23,7 +23,7 @@ struct SimulatedCase {
   double duration_s = 100.0;
   NoiseLevels told_noise;        ///< what the calibrator is told of the noise, times the true one
   NoisePriors noise_looked_for;  ///< by the calibrator
-  ErrorPriors looked_for;  ///< errors of the robot that the estimators are told to look for
+  ErrorPriors looked_for;        ///< errors of the robot that the estimators are told to look for
 };
 
 /// The settings of the paper's section V: its mount, light, noise and second trajectory.

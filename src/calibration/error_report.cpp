@@ -20,8 +20,7 @@ double remainingShare(const ErrorBlockInfo& block, const ErrorPriors& priors,
       estimate.covariance.block(block.begin, block.begin, block.size, block.size);
   const Eigen::VectorXd precision =
       (stddev.array() > 0.0).select(stddev.cwiseInverse(), Eigen::VectorXd::Zero(block.size));
-  const Eigen::MatrixXd whitened =
-      precision.asDiagonal() * covariance * precision.asDiagonal();
+  const Eigen::MatrixXd whitened = precision.asDiagonal() * covariance * precision.asDiagonal();
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(whitened, Eigen::EigenvaluesOnly)
       .eigenvalues()
       .maxCoeff();
@@ -57,15 +56,16 @@ void noteTilt(const ErrorPriors& priors, const ErrorEstimate& estimate, double t
 /// Of a logarithm with a prior.
 BlockStatus statusOf(double prior_stddev, const NoiseFactor& factor) {
   if (!(prior_stddev > 0.0)) return BlockStatus::kOff;
-  const bool is_found = factor.log_stddev > 0.0 &&
-                        std::pow(factor.log_stddev / prior_stddev, 2) <= kAsMuchAsBefore;
+  const bool is_found =
+      factor.log_stddev > 0.0 && std::pow(factor.log_stddev / prior_stddev, 2) <= kAsMuchAsBefore;
   return is_found ? BlockStatus::kEstimated : BlockStatus::kHeldAtPrior;
 }
 
 BlockReport reportFactor(const char* name, double prior_stddev, const NoiseFactor& factor,
                          const char* when_held) {
-  BlockReport report{name, statusOf(prior_stddev, factor), {std::string(name) + "_factor"},
-                     {factor.value}, {factor.value * factor.log_stddev}, ""};
+  BlockReport report{
+      name,           statusOf(prior_stddev, factor),     {std::string(name) + "_factor"},
+      {factor.value}, {factor.value * factor.log_stddev}, ""};
   if (report.status == BlockStatus::kHeldAtPrior) report.note = when_held;
   return report;
 }
@@ -106,8 +106,9 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
 
 std::vector<BlockReport> reportNoise(const NoisePriors& priors, const NoiseLevels& noise,
                                      const CorrelationTime& correlation) {
-  BlockReport memory{"bearing_correlation", BlockStatus::kOff, {"bearing_correlation_time [s]"},
-                     {correlation.value_s}, {correlation.stddev_s}, ""};
+  BlockReport memory{
+      "bearing_correlation", BlockStatus::kOff,      {"bearing_correlation_time [s]"},
+      {correlation.value_s}, {correlation.stddev_s}, ""};
   if (correlation.value_s > 0.0) memory.status = BlockStatus::kEstimated;
   return {reportFactor("bearing_noise", priors.bearing_stddev, noise.bearing,
                        "the bearings' noise is as stated: more images tell it"),

@@ -201,8 +201,8 @@ StartAttempt findStartAsStated(const std::vector<Sight>& sights, const Initializ
   attempt.obstacle = StartObstacle::kNoSolution;
   if (!search.best) return attempt;
   *fit = BatchEstimator(config.batch)
-                                  .estimate(sights, {search.best->at_last_sight.mean,
-                                                     sights.size() - 1, search.best->errors.mean});
+             .estimate(sights, {search.best->at_last_sight.mean, sights.size() - 1,
+                                search.best->errors.mean});
   const BatchEstimate& batch = *fit;
   attempt.estimate = batch.at_last_sight;
   attempt.errors = batch.errors;

@@ -92,7 +92,8 @@ Shape shapeAt(const Likelihood& likelihood, const Logs& logs) {
     shape.curvature(factor, factor) = (more - 2.0 * here + less) / (kStep * kStep);
   }
   if (likelihood.looksFor(0) && likelihood.looksFor(1)) {
-    const double mixed = costAt(1.0, 1.0) - costAt(1.0, -1.0) - costAt(-1.0, 1.0) + costAt(-1.0, -1.0);
+    const double mixed =
+        costAt(1.0, 1.0) - costAt(1.0, -1.0) - costAt(-1.0, 1.0) + costAt(-1.0, -1.0);
     shape.curvature(0, 1) = shape.curvature(1, 0) = mixed / (4.0 * kStep * kStep);
   }
   // Far from the maximum it may bend the wrong way: there it is held to the prior's curvature.
@@ -129,9 +130,8 @@ NoiseLevels findNoiseLevels(const std::vector<Sight>& sights, const BatchEstimat
   Shape shape;
   for (int i = 0; i < kMostSteps; ++i) {
     shape = shapeAt(likelihood, logs);
-    const Logs step =
-        bearings_alone ? Logs(-shape.gradient(0) / shape.curvature(0, 0), 0.0)
-                       : Logs(-(shape.curvature.inverse() * shape.gradient));
+    const Logs step = bearings_alone ? Logs(-shape.gradient(0) / shape.curvature(0, 0), 0.0)
+                                     : Logs(-(shape.curvature.inverse() * shape.gradient));
     logs += step.cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
     const bool is_settled = step.cwiseAbs().maxCoeff() < kSettled;
     if (is_settled && !bearings_alone) break;

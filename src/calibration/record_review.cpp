@@ -146,8 +146,8 @@ Review RecordReview::conclude(const std::optional<RobotEstimate>& running) const
         running ? moved(running->cartesian.mean, motion_since_sight_.start_from_end.inverse())
                 : review.estimate->cartesian.mean;
     const BatchEstimator estimator(config_.batch);
-    batch = estimator.estimate(
-        sights, {at_last_sight, sights.size() - 1, review.estimate->errors.mean});
+    batch = estimator.estimate(sights,
+                               {at_last_sight, sights.size() - 1, review.estimate->errors.mean});
     if (config_.noise.any()) {
       review.noise = findNoiseLevels(sights, batch, config_.batch.errors, config_.noise);
       batch = estimator.estimate(withNoise(sights, review.noise), surestStart(batch));

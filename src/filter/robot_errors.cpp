@@ -245,12 +245,14 @@ std::vector<Sight> withoutErrors(const std::vector<Sight>& sights, const ErrorVe
 
 template CorrectedMotion<0> correctMotion<0>(const OdometryIncrement&, const ErrorVector&);
 template CorrectedMotion<4> correctMotion<4>(const OdometryIncrement&, const ErrorVector&);
-template CorrectedMotion<kAllButTilt> correctMotion<kAllButTilt>(const OdometryIncrement&, const ErrorVector&);
+template CorrectedMotion<kAllButTilt> correctMotion<kAllButTilt>(const OdometryIncrement&,
+                                                                 const ErrorVector&);
 template CorrectedMotion<kErrorCount> correctMotion<kErrorCount>(const OdometryIncrement&,
                                                                  const ErrorVector&);
 template SightModel<0> expectSight<0>(const Vector5&, const ErrorVector&, const TravelNearby&);
 template SightModel<4> expectSight<4>(const Vector5&, const ErrorVector&, const TravelNearby&);
-template SightModel<kAllButTilt> expectSight<kAllButTilt>(const Vector5&, const ErrorVector&, const TravelNearby&);
+template SightModel<kAllButTilt> expectSight<kAllButTilt>(const Vector5&, const ErrorVector&,
+                                                          const TravelNearby&);
 template SightModel<kErrorCount> expectSight<kErrorCount>(const Vector5&, const ErrorVector&,
                                                           const TravelNearby&);
 

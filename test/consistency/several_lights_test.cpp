@@ -122,8 +122,8 @@ SimulatedRecord withMovingLight(const SimulatedCase& simulated, std::size_t ligh
   return record;
 }
 
-// 2 cm/s is more than a metre in the whole run; 2 mm/s is so little that the light alone may believe
-// it.
+// 2 cm/s is more than a metre in the whole run; 2 mm/s is so little that the light alone may
+// believe it.
 TEST(SeveralLights, OneOfTwoThatMovesIsNeverBelievedWrongly) {
   for (const double speed_mps : {0.002, 0.02}) {
     SimulatedCase simulated = danceWith(2, 5);

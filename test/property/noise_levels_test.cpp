@@ -1,4 +1,5 @@
-// The levels of the noise: found against the truth over many runs, and held where a record is short.
+// The levels of the noise: found against the truth over many runs, and held where a record is
+// short.
 #include "bearing_calibration/calibration/noise_levels.h"
 
 #include <gtest/gtest.h>
@@ -19,8 +20,8 @@ struct Record {
   BatchEstimate fit;
 };
 
-/// A run of the paper, its noise stated so many times as large as it is, with the batch begun at the
-/// truth.
+/// A run of the paper, its noise stated so many times as large as it is, with the batch begun at
+/// the truth.
 Record recordOf(std::uint64_t seed, double duration_s, const NoiseLevels& stated) {
   SimulatedCase simulated = paperCase(seed);
   simulated.duration_s = duration_s;
@@ -30,8 +31,8 @@ Record recordOf(std::uint64_t seed, double duration_s, const NoiseLevels& stated
   BatchConfig config;
   config.reject_sigmas = 0.0;  // there is nothing to reject, and no tail to be cut
   config.slip_gain = 0.0;
-  record.fit = BatchEstimator(config).estimate(record.sights,
-                                               {run.truth.back(), record.sights.size() - 1});
+  record.fit =
+      BatchEstimator(config).estimate(record.sights, {run.truth.back(), record.sights.size() - 1});
   return record;
 }
 

@@ -62,8 +62,8 @@ struct SmootherPrior {
 };
 inline constexpr SmootherPrior kFreePass{100.0, 100.0};
 
-/// What a slipping wheel may do between two sights (x, y, yaw): wider than any slip, so that nothing
-/// of the motion is believed.
+/// What a slipping wheel may do between two sights (x, y, yaw): wider than any slip, so that
+/// nothing of the motion is believed.
 Eigen::Matrix3d slipCovariance();
 
 /// Kalman filter forward, disturbance smoother (modified Bryson-Frazier) backward; its disturbances

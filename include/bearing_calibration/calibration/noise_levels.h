@@ -39,8 +39,9 @@ struct CorrelationTime {
 };
 CorrelationTime correlationTime(const std::vector<Sight>& sights, double correlation);
 
-/// The factors that make the innovations of a settled fit most likely, priors and all (doc/model.md,
-/// section "Noise levels"). What the fit left out stays out, motions that it gave up stay given up.
+/// The factors that make the innovations of a settled fit most likely, priors and all
+/// (doc/model.md, section "Noise levels"). What the fit left out stays out, motions that it gave up
+/// stay given up.
 /// @param sights  as stated, those of the fit
 NoiseLevels findNoiseLevels(const std::vector<Sight>& sights, const BatchEstimate& fit,
                             const ErrorPriors& errors, const NoisePriors& priors);

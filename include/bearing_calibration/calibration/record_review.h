@@ -42,7 +42,7 @@ struct Review {
   double correlation = 0.0;  ///< of neighbouring bearings' noise
   NoiseLevels noise;         ///< against the stated one
   CorrelationTime correlation_time;
-  int slips = 0;             ///< motions that were given up
+  int slips = 0;  ///< motions that were given up
   std::vector<ReviewedLook> looks;
 };
 

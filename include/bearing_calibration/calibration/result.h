@@ -64,7 +64,7 @@ struct CalibrationResult {
   ErrorEstimate robot_errors;  ///< as their priors before the first estimate
 
   std::vector<LightSummary> lights;  ///< all that are followed, in the order of their appearance
-  NoisePriors noise_priors;  ///< which levels of the noise are looked for
+  NoisePriors noise_priors;          ///< which levels of the noise are looked for
   NoiseLevels noise;
   CorrelationTime correlation_time;  ///< of the bearings' noise
 

@@ -192,10 +192,10 @@ struct Harmonic {
   }
 };
 
-/// Mirror axis, apex and image centre are not on one line: the azimuth is off by a first harmonic of
-/// the sizes q(0), q(1) [rad] for a far light, and by q(2) [m] over the range times these more for a
-/// near one. q(2) is a constant of mirror and lens (optics/mirror_bend) where the image's centre
-/// is put as that says, and known beforehand (doc/model.md, eq. 19).
+/// Mirror axis, apex and image centre are not on one line: the azimuth is off by a first harmonic
+/// of the sizes q(0), q(1) [rad] for a far light, and by q(2) [m] over the range times these more
+/// for a near one. q(2) is a constant of mirror and lens (optics/mirror_bend) where the image's
+/// centre is put as that says, and known beforehand (doc/model.md, eq. 19).
 struct MirrorHarmonic : NoEffect {
   static constexpr const char* kName = "mirror_harmonic";
   static constexpr std::array<const char*, 3> kParts = {

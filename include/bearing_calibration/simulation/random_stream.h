@@ -9,7 +9,14 @@ namespace bearing_calibration {
 /// that switching one kind of noise on or off leaves the draws of all others as they were.
 class RandomStream {
  public:
-  enum class Purpose : std::uint32_t { kTrajectory, kEncoders, kBearings, kFaults, kImage, kElevations };
+  enum class Purpose : std::uint32_t {
+    kTrajectory,
+    kEncoders,
+    kBearings,
+    kFaults,
+    kImage,
+    kElevations
+  };
 
   RandomStream(std::uint64_t seed, Purpose purpose, std::uint64_t number = 0)
       : engine_(engineFor(seed, purpose, number)) {}
