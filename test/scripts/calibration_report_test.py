@@ -108,7 +108,8 @@ class CalibrationReport(unittest.TestCase):
             self.assertTrue(sources)
             for source in sources:
                 self.assertTrue(source.startswith('data:image/png;base64,'), source[:60])
-            self.assertNotIn('http', page.replace('http://www.ros.org', ''))
+            written = re.sub(r'base64,[A-Za-z0-9+/=]+', '', page)  # a picture may spell anything
+            self.assertNotIn('http', written.replace('http://www.ros.org', ''))
 
     def testFiguresAreFilesToo(self):
         for name in FIGURES:
