@@ -53,6 +53,17 @@ std::uint64_t brightBits(const Level* block, const Brightness& brightness) {
   return bits;
 }
 
+/// The same for the first of a block's pixels: some more may be looked at.
+template <typename Level, typename Brightness>
+std::uint64_t brightBitsOfPart(const Level* block, int pixels, const Brightness& brightness) {
+  std::uint64_t bits = 0;
+  for (int begin = 0; begin < pixels; begin += cv::v_uint8x16::nlanes) {
+    const auto part = static_cast<std::uint16_t>(cv::v_signmask(brightness(block + begin)));
+    bits |= static_cast<std::uint64_t>(part) << static_cast<unsigned>(begin);
+  }
+  return bits;
+}
+
 template <typename Level, typename Brightness>
 std::uint64_t brightBitsOfTail(const Level* tail, int pixels, const Brightness& brightness) {
   std::array<Level, kBlockPixels> block{};
@@ -76,10 +87,12 @@ void forEachRun(const Level* row, int width, const PixelInterval& interval,
   int start = kNone;  // of the run that the block before ended with
   for (int block = interval.begin; block < interval.end; block += kBlockPixels) {
     // A block may reach beyond the interval, not beyond the row.
-    const bool whole = block + kBlockPixels <= width;
-    std::uint64_t bits = whole ? brightBits(row + block, brightness)
-                               : brightBitsOfTail(row + block, width - block, brightness);
-    bits &= lowBits(interval.end - block);
+    const int left = interval.end - block;
+    std::uint64_t bits = block + kBlockPixels > width
+                             ? brightBitsOfTail(row + block, width - block, brightness)
+                         : left < kBlockPixels ? brightBitsOfPart(row + block, left, brightness)
+                                               : brightBits(row + block, brightness);
+    bits &= lowBits(left);
     if (start != kNone) {
       const int length = firstBit(~bits);
       if (length == kBlockPixels) continue;
