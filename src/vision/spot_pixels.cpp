@@ -42,32 +42,41 @@ BEARING_CALIBRATION_CLONES void cutChords(const EllipseRows& ellipse, int rows,
   }
 }
 
+/// Where the next pixels of a column are written.
+struct ColumnEnd {
+  explicit ColumnEnd(PixelColumn* column)
+      : levels(column->levels.data()), u_px(column->u_px.data()), v_px(column->v_px.data()) {}
+
+  float* levels;
+  float* u_px;
+  float* v_px;
+};
+
 /// Takes a row's pixels [begin, end); writes some more.
 template <typename Level>
 inline __attribute__((always_inline)) void append(const Level* row, int width, int begin, int end,
-                                                  float u0, float dv, PixelColumn* column) {
-  const int count = end - begin;
-  float* levels = column->levels.data() + column->size;
-  float* u = column->u_px.data() + column->size;
-  float* v = column->v_px.data() + column->size;
+                                                  float u0, float dv, ColumnEnd* column) {
+  const int count = std::max(0, end - begin);
   int copied = 0;
   for (; copied < count && begin + copied + kChunk <= width; copied += kChunk) {
     const float chunk_u = static_cast<float>(begin + copied) - u0;
     // Two loops, for bytes would hold the places back to narrower vectors.
 #pragma omp simd
-    for (int i = 0; i < kChunk; ++i) levels[copied + i] = row[begin + copied + i];
+    for (int i = 0; i < kChunk; ++i) column->levels[copied + i] = row[begin + copied + i];
 #pragma omp simd
     for (int i = 0; i < kChunk; ++i) {
-      u[copied + i] = chunk_u + static_cast<float>(i);
-      v[copied + i] = dv;
+      column->u_px[copied + i] = chunk_u + static_cast<float>(i);
+      column->v_px[copied + i] = dv;
     }
   }
   for (; copied < count; ++copied) {  // beside the image's right edge
-    levels[copied] = row[begin + copied];
-    u[copied] = static_cast<float>(begin + copied) - u0;
-    v[copied] = dv;
+    column->levels[copied] = row[begin + copied];
+    column->u_px[copied] = static_cast<float>(begin + copied) - u0;
+    column->v_px[copied] = dv;
   }
-  column->size += std::max(0, count);
+  column->levels += count;
+  column->u_px += count;
+  column->v_px += count;
 }
 
 /// The rows of an image from `first` on, by their chords.
@@ -83,16 +92,18 @@ template <typename Level>
 inline __attribute__((always_inline)) void gatherRows(const ChordRows& rows, PixelColumn* window,
                                                       PixelColumn* ring) {
   const int width = rows.image.cols;
-  window->size = 0;
-  ring->size = 0;
+  ColumnEnd window_end(window);
+  ColumnEnd ring_end(ring);
   for (std::size_t i = 0; i < rows.chords.size(); ++i) {
     const PixelChord& chord = rows.chords[i];
     const Level* row = rows.image.ptr<Level>(rows.first + static_cast<int>(i));
     const float dv = rows.first_dv + static_cast<float>(i);
-    append(row, width, chord.begin, chord.inner_begin, rows.u0, dv, ring);
-    append(row, width, chord.inner_begin, chord.inner_end, rows.u0, dv, window);
-    append(row, width, chord.inner_end, chord.end, rows.u0, dv, ring);
+    append(row, width, chord.begin, chord.inner_begin, rows.u0, dv, &ring_end);
+    append(row, width, chord.inner_begin, chord.inner_end, rows.u0, dv, &window_end);
+    append(row, width, chord.inner_end, chord.end, rows.u0, dv, &ring_end);
   }
+  window->size = static_cast<int>(window_end.levels - window->levels.data());
+  ring->size = static_cast<int>(ring_end.levels - ring->levels.data());
 }
 
 BEARING_CALIBRATION_CLONES void gatherBytes(const ChordRows& rows, PixelColumn* window,
