@@ -144,8 +144,7 @@ BlobSegmenter::BlobSegmenter() {
   parents_.reserve(kMaxLabels);
   parts_.reserve(kMaxLabels);
   blobs_.reserve(kMaxLabels);
-  row_.reserve(kMaxLabels);
-  row_above_.reserve(kMaxLabels);
+  for (std::vector<Run>& row : rows_) row.reserve(kMaxLabels);
 }
 
 const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
@@ -153,8 +152,7 @@ const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
                                                 int threshold) {
   parents_.clear();
   parts_.clear();
-  row_.clear();
-  row_above_.clear();
+  for (std::vector<Run>& row : rows_) row.clear();
   first_above_ = 0;
   complete_ = true;
   if (image.depth() == CV_8U) {
@@ -181,9 +179,9 @@ void BlobSegmenter::scan(const cv::Mat& image, const std::vector<PixelInterval>&
 }
 
 void BlobSegmenter::startRow(int row) {
-  row_above_.swap(row_);
-  row_.clear();
-  if (row != current_row_ + 1) row_above_.clear();
+  if (row != current_row_ + 1) rows_[row_].clear();
+  row_ = 1 - row_;
+  rows_[row_].clear();
   current_row_ = row;
   first_above_ = 0;
 }
@@ -205,15 +203,16 @@ void BlobSegmenter::addRun(const PixelInterval& interval, int begin, int end) {
   addTo(&part, interval.row, begin, end);
   part.cut = part.cut || begin == interval.begin || end == interval.end ||
              interval.row == first_row_ || interval.row == last_row_;
-  row_.push_back({begin, end, label});
+  rows_[row_].push_back({begin, end, label});
 }
 
 /// The label of the runs above that touch [begin, end), which become one; -1 without any.
 int BlobSegmenter::labelFromRowAbove(int begin, int end) {
   int label = -1;
-  while (first_above_ < row_above_.size() && row_above_[first_above_].end < begin) ++first_above_;
-  for (std::size_t i = first_above_; i < row_above_.size() && row_above_[i].begin <= end; ++i) {
-    const int above = root(row_above_[i].label);
+  const std::vector<Run>& row_above = rows_[1 - row_];
+  while (first_above_ < row_above.size() && row_above[first_above_].end < begin) ++first_above_;
+  for (std::size_t i = first_above_; i < row_above.size() && row_above[i].begin <= end; ++i) {
+    const int above = root(row_above[i].label);
     if (label >= 0 && above != label) parents_[static_cast<std::size_t>(above)] = label;
     if (label < 0) label = above;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
@@ -50,8 +51,10 @@ class BlobSegmenter {
   int root(int label);
   void collect();
 
-  std::vector<Run> row_above_;
-  std::vector<Run> row_;
+  /// Runs of this row and of the one above, which take turns: what has just been written is slow to
+  /// move.
+  std::array<std::vector<Run>, 2> rows_;
+  std::size_t row_ = 0;  ///< which of them is this row's
   std::size_t first_above_ = 0;  ///< runs of the row above before this one lie left of the new run
   int current_row_ = 0;
   int first_row_ = 0;  ///< of all
