@@ -164,6 +164,33 @@ const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
   return blobs_;
 }
 
+/// Mostly the scene is dark: its rows are looked through without a branch.
+template <typename Vector>
+void BlobSegmenter::findBright(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
+                               const Vector& limit) {
+  using Level = typename Vector::lane_type;
+  bright_.resize(intervals.size());
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    const PixelInterval& interval = intervals[i];
+    // In whole vectors, and not beyond the row: some pixels beside the interval count as well.
+    const int vectors = (interval.end - interval.begin + Vector::nlanes - 1) / Vector::nlanes;
+    const int begin = std::min(interval.begin, image.cols - vectors * Vector::nlanes);
+    bright_[found] = i;  // the next one's place when it is dark
+    if (begin < 0) {  // an image narrower than a vector
+      ++found;
+      continue;
+    }
+    const Level* pixels = image.ptr<Level>(interval.row) + begin;
+    Vector brightest = cv::v_load(pixels);
+    for (int vector = 1; vector < vectors; ++vector) {
+      brightest = cv::v_max(brightest, cv::v_load(pixels + vector * Vector::nlanes));
+    }
+    found += cv::v_check_any(brightest > limit) ? 1 : 0;
+  }
+  bright_.resize(found);
+}
+
 template <typename Level, typename Brightness>
 void BlobSegmenter::scan(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
                          const Brightness& brightness) {
@@ -171,8 +198,10 @@ void BlobSegmenter::scan(const cv::Mat& image, const std::vector<PixelInterval>&
   first_row_ = intervals.front().row;
   last_row_ = intervals.back().row;
   current_row_ = first_row_;
-  for (const PixelInterval& interval : intervals) {
+  findBright(image, intervals, brightness.limit);
+  for (std::size_t i : bright_) {
     if (!complete_) return;
+    const PixelInterval& interval = intervals[i];
     forEachRun(image.ptr<Level>(interval.row), image.cols, interval, brightness,
                [&](int begin, int end) { addRun(interval, begin, end); });
   }

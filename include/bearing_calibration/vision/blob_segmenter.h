@@ -45,12 +45,16 @@ class BlobSegmenter {
   template <typename Level, typename Brightness>
   void scan(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
             const Brightness& brightness);
+  template <typename Vector>
+  void findBright(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
+                  const Vector& limit);
   void startRow(int row);
   void addRun(const PixelInterval& interval, int begin, int end);
   int labelFromRowAbove(int begin, int end);
   int root(int label);
   void collect();
 
+  std::vector<std::size_t> bright_;  ///< intervals with a pixel above the threshold, or beside one
   /// Runs of this row and of the one above, which take turns: what has just been written is slow to
   /// move.
   std::array<std::vector<Run>, 2> rows_;
