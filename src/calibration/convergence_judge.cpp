@@ -113,7 +113,7 @@ bool tellsOneMount(const MountTracker& tracker, const std::vector<Sight>& record
 ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config) : config_(config) {}
 
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Sight>& record,
-                             const std::optional<BatchEstimate>& settled) {
+                             const std::optional<SlipAverage>& settled) {
   last_ = decide(tracker, record, settled);
   if (confirmed_) return;
   if (last_.state != CalibrationState::kConverged) {
@@ -129,7 +129,7 @@ void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Sigh
 }
 
 Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vector<Sight>& record,
-                                   const std::optional<BatchEstimate>& settled) {
+                                   const std::optional<SlipAverage>& settled) {
   if (const auto why = inconsistency(tracker.consistency())) {
     return {CalibrationState::kInconsistent, *why};
   }
@@ -140,7 +140,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vecto
   // knock.
   const bool sure_of_light = !tracker.isSearching();
   const std::optional<JumpTest> jump =
-      sure_of_light ? findJump(*settled, wayOf(record)) : std::nullopt;
+      sure_of_light ? findJump(settled->best, wayOf(record)) : std::nullopt;
   if (jump && confirmed_) {
     knock_ = sayKnock(*jump);
     return *knock_;
@@ -155,7 +155,12 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vecto
     return {CalibrationState::kConverging,
             "known well enough, but the light was lost: drive on until it is seen again"};
   }
-  if (!bothHalvesTell(record, *settled)) {
+  if (settled->is_disputed) {
+    return {CalibrationState::kConverging,
+            "known well enough, unless a wheel has slipped: the bearings do not yet tell where one "
+            "did; drive on"};
+  }
+  if (!bothHalvesTell(record, settled->best)) {
     return {CalibrationState::kConverging,
             "known well enough, but not yet confirmed: drive straight and turn once more"};
   }

@@ -185,9 +185,10 @@ void MountCalibration::noteSettled(const RecordStart& start) {
   settled_ = {initializer_.record().sights()[start.sight].stamp, start};
 }
 
-void MountCalibration::noteAnswer(const BatchEstimate& fit, const RobotEstimate& average) {
+void MountCalibration::noteAnswer(const SlipAverage& settled) {
   const std::vector<Sight>& sights = initializer_.record().sights();
-  answer_ = OwnAnswer{{}, fit, average, tellsOneMount(*tracker_, sights, fit), motionOf(sights)};
+  const bool tells_one = !settled.is_disputed && tellsOneMount(*tracker_, sights, settled.best);
+  answer_ = OwnAnswer{{}, settled.best, settled.estimate, tells_one, motionOf(sights)};
   for (const Sight& sight : sights) answer_->stamps.push_back(sight.stamp);
 }
 
@@ -204,16 +205,16 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
   next_refinement_ = nextTime({kRefitInterval, config_.refit_growth}, sights);
   const RobotEstimate robot = tracker_->filter().robot();
   const BatchEstimate batch = fitRecord(sights, robot);
-  std::optional<BatchEstimate> settled;
+  std::optional<SlipAverage> settled;
   if (hasSettled(batch)) {
     SlipAverage average = averageOverSlips(sights, batch, config_.initializer.batch);
     if (!tracker_->isSearching()) {
       tracker_->rebase(withEarlier(average.estimate), average.best.correlation);
     }
     noteSettled(surestStart(average.best));
-    if (config_.lights.most > 1) noteAnswer(average.best, average.estimate);
+    if (config_.lights.most > 1) noteAnswer(average);
     noteNoise(average.best);
-    settled = std::move(average.best);
+    settled = std::move(average);
   }
   judge_->judge(*tracker_, sights, settled);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bearing_calibration/filter/robot_errors.h"
 
@@ -14,6 +15,10 @@ constexpr int kMaxRejectionRounds = 6;
 /// An elevation beyond so many standard deviations counts linearly to the end of the fit: it stands
 /// or falls with its bearing, and has no other gate.
 constexpr double kElevationHuberSigmas = 2.5;
+/// Time between two sights for which BatchConfig::slip_gain stands, and the least that a longer one
+/// can lower it to: then chance alone gains it once in ninety motions.
+constexpr double kUsualInterval_s = 0.1;
+constexpr double kLeastSlipGain = 9.0;
 
 /// Huber's cost of a number of standard deviations.
 double huberCost(double sigmas, double limit) {
@@ -131,21 +136,38 @@ void RecordWeights::giveUp(std::size_t slip) {
   }
 }
 
+/// A wheel slips at any time with the same probability: while the light is hidden for forty times
+/// the usual interval, forty times more probably. (Twice a logarithm, as all costs are.)
+double RecordWeights::slipCost(std::size_t i) const {
+  if (i == 0) return config_.slip_gain;
+  const double interval_s = secondsFromDuration(records_[i].stamp - records_[i - 1].stamp);
+  const double intervals = std::max(1.0, interval_s / kUsualInterval_s);
+  const double least = std::min(kLeastSlipGain, config_.slip_gain);
+  return std::max(least, config_.slip_gain - 2.0 * std::log(intervals));
+}
+
 bool RecordWeights::giveUpSlip(const SmootherPass& pass) {
   const auto all = static_cast<int>(slips_.size());
   const auto further = all - static_cast<int>(supposed_.given_up.size());
   const bool may_slip =
       config_.slip_gain > 0.0 && all < config_.max_slips && further < supposed_.most_further;
   if (!may_slip) return false;
-  const double least = supposed_.least_gain > 0.0 ? supposed_.least_gain : config_.slip_gain;
   std::size_t worst = 0;  // the record's first motion is not used
+  double most_profit = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < weights_.size(); ++i) {
-    if (pass.sights[i].slip_gain <= pass.sights[worst].slip_gain) continue;
+    const double profit = pass.sights[i].slip_gain - slipCost(i);
+    if (weights_[i].slipped || profit <= most_profit) continue;
     const bool trusted = std::any_of(supposed_.trusted.begin(), supposed_.trusted.end(),
                                      [&](std::size_t slip) { return isNear(i, slip); });
-    if (!trusted) worst = i;
+    if (trusted) continue;
+    worst = i;
+    most_profit = profit;
   }
-  if (pass.sights[worst].slip_gain < least) return false;
+  if (worst == 0) return false;
+  const bool is_enough = supposed_.least_gain > 0.0
+                             ? pass.sights[worst].slip_gain >= supposed_.least_gain
+                             : most_profit >= 0.0;
+  if (!is_enough) return false;
   giveUp(worst);
   return true;
 }
@@ -176,7 +198,8 @@ double RecordWeights::bearingCost(const RecordPath& path) const {
 
 double RecordWeights::costOfDisbelief(const RecordPath& path) const {
   const double cost_of_outlier = config_.reject_sigmas * config_.reject_sigmas;
-  double cost = config_.slip_gain * static_cast<double>(slips_.size());
+  double cost = 0.0;
+  for (std::size_t slip : slips_) cost += slipCost(slip);
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     if (weights_[i].use_bearing) continue;
     // A slip must not gain by the outliers that it happens to hide: a bearing in use costs 1 on the

@@ -1,10 +1,12 @@
 #include "bearing_calibration/calibration/slip_rivals.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/filter/paper_state.h"
 
 namespace bearing_calibration {
 namespace {
@@ -12,6 +14,11 @@ namespace {
 /// Gain from which one slip more is tried: chance makes about one of them in a record. With the
 /// cost of a slip (BatchConfig::slip_gain, 20) it then weighs 1/250.
 constexpr double kSuspicion = 9.0;
+
+/// Costs within which a supposition is still open, a thousandth as likely as the best one, and the
+/// chi-square of the mount that one right answer in a thousand has.
+constexpr double kOpenCost = 14.0;
+constexpr double kAgreement = 16.3;
 
 SlipHypothesis withOneMore(const BatchEstimate& batch) {
   SlipHypothesis one_more;
@@ -31,21 +38,44 @@ SlipHypothesis withSlipElsewhere(const BatchEstimate& batch, std::size_t slip) {
   return elsewhere;
 }
 
-std::vector<BatchEstimate> findRivals(const std::vector<Sight>& sights, const BatchEstimate& batch,
-                                      const BatchConfig& config) {
-  std::vector<SlipHypothesis> suppositions;
-  if (batch.suspicion > kSuspicion) suppositions.push_back(withOneMore(batch));
-  for (std::size_t slip : batch.slips) suppositions.push_back(withSlipElsewhere(batch, slip));
+/// The fits of all suppositions that cannot be ruled out, beside the one that they rival.
+class Rivals {
+ public:
+  Rivals(const std::vector<Sight>& sights, const BatchEstimate& batch, const BatchConfig& config)
+      : sights_(sights), estimator_(config), start_(surestStart(batch)), fits_{batch} {}
 
-  const BatchEstimator estimator(config);
-  const RecordStart start = surestStart(batch);
-  std::vector<BatchEstimate> rivals;
-  for (const SlipHypothesis& supposition : suppositions) {
-    BatchEstimate rival = estimator.estimate(sights, start, supposition);
-    if (rival.converged && rival.slips != batch.slips) rivals.push_back(std::move(rival));
+  /// The best places for what a supposition leaves open, one after the other: each is trusted when
+  /// the next one is looked for.
+  void addAll(SlipHypothesis supposition) {
+    constexpr int kMostPlaces = 4;
+    for (int place = 0; place < kMostPlaces; ++place) {
+      BatchEstimate rival = estimator_.estimate(sights_, start_, supposition);
+      const std::vector<std::size_t>& given_up = supposition.given_up;
+      bool found = false;
+      for (std::size_t slip : rival.slips) {
+        if (std::count(given_up.begin(), given_up.end(), slip) > 0) continue;
+        supposition.trusted.push_back(slip);
+        found = true;
+      }
+      const bool open = rival.converged && rival.cost < fits_.front().cost + kOpenCost;
+      if (open && isNew(rival)) fits_.push_back(std::move(rival));
+      if (!open || !found) return;
+    }
   }
-  return rivals;
-}
+
+  const std::vector<BatchEstimate>& fits() const { return fits_; }
+
+ private:
+  bool isNew(const BatchEstimate& rival) const {
+    return std::none_of(fits_.begin(), fits_.end(),
+                        [&](const BatchEstimate& fit) { return fit.slips == rival.slips; });
+  }
+
+  const std::vector<Sight>& sights_;
+  BatchEstimator estimator_;
+  RecordStart start_;
+  std::vector<BatchEstimate> fits_;  ///< the first is the one that is rivalled
+};
 
 /// Mean and covariance of the mixture of all fits.
 RobotEstimate mixture(const std::vector<BatchEstimate>& fits, const BatchEstimate& best) {
@@ -70,17 +100,37 @@ RobotEstimate mixture(const std::vector<BatchEstimate>& fits, const BatchEstimat
   return RobotEstimate::from<kErrorCount>(average);
 }
 
+/// What a mount's chi-square would be on the average if the truth were as a rival says.
+double chiSquareIf(const MountEstimate& rival, const MountEstimate& mount) {
+  const Eigen::LDLT<Eigen::Matrix3d> covariance(mount.covariance);
+  Eigen::Vector3d off = rival.mean - mount.mean;
+  off.z() = wrapAngle(off.z());
+  return off.dot(covariance.solve(off)) + covariance.solve(rival.covariance).trace();
+}
+
+bool isDisputed(const std::vector<BatchEstimate>& fits, const BatchEstimate& best,
+                const RobotEstimate& average) {
+  const MountEstimate mount = mountFromCartesian(average.cartesian);
+  return std::any_of(fits.begin(), fits.end(), [&](const BatchEstimate& fit) {
+    return fit.cost < best.cost + kOpenCost &&
+           chiSquareIf(mountFromCartesian(fit.at_last_sight), mount) > kAgreement;
+  });
+}
+
 }  // namespace
 
 SlipAverage averageOverSlips(const std::vector<Sight>& sights, const BatchEstimate& batch,
                              const BatchConfig& config) {
   if (config.slip_gain <= 0.0) return {batch, batch.robot()};  // the owner: nothing slips
-  std::vector<BatchEstimate> fits = findRivals(sights, batch, config);
-  fits.push_back(batch);
+  Rivals rivals(sights, batch, config);
+  if (batch.suspicion > kSuspicion) rivals.addAll(withOneMore(batch));
+  for (std::size_t slip : batch.slips) rivals.addAll(withSlipElsewhere(batch, slip));
+  const std::vector<BatchEstimate>& fits = rivals.fits();
   const auto best = std::min_element(
       fits.begin(), fits.end(),
-      [&config](const BatchEstimate& a, const BatchEstimate& b) { return a.cost < b.cost; });
-  return {*best, mixture(fits, *best)};
+      [](const BatchEstimate& a, const BatchEstimate& b) { return a.cost < b.cost; });
+  const RobotEstimate average = mixture(fits, *best);
+  return {*best, average, isDisputed(fits, *best, average)};
 }
 
 }  // namespace bearing_calibration

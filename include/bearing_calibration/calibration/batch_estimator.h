@@ -21,8 +21,8 @@ struct BatchConfig {
   /// Once the fit has settled, sights whose residual from all others exceeds so many standard
   /// deviations are left out; 0 is off.
   double reject_sigmas = 3.5;
-  /// Gain in chi-square (2 degrees of freedom) for which a motion between two sights is declared a
-  /// slip and given up; 0 is off.
+  /// Gain in chi-square (2 degrees of freedom) for which a motion between two sights a tenth of a
+  /// second apart is declared a slip and given up; the longer the motion, the less; 0 is off.
   double slip_gain = 20.0;
   int max_slips = 20;
   /// Estimates the correlation of neighbouring bearings' noise and widens their variance with it.

@@ -8,6 +8,7 @@
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/calibration/mount_tracker.h"
 #include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/calibration/slip_rivals.h"
 
 namespace bearing_calibration {
 
@@ -35,25 +36,25 @@ bool tellsOneMount(const MountTracker& tracker, const std::vector<Sight>& record
 
 /// Decides whether a filter that carries on from a good start has converged, and whether what it is
 /// fed still fits. Converged needs all of: standard deviations within the targets, innovations that
-/// are consistent, and one mount in all of the record: neither its two halves nor any other two
-/// parts of it say different ones; for the first time, all of them over a metre and a turn. The
-/// last test goes on after convergence, so that a knock is noticed; a knocked mount stays
-/// inconsistent.
+/// are consistent, no slip elsewhere that would give another mount, and one mount in all of the
+/// record: neither its two halves nor any other two parts of it say different ones; for the first
+/// time, all of them over a metre and a turn. The last test goes on after convergence, so that a
+/// knock is noticed; a knocked mount stays inconsistent.
 class ConvergenceJudge {
  public:
   explicit ConvergenceJudge(const ConvergenceConfig& config);
 
   /// @param record  the sights so far, thinned or not
-  /// @param settled  the batch over them, which the tracker has just taken up; none when it did not
-  ///   settle: nothing is called converged then
+  /// @param settled  the batch over them with its rivals, which the tracker has just taken up; none
+  ///   when it did not settle: nothing is called converged then
   void judge(const MountTracker& tracker, const std::vector<Sight>& record,
-             const std::optional<BatchEstimate>& settled);
+             const std::optional<SlipAverage>& settled);
   const Judgement& last() const { return last_; }
 
  private:
   std::optional<std::string> inconsistency(const Consistency& recent) const;
   Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record,
-                   const std::optional<BatchEstimate>& settled);
+                   const std::optional<SlipAverage>& settled);
   static Judgement sayKnock(const JumpTest& jump);
   Judgement stillConverging(const CartesianEstimate& estimate) const;
 

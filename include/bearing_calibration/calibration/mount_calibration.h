@@ -59,7 +59,7 @@ class MountCalibration {
   void refineAndJudge(Stamp stamp);
   BatchEstimate fitRecord(const std::vector<Sight>& sights, const RobotEstimate& running) const;
   void noteSettled(const RecordStart& start);
-  void noteAnswer(const BatchEstimate& fit, const RobotEstimate& average);
+  void noteAnswer(const SlipAverage& settled);
   void noteNoise(const BatchEstimate& fit);
   bool hasSettled(const BatchEstimate& batch) const;
   void diagnose(Stamp stamp);

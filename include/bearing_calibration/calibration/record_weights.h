@@ -49,6 +49,7 @@ class RecordWeights {
   bool isInsideSlip(std::size_t i) const;
   bool mayBeLight(std::size_t i, const RecordPath& path) const;
   bool isNear(std::size_t i, std::size_t slip) const;
+  double slipCost(std::size_t i) const;  ///< of giving up the motion to this sight
   void giveUp(std::size_t slip);
 
   const std::vector<Sight>& records_;

@@ -13,9 +13,11 @@ namespace bearing_calibration {
 struct SlipAverage {
   BatchEstimate best;      ///< of all suppositions, the one of least cost
   RobotEstimate estimate;  ///< mean and covariance over all, weighted by exp(-cost / 2)
+  /// A supposition that cannot be ruled out gives another mount than `estimate`.
+  bool is_disputed = false;
 };
 
-/// Tries rivals of a fit: each of its slips elsewhere, and one slip more.
+/// Tries rivals of a fit: each of its slips in other places, and one slip more.
 /// @param batch  a fit of `sights` that has settled
 SlipAverage averageOverSlips(const std::vector<Sight>& sights, const BatchEstimate& batch,
                              const BatchConfig& config);
