@@ -1,5 +1,6 @@
 #include "bearing_calibration/calibration/convergence_judge.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <cstdio>
 
@@ -115,17 +116,43 @@ ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config) : config_(co
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Sight>& record,
                              const std::optional<SlipAverage>& settled) {
   last_ = decide(tracker, record, settled);
-  if (confirmed_) return;
   if (last_.state != CalibrationState::kConverged) {
-    good_since_m_.reset();
+    if (!confirmed_) good_since_m_.reset();
     return;
   }
   const double motion_m = motionOf(record);
+  if (confirmed_) {
+    if (staysWhereItWas(mountFromCartesian(tracker.filter().cartesian()), motion_m)) return;
+    last_ = {CalibrationState::kConverging,
+             "the answer has changed by more than it was known to: the next metre and turn must "
+             "confirm it"};
+    return;
+  }
   if (!good_since_m_) good_since_m_ = motion_m;
   confirmed_ = motion_m - *good_since_m_ >= kHeldOver_m;
   if (confirmed_) return;
   last_ = {CalibrationState::kConverging,
            "known well enough: the next metre and turn must confirm it"};
+}
+
+/// A record that grows moves its answer within what was left open, or it has been misread for a
+/// moment. What it then says counts when it goes on saying so.
+bool ConvergenceJudge::staysWhereItWas(const MountEstimate& mount, double motion_m) {
+  constexpr double kFalseAlarm = 1e-4;
+  static const double kLargest = chiSquareQuantile(1.0 - kFalseAlarm, kMountDegrees);
+  if (claimed_) {
+    Eigen::Vector3d leap = mount.mean - claimed_->mean;
+    leap.z() = wrapAngle(leap.z());
+    if (leap.dot(claimed_->covariance.ldlt().solve(leap)) <= kLargest) {
+      leapt_since_m_.reset();
+    } else if (!leapt_since_m_) {
+      leapt_since_m_ = motion_m;
+    }
+    if (leapt_since_m_ && motion_m - *leapt_since_m_ < kHeldOver_m) return false;
+  }
+  leapt_since_m_.reset();
+  claimed_ = mount;
+  return true;
 }
 
 Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vector<Sight>& record,

@@ -20,7 +20,9 @@ struct Schedule {
   Duration interval;
   double growth;
 };
-constexpr Schedule kAttempts{std::chrono::seconds(1), 0.05};   // tens of milliseconds
+constexpr Schedule kAttempts{std::chrono::seconds(1), 0.05};  // tens of milliseconds
+/// On a record that nothing explains, which takes longest.
+constexpr Schedule kAttemptsInVain{std::chrono::seconds(2), 0.1};
 constexpr Schedule kDiagnoses{std::chrono::seconds(20), 1.0};  // up to a second
 
 /// A light that is passed closely, or a slip, can make one attempt fail; not so many in a row.
@@ -92,10 +94,11 @@ void MountCalibration::start(const BearingSet& image, const TravelNearby& nearby
   if (!tracker_) ++bearings_used_;
   if (!attempt_) startFromGuess(*light);
   if (attempt_ && stamp < next_attempt_) return;
-  next_attempt_ = nextTime(kAttempts, initializer_.record().sights());
   attempt_ = initializer_.attempt();
   misfits_ = doesNotFit(*attempt_) ? misfits_ + 1 : 0;
-  if (misfits_ >= kMisfitsToSay) diagnose(stamp);
+  const bool in_vain = misfits_ >= kMisfitsToSay;
+  next_attempt_ = nextTime(in_vain ? kAttemptsInVain : kAttempts, initializer_.record().sights());
+  if (in_vain) diagnose(stamp);
   if (!attempt_->ready()) return;
   diagnosis_.clear();
   noise_ = attempt_->noise;

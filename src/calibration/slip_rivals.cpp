@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
@@ -44,28 +45,37 @@ class Rivals {
   Rivals(const std::vector<Sight>& sights, const BatchEstimate& batch, const BatchConfig& config)
       : sights_(sights), estimator_(config), start_(surestStart(batch)), fits_{batch} {}
 
-  /// The best places for what a supposition leaves open, one after the other: each is trusted when
-  /// the next one is looked for.
-  void addAll(SlipHypothesis supposition) {
-    constexpr int kMostPlaces = 4;
-    for (int place = 0; place < kMostPlaces; ++place) {
-      BatchEstimate rival = estimator_.estimate(sights_, start_, supposition);
-      const std::vector<std::size_t>& given_up = supposition.given_up;
-      bool found = false;
-      for (std::size_t slip : rival.slips) {
-        if (std::count(given_up.begin(), given_up.end(), slip) > 0) continue;
-        supposition.trusted.push_back(slip);
-        found = true;
+  /// Tries all suppositions in turn, again and again while they go on finding something.
+  void findAll(std::vector<SlipHypothesis> suppositions) {
+    constexpr std::size_t kMostFits = 6;
+    std::size_t tried = 0;
+    while (!suppositions.empty()) {
+      std::vector<SlipHypothesis> still_open;
+      for (SlipHypothesis& supposition : suppositions) {
+        if (tried++ == kMostFits) return;
+        if (tryBestPlace(supposition)) still_open.push_back(std::move(supposition));
       }
-      const bool open = rival.converged && rival.cost < fits_.front().cost + kOpenCost;
-      if (open && isNew(rival)) fits_.push_back(std::move(rival));
-      if (!open || !found) return;
+      suppositions = std::move(still_open);
     }
   }
 
   const std::vector<BatchEstimate>& fits() const { return fits_; }
 
  private:
+  /// Fits the best place for what a supposition leaves open, and trusts that place from then on.
+  /// @returns whether the next best place is worth a fit
+  bool tryBestPlace(SlipHypothesis& supposition) {
+    BatchEstimate rival = estimator_.estimate(sights_, start_, supposition);
+    if (!rival.converged || rival.cost > fits_.front().cost + kOpenCost) return false;
+    const std::size_t trusted = supposition.trusted.size();
+    const std::vector<std::size_t>& given_up = supposition.given_up;
+    std::copy_if(
+        rival.slips.begin(), rival.slips.end(), std::back_inserter(supposition.trusted),
+        [&](std::size_t slip) { return std::count(given_up.begin(), given_up.end(), slip) == 0; });
+    if (isNew(rival)) fits_.push_back(std::move(rival));
+    return supposition.trusted.size() > trusted;
+  }
+
   bool isNew(const BatchEstimate& rival) const {
     return std::none_of(fits_.begin(), fits_.end(),
                         [&](const BatchEstimate& fit) { return fit.slips == rival.slips; });
@@ -122,9 +132,11 @@ bool isDisputed(const std::vector<BatchEstimate>& fits, const BatchEstimate& bes
 SlipAverage averageOverSlips(const std::vector<Sight>& sights, const BatchEstimate& batch,
                              const BatchConfig& config) {
   if (config.slip_gain <= 0.0) return {batch, batch.robot()};  // the owner: nothing slips
+  std::vector<SlipHypothesis> suppositions;
+  if (batch.suspicion > kSuspicion) suppositions.push_back(withOneMore(batch));
+  for (std::size_t slip : batch.slips) suppositions.push_back(withSlipElsewhere(batch, slip));
   Rivals rivals(sights, batch, config);
-  if (batch.suspicion > kSuspicion) rivals.addAll(withOneMore(batch));
-  for (std::size_t slip : batch.slips) rivals.addAll(withSlipElsewhere(batch, slip));
+  rivals.findAll(std::move(suppositions));
   const std::vector<BatchEstimate>& fits = rivals.fits();
   const auto best = std::min_element(
       fits.begin(), fits.end(),

@@ -49,6 +49,28 @@ TEST(SlipRivals, ARecordWithoutSuspicionIsLeftAsItIs) {
   const SlipAverage average = averageOverSlips(run.sights, batch, BatchConfig());
   EXPECT_TRUE(average.estimate.cartesian.mean.isApprox(batch.at_last_sight.mean));
   EXPECT_TRUE(average.estimate.cartesian.covariance.isApprox(batch.at_last_sight.covariance));
+  EXPECT_FALSE(average.is_disputed);
+}
+
+// The prior of a slip is proportional to the time in which it may have happened.
+TEST(SlipRivals, ASlipInALongerMotionCostsLess) {
+  constexpr std::size_t kSlip = 40;
+  constexpr double kInterval_s = 0.5;  // no other motion is given up with this one
+  constexpr double kHidden_s = 4.0;
+  SimulatedCase simulated = paperCase(3);
+  simulated.robot.steps_per_bearing =
+      static_cast<int>(std::lround(kInterval_s / simulated.robot.step_s));
+  SightRun run = simulate(simulated);
+  SlipHypothesis slip;
+  slip.given_up = {kSlip};
+  slip.most_further = 0;
+  const BatchEstimate seen = fit(run, slip);
+  for (std::size_t i = kSlip; i < run.sights.size(); ++i) {
+    run.sights[i].stamp += durationFromSeconds(kHidden_s);
+  }
+  const BatchEstimate hidden = fit(run, slip);
+  EXPECT_NEAR(seen.cost - hidden.cost, 2.0 * std::log((kInterval_s + kHidden_s) / kInterval_s),
+              1e-9);
 }
 
 TEST(SlipRivals, AnotherLightForAWhileIsNoSlip) {

@@ -57,12 +57,15 @@ class ConvergenceJudge {
                    const std::optional<SlipAverage>& settled);
   static Judgement sayKnock(const JumpTest& jump);
   Judgement stillConverging(const CartesianEstimate& estimate) const;
+  bool staysWhereItWas(const MountEstimate& mount, double motion_m);
 
   ConvergenceConfig config_;
   Judgement last_;
-  std::optional<double> good_since_m_;  ///< motion of the record when nothing more was amiss
-  bool confirmed_ = false;              ///< it was called converged
-  std::optional<Judgement> knock_;      ///< once the mount has moved after that
+  std::optional<double> good_since_m_;    ///< motion of the record when nothing more was amiss
+  bool confirmed_ = false;                ///< it was called converged
+  std::optional<MountEstimate> claimed_;  ///< the last one that was
+  std::optional<double> leapt_since_m_;   ///< motion of the record when it gave another one
+  std::optional<Judgement> knock_;        ///< once the mount has moved after that
 };
 
 }  // namespace bearing_calibration
