@@ -136,7 +136,9 @@ void MountCalibration::startTracker(const RobotEstimate& estimate, double bearin
 void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearby, Look* look) {
   const Stamp stamp = image.stamp;
   const std::vector<Bearing>& candidates = image.candidates;
-  const Association association = tracker_->look(withNoise(candidates, noise_), nearby);
+  const Association association = looksForNoise()
+                                      ? tracker_->look(withNoise(candidates, noise_), nearby)
+                                      : tracker_->look(candidates, nearby);
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
   note(found                                               ? Look::Kind::kTaken
@@ -203,7 +205,10 @@ bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
 /// that was none. The batch over the record can, and knows about them by what came after.
 void MountCalibration::refineAndJudge(Stamp stamp) {
   if (stamp < next_refinement_) return;
-  const std::vector<Sight> sights = withNoise(initializer_.record().sights(), noise_);
+  const std::vector<Sight>& stated = initializer_.record().sights();
+  const std::vector<Sight> scaled =
+      looksForNoise() ? withNoise(stated, noise_) : std::vector<Sight>();
+  const std::vector<Sight>& sights = looksForNoise() ? scaled : stated;
   constexpr std::chrono::seconds kRefitInterval{1};  // a fit takes tens of milliseconds
   next_refinement_ = nextTime({kRefitInterval, config_.refit_growth}, sights);
   const RobotEstimate robot = tracker_->filter().robot();
@@ -224,10 +229,12 @@ void MountCalibration::refineAndJudge(Stamp stamp) {
 
 /// For the next fit: all hypotheses of one must be weighed alike.
 void MountCalibration::noteNoise(const BatchEstimate& fit) {
-  bearing_correlation_ = fit.correlation;
+  const std::vector<Sight>& sights = initializer_.record().sights();
+  correlation_time_ = correlationTime(sights, fit.correlation);
   const InitializerConfig& config = config_.initializer;
-  if (!config.noise.any()) return;
-  noise_ = findNoiseLevels(initializer_.record().sights(), fit, config.batch.errors, config.noise);
+  if (looksForNoise()) {
+    noise_ = findNoiseLevels(sights, fit, config.batch.errors, config.noise);
+  }
 }
 
 /// An estimate from the sights, with the earlier calibration unless they contradict it: then that
@@ -263,7 +270,7 @@ void MountCalibration::noteLight(const Bearing& light) {
 void MountCalibration::startAnew() {
   started_ = false;
   noise_ = {};
-  bearing_correlation_ = 0.0;
+  correlation_time_ = {};
   judge_.reset();
   settled_.reset();
   answer_.reset();
@@ -283,7 +290,7 @@ void MountCalibration::describe(CalibrationResult* result) const {
   result->robot_errors = priorEstimate(config_.initializer.batch.errors);
   result->noise_priors = config_.initializer.noise;
   result->noise = noise_;
-  result->correlation_time = correlationTime(initializer_.record().sights(), bearing_correlation_);
+  result->correlation_time = correlation_time_;
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
   if (!tracker_ && attempt_ && attempt_->obstacle == StartObstacle::kWeakDirection) {

@@ -62,6 +62,7 @@ class MountCalibration {
   void noteAnswer(const SlipAverage& settled);
   void noteNoise(const BatchEstimate& fit);
   bool hasSettled(const BatchEstimate& batch) const;
+  bool looksForNoise() const { return config_.initializer.noise.any(); }
   void diagnose(Stamp stamp);
   void remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby);
   void noteLight(const Bearing& light);
@@ -91,7 +92,7 @@ class MountCalibration {
   bool started_ = false;  ///< tracker_ carries on from the initialiser
   std::string knock_;     ///< why the calibration began anew; empty unless the mount was knocked
   NoiseLevels noise_;     ///< against the stated one, as the record has it
-  double bearing_correlation_ = 0.0;
+  CorrelationTime correlation_time_;
   std::optional<std::int32_t> light_id_;
   std::uint32_t bearings_used_ = 0;
   std::uint32_t bearings_gated_ = 0;
