@@ -177,7 +177,7 @@ void BlobSegmenter::findBright(const cv::Mat& image, const std::vector<PixelInte
     const int vectors = (interval.end - interval.begin + Vector::nlanes - 1) / Vector::nlanes;
     const int begin = std::min(interval.begin, image.cols - vectors * Vector::nlanes);
     bright_[found] = i;  // the next one's place when it is dark
-    if (begin < 0) {  // an image narrower than a vector
+    if (begin < 0) {     // an image narrower than a vector
       ++found;
       continue;
     }

@@ -58,7 +58,7 @@ class BlobSegmenter {
   /// Runs of this row and of the one above, which take turns: what has just been written is slow to
   /// move.
   std::array<std::vector<Run>, 2> rows_;
-  std::size_t row_ = 0;  ///< which of them is this row's
+  std::size_t row_ = 0;          ///< which of them is this row's
   std::size_t first_above_ = 0;  ///< runs of the row above before this one lie left of the new run
   int current_row_ = 0;
   int first_row_ = 0;  ///< of all
