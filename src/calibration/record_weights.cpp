@@ -15,10 +15,11 @@ constexpr int kMaxRejectionRounds = 6;
 /// An elevation beyond so many standard deviations counts linearly to the end of the fit: it stands
 /// or falls with its bearing, and has no other gate.
 constexpr double kElevationHuberSigmas = 2.5;
-/// Time between two sights for which BatchConfig::slip_gain stands, and the least that a longer one
-/// can lower it to: then chance alone gains it once in ninety motions.
-constexpr double kUsualInterval_s = 0.1;
-constexpr double kLeastSlipGain = 9.0;
+/// What a long motion can lower a slip's cost to: chance alone gains it once in ninety motions.
+constexpr double kLeastSlipCost = 9.0;
+/// Gain from which a fit gives up a motion by itself, however long. The more a robot is unlike its
+/// model, the more often a large gain is no slip.
+constexpr double kLeastOwnGain = 16.0;
 
 /// Huber's cost of a number of standard deviations.
 double huberCost(double sigmas, double limit) {
@@ -60,6 +61,23 @@ class LagCorrelation {
   bool has_last_ = false;
 };
 
+double secondsBetween(const Sight& before, const Sight& after) {
+  return secondsFromDuration(after.stamp - before.stamp);
+}
+
+/// Time from one sight to the next, as it mostly is.
+double usualInterval(const std::vector<Sight>& sights) {
+  if (sights.size() < 2) return 0.0;
+  std::vector<double> intervals_s;
+  intervals_s.reserve(sights.size());
+  for (std::size_t i = 1; i < sights.size(); ++i) {
+    intervals_s.push_back(secondsBetween(sights[i - 1], sights[i]));
+  }
+  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
+  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
+  return *middle;
+}
+
 }  // namespace
 
 bool isNearSlip(Stamp moment, Stamp slip) {
@@ -70,7 +88,11 @@ bool isNearSlip(Stamp moment, Stamp slip) {
 RecordWeights::RecordWeights(const std::vector<Sight>& sights,
                              const std::vector<bool>& is_plausible, const BatchConfig& config,
                              const SlipHypothesis& slips)
-    : records_(sights), config_(config), supposed_(slips), huber_(config.huber_sigmas > 0.0) {
+    : records_(sights),
+      config_(config),
+      usual_interval_s_(usualInterval(sights)),
+      supposed_(slips),
+      huber_(config.huber_sigmas > 0.0) {
   const bool may_reject = config.reject_sigmas > 0.0;
   for (std::size_t i = 0; i < sights.size(); ++i) {
     const double variance = sights[i].azimuth_variance_rad2;
@@ -136,13 +158,13 @@ void RecordWeights::giveUp(std::size_t slip) {
   }
 }
 
-/// A wheel slips at any time with the same probability: while the light is hidden for forty times
-/// the usual interval, forty times more probably. (Twice a logarithm, as all costs are.)
+/// A wheel slips at any time with the same probability: while the light is hidden for forty
+/// times the usual interval, forty times more probably. (Twice a logarithm, as all costs are.)
 double RecordWeights::slipCost(std::size_t i) const {
-  if (i == 0) return config_.slip_gain;
-  const double interval_s = secondsFromDuration(records_[i].stamp - records_[i - 1].stamp);
-  const double intervals = std::max(1.0, interval_s / kUsualInterval_s);
-  const double least = std::min(kLeastSlipGain, config_.slip_gain);
+  if (i == 0 || usual_interval_s_ <= 0.0) return config_.slip_gain;
+  const double intervals =
+      std::max(1.0, secondsBetween(records_[i - 1], records_[i]) / usual_interval_s_);
+  const double least = std::min(kLeastSlipCost, config_.slip_gain);
   return std::max(least, config_.slip_gain - 2.0 * std::log(intervals));
 }
 
@@ -164,9 +186,10 @@ bool RecordWeights::giveUpSlip(const SmootherPass& pass) {
     most_profit = profit;
   }
   if (worst == 0) return false;
-  const bool is_enough = supposed_.least_gain > 0.0
-                             ? pass.sights[worst].slip_gain >= supposed_.least_gain
-                             : most_profit >= 0.0;
+  const double gain = pass.sights[worst].slip_gain;
+  const bool is_enough = supposed_.least_gain > 0.0 ? gain >= supposed_.least_gain
+                         : supposed_.at_its_cost    ? most_profit >= 0.0
+                                                    : most_profit >= 0.0 && gain >= kLeastOwnGain;
   if (!is_enough) return false;
   giveUp(worst);
   return true;

@@ -36,6 +36,7 @@ SlipHypothesis withSlipElsewhere(const BatchEstimate& batch, std::size_t slip) {
     if (other != slip) elsewhere.given_up.push_back(other);
   }
   elsewhere.trusted = {slip};
+  elsewhere.at_its_cost = true;
   return elsewhere;
 }
 

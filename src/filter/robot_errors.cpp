@@ -212,10 +212,14 @@ const std::vector<ErrorBlockInfo>& errorBlocks() {
 }
 
 double residualOf(const Sight& sight, const Vector5& state, const ErrorVector& errors) {
-  const double expected = errors.isZero(0.0)
-                              ? azimuthFromCartesian(state).azimuth_rad
-                              : expectSight<kErrorCount>(state, errors, sight.nearby).azimuth_rad;
-  return wrapAngle(sight.azimuth_rad - expected);
+  const auto expected = [&] {
+    if (errors.isZero(0.0)) return azimuthFromCartesian(state).azimuth_rad;
+    // What bends bearings takes its time, even where nothing is bent.
+    const bool is_straight = errors.tail<kErrorCount - kWheelErrors>().isZero(0.0);
+    return is_straight ? expectSight<kWheelErrors>(state, errors, sight.nearby).azimuth_rad
+                       : expectSight<kErrorCount>(state, errors, sight.nearby).azimuth_rad;
+  };
+  return wrapAngle(sight.azimuth_rad - expected());
 }
 
 std::optional<double> elevationResidualOf(const Sight& sight, const Vector5& state,

@@ -21,8 +21,8 @@ struct BatchConfig {
   /// Once the fit has settled, sights whose residual from all others exceeds so many standard
   /// deviations are left out; 0 is off.
   double reject_sigmas = 3.5;
-  /// Gain in chi-square (2 degrees of freedom) for which a motion between two sights a tenth of a
-  /// second apart is declared a slip and given up; the longer the motion, the less; 0 is off.
+  /// Gain in chi-square (2 degrees of freedom) for which a motion between two sights as far
+  /// apart as they mostly are is declared a slip and given up; for a longer one, less; 0 is off.
   double slip_gain = 20.0;
   int max_slips = 20;
   /// Estimates the correlation of neighbouring bearings' noise and widens their variance with it.
@@ -36,7 +36,8 @@ struct BatchConfig {
 struct SlipHypothesis {
   std::vector<std::size_t> given_up;  ///< sights whose motions are given up
   std::vector<std::size_t> trusted;   ///< sights whose motions, and those near, are not
-  double least_gain = 0.0;            ///< of a further slip; 0: BatchConfig::slip_gain
+  double least_gain = 0.0;            ///< of a further slip; 0: what a fit asks for by itself
+  bool at_its_cost = false;           ///< a further slip need only be worth its cost
   int most_further = std::numeric_limits<int>::max();
 };
 

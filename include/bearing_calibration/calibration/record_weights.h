@@ -54,6 +54,7 @@ class RecordWeights {
 
   const std::vector<Sight>& records_;
   const BatchConfig& config_;
+  double usual_interval_s_;
   std::vector<SightWeight> weights_;
   SlipHypothesis supposed_;
   std::vector<std::size_t> slips_;
