@@ -79,7 +79,7 @@ std::vector<std::string> ConicMirror::validate() const {
 MirrorPixel mirrorPixelFromImage(const MirrorView& view, double u_px, double v_px) {
   const double right = u_px - view.centre_u_px;
   const double up = -(v_px - view.centre_v_px);
-  return {std::hypot(right, up), view.handedness * std::atan2(up, right)};
+  return {std::sqrt(right * right + up * up), view.handedness * std::atan2(up, right)};
 }
 
 Eigen::Vector2d imageFromMirrorPixel(const MirrorView& view, const MirrorPixel& pixel) {

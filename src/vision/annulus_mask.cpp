@@ -134,9 +134,29 @@ void AnnulusMask::clipToSector(const AzimuthSector& sector,
   }
 }
 
+/// Whether the circle around the box is inside; then the box is, too.
+bool AnnulusMask::hasAllOf(const PixelBox& box) const {
+  const double width = box.last_column - box.first_column;
+  const double height = box.last_row - box.first_row;
+  const double u = 0.5 * (box.first_column + box.last_column);
+  const double v = 0.5 * (box.first_row + box.last_row);
+  const double clearance = clearancePx(u, v) - 1.0;  // from the nearest pixel to (u, v)
+  return width > 0.0 && height > 0.0 && clearance > 0.0 &&
+         4.0 * clearance * clearance > width * width + height * height;
+}
+
 void AnnulusMask::clipToBox(const PixelBox& box, std::vector<PixelInterval>* intervals) const {
   const int first_row = std::clamp(box.first_row, 0, height_px_);
   const int last_row = std::clamp(box.last_row, first_row, height_px_);
+  if (hasAllOf(box)) {
+    intervals->resize(static_cast<std::size_t>(last_row - first_row));
+    PixelInterval interval{first_row, box.first_column, box.last_column};
+    for (PixelInterval& row : *intervals) {
+      row = interval;
+      ++interval.row;
+    }
+    return;
+  }
   const std::size_t first = row_starts_[static_cast<std::size_t>(first_row)];
   const std::size_t last = row_starts_[static_cast<std::size_t>(last_row)];
   intervals->resize(last - first);

@@ -1,129 +1,31 @@
 #include "bearing_calibration/vision/blob_segmenter.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <opencv2/core/hal/intrin.hpp>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/pixel_kernels.h"
 
 namespace bearing_calibration {
 namespace {
 
-// A light is some tens of runs. So many are noise: the threshold lies in the background.
+// A light is some tens of runs. So many blobs or runs are noise: the threshold lies in the
+// background.
 constexpr std::size_t kMaxLabels = 20000;
+constexpr std::size_t kMaxEdges = 200000;
 
-// Mostly the scene is dark: a block without a bright pixel is skipped at the speed of reading it.
-constexpr int kBlockPixels = 64;
-
-constexpr int kVectors = kBlockPixels / cv::v_uint8x16::nlanes;
-
-/// Where the vectors' pixels are above the threshold: the highest bit of each.
-struct Brightness8 {
-  explicit Brightness8(int threshold)
-      : limit(cv::v_setall_u8(cv::saturate_cast<std::uint8_t>(threshold))) {}
-
-  cv::v_uint8x16 operator()(const std::uint8_t* pixels) const { return cv::v_load(pixels) > limit; }
-
-  cv::v_uint8x16 limit;
-};
-struct Brightness16 {
-  explicit Brightness16(int threshold)
-      : limit(cv::v_setall_u16(cv::saturate_cast<std::uint16_t>(threshold))) {}
-
-  cv::v_uint8x16 operator()(const std::uint16_t* pixels) const {
-    return cv::v_pack(cv::v_load(pixels) > limit,
-                      cv::v_load(pixels + cv::v_uint16x8::nlanes) > limit);
-  }
-
-  cv::v_uint16x8 limit;
-};
-
-/// A bit for each pixel of a block, set where it is bright.
-template <typename Level, typename Brightness>
-std::uint64_t brightBits(const Level* block, const Brightness& brightness) {
-  cv::v_uint8x16 bright[kVectors];
-  for (int i = 0; i < kVectors; ++i) bright[i] = brightness(block + i * cv::v_uint8x16::nlanes);
-  if (!cv::v_check_any((bright[0] | bright[1]) | (bright[2] | bright[3]))) return 0;
-  std::uint64_t bits = 0;
-  for (int i = 0; i < kVectors; ++i) {
-    const auto part = static_cast<std::uint16_t>(cv::v_signmask(bright[i]));
-    bits |= static_cast<std::uint64_t>(part) << static_cast<unsigned>(i * cv::v_uint8x16::nlanes);
-  }
-  return bits;
+template <typename Level>
+ImageRows<Level> rowsOf(const cv::Mat& image) {
+  return {image.ptr<Level>(0), static_cast<std::ptrdiff_t>(image.step1()), image.cols};
 }
-
-/// The same for the first of a block's pixels: some more may be looked at.
-template <typename Level, typename Brightness>
-std::uint64_t brightBitsOfPart(const Level* block, int pixels, const Brightness& brightness) {
-  std::uint64_t bits = 0;
-  for (int begin = 0; begin < pixels; begin += cv::v_uint8x16::nlanes) {
-    const auto part = static_cast<std::uint16_t>(cv::v_signmask(brightness(block + begin)));
-    bits |= static_cast<std::uint64_t>(part) << static_cast<unsigned>(begin);
-  }
-  return bits;
-}
-
-template <typename Level, typename Brightness>
-std::uint64_t brightBitsOfTail(const Level* tail, int pixels, const Brightness& brightness) {
-  std::array<Level, kBlockPixels> block{};
-  std::copy(tail, tail + pixels, block.begin());
-  return brightBits(block.data(), brightness);
-}
-
-/// Bits before `count`, which is at most all.
-std::uint64_t lowBits(int count) {
-  return count >= kBlockPixels ? ~std::uint64_t{0}
-                               : (std::uint64_t{1} << static_cast<unsigned>(count)) - 1;
-}
-
-int firstBit(std::uint64_t bits) { return bits == 0 ? kBlockPixels : __builtin_ctzll(bits); }
-
-/// Calls found(begin, end) for each run of pixels above the threshold in the interval.
-template <typename Level, typename Brightness, typename Found>
-void forEachRun(const Level* row, int width, const PixelInterval& interval,
-                const Brightness& brightness, Found found) {
-  constexpr int kNone = -1;
-  int start = kNone;  // of the run that the block before ended with
-  for (int block = interval.begin; block < interval.end; block += kBlockPixels) {
-    // A block may reach beyond the interval, not beyond the row.
-    const int left = interval.end - block;
-    std::uint64_t bits = block + kBlockPixels > width
-                             ? brightBitsOfTail(row + block, width - block, brightness)
-                         : left < kBlockPixels ? brightBitsOfPart(row + block, left, brightness)
-                                               : brightBits(row + block, brightness);
-    bits &= lowBits(left);
-    if (start != kNone) {
-      const int length = firstBit(~bits);
-      if (length == kBlockPixels) continue;
-      found(start, block + length);
-      start = kNone;
-      bits &= ~lowBits(length);
-    }
-    while (bits != 0) {
-      const int first = firstBit(bits);
-      const int end = firstBit(~(bits | lowBits(first)));
-      if (end == kBlockPixels) {
-        start = block + first;
-        break;
-      }
-      found(block + first, block + end);
-      bits &= ~lowBits(end);
-    }
-  }
-  if (start != kNone) found(start, interval.end);
-}
-
-/// Sum of squares of the integers below n.
-std::int64_t squaresBelow(std::int64_t n) { return (n - 1) * n * (2 * n - 1) / 6; }
 
 void addTo(Blob* blob, std::int64_t row, std::int64_t begin, std::int64_t end) {
   const std::int64_t pixels = end - begin;
-  const std::int64_t sum_u = (begin + end - 1) * pixels / 2;
+  const std::int64_t twice_middle = begin + end - 1;
+  const std::int64_t sum_u = twice_middle * pixels / 2;
   blob->pixels += pixels;
   blob->sum_u += sum_u;
   blob->sum_v += row * pixels;
-  blob->sum_uu += squaresBelow(end) - squaresBelow(begin);
+  blob->sum_uu += pixels * (3 * twice_middle * twice_middle + pixels * pixels - 1) / 12;
   blob->sum_uv += row * sum_u;
   blob->sum_vv += row * row * pixels;
 }
@@ -141,114 +43,33 @@ void addTo(Blob* blob, const Blob& part) {
 }  // namespace
 
 BlobSegmenter::BlobSegmenter() {
-  parents_.reserve(kMaxLabels);
-  parts_.reserve(kMaxLabels);
-  blobs_.reserve(kMaxLabels);
-  for (std::vector<Run>& row : rows_) row.reserve(kMaxLabels);
+  labels_.reserve(kMaxLabels);
+  parents_.reserve(kMaxLabels + 1);
+  blobs_.reserve(kMaxLabels + 1);
 }
 
 const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
                                                 const std::vector<PixelInterval>& intervals,
                                                 int threshold) {
+  bright_.resize(intervals.size() + 1);
+  ends_.resize(intervals.size());
+  edges_.resize(kMaxEdges + static_cast<std::size_t>(image.cols));
+  const BrightRuns runs{bright_.data(), ends_.data(), edges_.data(), edges_.size()};
+  const BrightCount bright =
+      image.depth() == CV_8U
+          ? pixelKernels().findRunsOfBytes(rowsOf<std::uint8_t>(image), intervals.data(),
+                                           intervals.size(), threshold, runs)
+          : pixelKernels().findRunsOfWords(rowsOf<std::uint16_t>(image), intervals.data(),
+                                           intervals.size(), threshold, runs);
   parents_.clear();
-  parts_.clear();
-  for (std::vector<Run>& row : rows_) row.clear();
-  first_above_ = 0;
-  complete_ = true;
-  if (image.depth() == CV_8U) {
-    scan<std::uint8_t>(image, intervals, Brightness8(threshold));
-  } else {
-    scan<std::uint16_t>(image, intervals, Brightness16(threshold));
-  }
+  blobs_.clear();
+  complete_ = join(intervals, bright.intervals) && bright.complete;
   collect();
   return blobs_;
 }
 
-/// Mostly the scene is dark: its rows are looked through without a branch.
-template <typename Vector>
-void BlobSegmenter::findBright(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
-                               const Vector& limit) {
-  using Level = typename Vector::lane_type;
-  bright_.resize(intervals.size());
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < intervals.size(); ++i) {
-    const PixelInterval& interval = intervals[i];
-    // In whole vectors, and not beyond the row: some pixels beside the interval count as well.
-    const int vectors = (interval.end - interval.begin + Vector::nlanes - 1) / Vector::nlanes;
-    const int begin = std::min(interval.begin, image.cols - vectors * Vector::nlanes);
-    bright_[found] = i;  // the next one's place when it is dark
-    if (begin < 0) {     // an image narrower than a vector
-      ++found;
-      continue;
-    }
-    const Level* pixels = image.ptr<Level>(interval.row) + begin;
-    Vector brightest = cv::v_load(pixels);
-    for (int vector = 1; vector < vectors; ++vector) {
-      brightest = cv::v_max(brightest, cv::v_load(pixels + vector * Vector::nlanes));
-    }
-    found += cv::v_check_any(brightest > limit) ? 1 : 0;
-  }
-  bright_.resize(found);
-}
-
-template <typename Level, typename Brightness>
-void BlobSegmenter::scan(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
-                         const Brightness& brightness) {
-  if (intervals.empty()) return;
-  first_row_ = intervals.front().row;
-  last_row_ = intervals.back().row;
-  current_row_ = first_row_;
-  findBright(image, intervals, brightness.limit);
-  for (std::size_t i : bright_) {
-    if (!complete_) return;
-    const PixelInterval& interval = intervals[i];
-    forEachRun(image.ptr<Level>(interval.row), image.cols, interval, brightness,
-               [&](int begin, int end) { addRun(interval, begin, end); });
-  }
-}
-
-void BlobSegmenter::startRow(int row) {
-  if (row != current_row_ + 1) rows_[row_].clear();
-  row_ = 1 - row_;
-  rows_[row_].clear();
-  current_row_ = row;
-  first_above_ = 0;
-}
-
-void BlobSegmenter::addRun(const PixelInterval& interval, int begin, int end) {
-  if (interval.row != current_row_) startRow(interval.row);
-  int label = labelFromRowAbove(begin, end);
-  constexpr int kNoLabel = -1;
-  if (label == kNoLabel) {
-    if (parts_.size() == kMaxLabels) {
-      complete_ = false;
-      return;
-    }
-    label = static_cast<int>(parts_.size());
-    parents_.push_back(label);
-    parts_.emplace_back();
-  }
-  Blob& part = parts_[static_cast<std::size_t>(label)];
-  addTo(&part, interval.row, begin, end);
-  part.cut = part.cut || begin == interval.begin || end == interval.end ||
-             interval.row == first_row_ || interval.row == last_row_;
-  rows_[row_].push_back({begin, end, label});
-}
-
-/// The label of the runs above that touch [begin, end), which become one; -1 without any.
-int BlobSegmenter::labelFromRowAbove(int begin, int end) {
-  int label = -1;
-  const std::vector<Run>& row_above = rows_[1 - row_];
-  while (first_above_ < row_above.size() && row_above[first_above_].end < begin) ++first_above_;
-  for (std::size_t i = first_above_; i < row_above.size() && row_above[i].begin <= end; ++i) {
-    const int above = root(row_above[i].label);
-    if (label >= 0 && above != label) parents_[static_cast<std::size_t>(above)] = label;
-    if (label < 0) label = above;
-  }
-  return label;
-}
-
-int BlobSegmenter::root(int label) {
+/// The first of a label's chain.
+inline int BlobSegmenter::root(int label) {
   while (parents_[static_cast<std::size_t>(label)] != label) {
     int& parent = parents_[static_cast<std::size_t>(label)];
     parent = parents_[static_cast<std::size_t>(parent)];
@@ -257,16 +78,73 @@ int BlobSegmenter::root(int label) {
   return label;
 }
 
+/// The label of the runs above that touch [begin, end), which become one; a new one without any.
+inline int BlobSegmenter::labelOf(int begin, int end, RunRange* above) {
+  const int* edges = edges_.data();
+  while (above->first < above->last && edges[2 * above->first + 1] < begin) ++above->first;
+  int label = kNoLabel;
+  for (std::size_t run = above->first; run < above->last && edges[2 * run] <= end; ++run) {
+    const int joined = root(labels_[run]);
+    if (label == kNoLabel) label = joined;
+    parents_[static_cast<std::size_t>(joined)] = label;
+  }
+  if (label != kNoLabel) return label;
+  parents_.push_back(static_cast<int>(parents_.size()));
+  blobs_.emplace_back();
+  return parents_.back();
+}
+
+/// Sums up runs that touch under one label, or under labels of one root. @return whether there were
+/// enough labels
+bool BlobSegmenter::join(const std::vector<PixelInterval>& intervals, std::size_t bright) {
+  if (bright == 0) return true;
+  labels_.resize(static_cast<std::size_t>(ends_[bright - 1]) / 2);
+  RunRange above;
+  std::size_t row_begin = 0;
+  std::size_t run = 0;
+  int row = intervals[bright_[0]].row;
+  const int first_row = intervals.front().row;
+  const int last_row = intervals.back().row;
+  int owner = kNoLabel;
+  Blob blob;  // the owner's, which gets most of the runs
+  for (std::size_t i = 0; i < bright; ++i) {
+    const PixelInterval interval = intervals[bright_[i]];
+    if (interval.row != row) {
+      above = {interval.row == row + 1 ? row_begin : run, run};
+      row_begin = run;
+      row = interval.row;
+    }
+    for (const std::size_t last = static_cast<std::size_t>(ends_[i]) / 2; run < last; ++run) {
+      const int begin = edges_[2 * run];
+      const int end = edges_[2 * run + 1];
+      const int label = labelOf(begin, end, &above);
+      labels_[run] = label;
+      if (label != owner) {
+        if (owner != kNoLabel) blobs_[static_cast<std::size_t>(owner)] = blob;
+        if (blobs_.size() > kMaxLabels) return false;
+        owner = label;
+        blob = blobs_[static_cast<std::size_t>(owner)];
+      }
+      addTo(&blob, row, begin, end);
+      blob.cut |=
+          begin == interval.begin || end == interval.end || row == first_row || row == last_row;
+    }
+  }
+  if (owner != kNoLabel) blobs_[static_cast<std::size_t>(owner)] = blob;
+  return true;
+}
+
+/// Leaves the roots' blobs, with what belongs to them.
 void BlobSegmenter::collect() {
-  for (std::size_t label = 0; label < parts_.size(); ++label) {
-    const int owner = root(static_cast<int>(label));
-    if (owner == static_cast<int>(label)) continue;
-    addTo(&parts_[static_cast<std::size_t>(owner)], parts_[label]);
+  std::size_t roots = 0;
+  for (std::size_t label = 0; label < blobs_.size(); ++label) {
+    const auto owner = static_cast<std::size_t>(root(static_cast<int>(label)));
+    if (owner != label) addTo(&blobs_[owner], blobs_[label]);
   }
-  blobs_.clear();
-  for (std::size_t label = 0; label < parts_.size(); ++label) {
-    if (parents_[label] == static_cast<int>(label)) blobs_.push_back(parts_[label]);
+  for (std::size_t label = 0; label < blobs_.size(); ++label) {
+    if (parents_[label] == static_cast<int>(label)) blobs_[roots++] = blobs_[label];
   }
+  blobs_.resize(roots);
 }
 
 BlobShape shapeOf(const Blob& blob) {

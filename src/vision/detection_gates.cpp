@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 
 #include "bearing_calibration/common/angle.h"
 
@@ -32,16 +31,20 @@ bool hasAxis(const SpotSize& expected) {
 }
 
 /// Density of a light's deviations over that of clutter, for deviations in units of their gates.
-double likelihoodRatio(std::initializer_list<double> parts_of_gates) {
-  const double light_over_clutter = 2.0 * kGateSigmas / std::sqrt(2.0 * kPi);  // in the middle
-  double ratio = 1.0;
-  double squares = 0.0;
-  for (double part : parts_of_gates) {
-    ratio *= light_over_clutter;
-    squares += std::pow(kGateSigmas * part, 2);
+class LikelihoodRatio {
+ public:
+  void add(double part_of_gate) {
+    constexpr double kLightOverClutter = 2.0 * kGateSigmas / 2.5066282746310002;  // sqrt(2 pi)
+    const double sigmas = kGateSigmas * part_of_gate;
+    in_the_middle_ *= kLightOverClutter;
+    squares_ += sigmas * sigmas;
   }
-  return ratio * std::exp(-0.5 * squares);
-}
+  double value() const { return in_the_middle_ * std::exp(-0.5 * squares_); }
+
+ private:
+  double in_the_middle_ = 1.0;
+  double squares_ = 0.0;
+};
 
 double fillPartOfGate(const LightEllipse& ellipse, const GateConfig& gates) {
   const double small = ellipse.fill_tolerance;
@@ -142,9 +145,15 @@ Rejection rejectionOf(const PartsOfGates& parts) {
 }
 
 double qualityOf(const PartsOfGates& parts, const GateConfig& gates) {
-  double ratio = likelihoodRatio({parts.fill});
-  if (gates.mirror) ratio *= likelihoodRatio({parts.tangential, parts.radial, parts.peakedness});
-  if (parts.axis) ratio *= likelihoodRatio({*parts.axis});
+  LikelihoodRatio light_over_clutter;
+  light_over_clutter.add(parts.fill);
+  if (gates.mirror) {
+    light_over_clutter.add(parts.tangential);
+    light_over_clutter.add(parts.radial);
+    light_over_clutter.add(parts.peakedness);
+  }
+  if (parts.axis) light_over_clutter.add(*parts.axis);
+  const double ratio = light_over_clutter.value();
   return ratio / (1.0 + ratio);
 }
 

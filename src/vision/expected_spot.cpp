@@ -111,7 +111,7 @@ ExpectedSpot::ExpectedSpot(const DetectorConfig& config)
 
 const SpotSize& ExpectedSpot::at(double image_radius_px) const {
   const double last = static_cast<double>(sizes_.size() - 1);
-  return sizes_[static_cast<std::size_t>(std::clamp(std::round(image_radius_px), 0.0, last))];
+  return sizes_[static_cast<std::size_t>(std::clamp(image_radius_px, 0.0, last) + 0.5)];
 }
 
 }  // namespace bearing_calibration

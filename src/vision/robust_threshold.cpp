@@ -43,8 +43,11 @@ int BackgroundSampler::fillHistogram(const cv::Mat& image,
   const Grid grid = gridFor(intervals.size());
   int samples = 0;
   const int last_bin = static_cast<int>(histogram_.size()) - 1;
+  int grid_row = 0;
+  if (!intervals.empty()) grid_row = intervals.front().row / grid.row_step * grid.row_step;
   for (const PixelInterval& interval : intervals) {
-    if (interval.row % grid.row_step != 0) continue;
+    while (grid_row < interval.row) grid_row += grid.row_step;
+    if (interval.row != grid_row) continue;
     const Level* row = image.ptr<Level>(interval.row);
     for (int u = interval.begin; u < interval.end; u += grid.column_step) {
       ++histogram_[static_cast<std::size_t>(std::min(row[u] >> shift_, last_bin))];
@@ -54,17 +57,16 @@ int BackgroundSampler::fillHistogram(const cv::Mat& image,
   return samples;
 }
 
-double BackgroundSampler::quantile(double fraction, int samples) const {
+double BackgroundSampler::quantile(double wanted, Cursor* cursor) const {
   const double levels_per_bin = static_cast<double>(1U << shift_);
-  const double wanted = fraction * samples;
-  int seen = 0;
-  for (std::size_t bin = 0; bin < histogram_.size(); ++bin) {
-    if (seen + histogram_[bin] >= wanted && histogram_[bin] > 0) {
+  for (; cursor->bin < histogram_.size(); ++cursor->bin) {
+    const int here = histogram_[cursor->bin];
+    if (here > 0 && cursor->seen + here >= wanted) {
       // Levels are integers: within a bin the samples are taken as spread evenly about its middle.
-      const double within = (wanted - seen) / histogram_[bin] - 0.5;
-      return levels_per_bin * (static_cast<double>(bin) + 0.5 + within) - 0.5;
+      const double within = (wanted - cursor->seen) / here - 0.5;
+      return levels_per_bin * (static_cast<double>(cursor->bin) + 0.5 + within) - 0.5;
     }
-    seen += histogram_[bin];
+    cursor->seen += here;
   }
   return 0.0;
 }
@@ -75,8 +77,10 @@ BackgroundLevel BackgroundSampler::measure(const cv::Mat& image,
   const int samples = image.depth() == CV_8U ? fillHistogram<std::uint8_t>(image, intervals)
                                              : fillHistogram<std::uint16_t>(image, intervals);
   if (samples == 0) return {};
-  const double median = quantile(0.5, samples);
-  return {median, median - quantile(kOneSigmaBelow, samples)};
+  Cursor cursor;
+  const double low = quantile(kOneSigmaBelow * samples, &cursor);
+  const double median = quantile(0.5 * samples, &cursor);
+  return {median, median - low};
 }
 
 ThresholdLadder thresholdsAbove(const BackgroundLevel& background, const ThresholdConfig& config,

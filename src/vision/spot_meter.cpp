@@ -1,9 +1,11 @@
 #include "bearing_calibration/vision/spot_meter.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/spot_sums.h"
 
 namespace bearing_calibration {
 namespace {
@@ -16,10 +18,21 @@ using Eigen::Vector3d;
 constexpr double kRingBegin = 1.15;
 constexpr double kRingEnd = 1.6;
 constexpr int kMinRingPixels = 12;  // four for each coefficient of the plane
+// Background and size are as good from some rows of a large spot as from all: at least so many of
+// the window's.
+constexpr double kEnoughRows = 10.0;
+
+// In standard deviations of the spot: after a Newton step as small as this the next one is not
+// worth its while (it goes with the square).
+constexpr double kSmallStep = 0.03;
+
+int rowStepFor(const PixelEllipse& window) {
+  const double rows = 2.0 * window.reach * window.shape.stddev_v_px;
+  return std::max(1, static_cast<int>(rows / kEnoughRows));
+}
 
 /// Least squares over the ring around the window.
-Background fitBackground(const PixelColumn& ring, const SpotLevels& levels) {
-  PlaneSums sums = sumPlane(ring, levels.threshold, levels.background);
+Background fitBackground(PlaneSums sums, const SpotLevels& levels) {
   const double pixels = sums.normal(0, 0);
   Background background;
   background.plane.at_centre = levels.background;
@@ -52,7 +65,7 @@ WeightPolynomial polynomialOf(const SpotWindow& window) {
 }
 
 /// d sum(L w x) / d centre along an axis x.
-double gainAlong(const Vector2d& axis, const WindowSums& sums, const Matrix2d& information) {
+double gainAlong(const Vector2d& axis, const CentreMoments& sums, const Matrix2d& information) {
   const Vector2d gradient = information * axis;
   return sums.weighted + 2.0 * axis.dot(sums.sloped_squares * gradient);
 }
@@ -77,7 +90,7 @@ struct WindowIntegrals {
 };
 
 /// How far the light's centre lies from the window's, in one Newton step.
-Vector2d shiftOf(const WindowSums& sums, const Matrix2d& information, const MirrorAxes& axes) {
+Vector2d shiftOf(const CentreMoments& sums, const Matrix2d& information, const MirrorAxes& axes) {
   Vector2d shift = Vector2d::Zero();
   for (const Vector2d& axis : {axes.radial, axes.tangential}) {
     shift += axis.dot(sums.moment) / gainAlong(axis, sums, information) * axis;
@@ -85,30 +98,39 @@ Vector2d shiftOf(const WindowSums& sums, const Matrix2d& information, const Mirr
   return shift;
 }
 
-AxisSums alongAxis(const Vector2d& axis, const WindowSums& sums, const SpotWindow& window,
-                   const Matrix2d& information) {
-  const WindowIntegrals integrals(window);
+/// All that the last window says.
+struct WindowMoments {
+  CentreMoments centre;
+  SpreadMoments spread;  ///< of every so many rows:
+  int row_step;
+};
+
+AxisSums alongAxis(const Vector2d& axis, const WindowMoments& sums, const SpotWindow& window,
+                   const WindowIntegrals& integrals, const Matrix2d& information) {
   const double window_variance_px2 = axis.dot(window.covariance_px2 * axis);
   AxisSums along;
-  along.gain = gainAlong(axis, sums, information);
-  along.variance_px2 = axis.dot(sums.light_squares * axis) / sums.light;
-  along.light_noise = axis.dot(sums.noise_squares * axis);
+  along.gain = gainAlong(axis, sums.centre, information);
+  along.variance_px2 = axis.dot(sums.spread.light_squares * axis) / sums.spread.light;
+  along.light_noise = sums.row_step * axis.dot(sums.spread.noise_squares * axis);
   along.pixel_squares = integrals.pixel_squares * window_variance_px2;
   along.slope_lever = integrals.slope_lever * window_variance_px2;
   return along;
 }
 
-SpotMeasurement measurementOf(const WindowSums& sums, const SpotWindow& window,
+SpotMeasurement measurementOf(const WindowMoments& sums, const SpotWindow& window,
                               const Matrix2d& information, const MirrorAxes& axes) {
+  const WindowIntegrals integrals(window);
+  const Matrix2d& light_squares = sums.spread.light_squares;
+  const double light = sums.spread.light;
   SpotMeasurement spot;
-  spot.mass_levels = sums.light;
-  spot.peak_levels = sums.peak;
-  spot.full_pixels = sums.full_pixels;
-  spot.radial = alongAxis(axes.radial, sums, window, information);
-  spot.tangential = alongAxis(axes.tangential, sums, window, information);
-  spot.mixed_variance_px2 = axes.tangential.dot(sums.light_squares * axes.radial) / sums.light;
-  const double squares = (information * sums.light_squares).trace();
-  spot.peakedness = sums.fourth_powers * sums.light / (squares * squares);
+  spot.mass_levels = sums.centre.light;
+  spot.peak_levels = sums.spread.peak;
+  spot.full_pixels = sums.row_step * sums.spread.full_pixels;
+  spot.radial = alongAxis(axes.radial, sums, window, integrals, information);
+  spot.tangential = alongAxis(axes.tangential, sums, window, integrals, information);
+  spot.mixed_variance_px2 = axes.tangential.dot(light_squares * axes.radial) / light;
+  const double squares = (information * light_squares).trace();
+  spot.peakedness = sums.spread.fourth_powers * light / (squares * squares);
   return spot;
 }
 
@@ -119,40 +141,49 @@ std::optional<SpotMeasurement> SpotMeter::measure(const cv::Mat& image, const cv
                                                   const SpotLevels& levels,
                                                   const Eigen::Vector2d& mirror_centre_px) {
   const WeightPolynomial weight = polynomialOf(first_window);
-  const Matrix2d& covariance = first_window.covariance_px2;
-  const Matrix2d information = covariance.inverse();
-  const double size = first_window.size;
-  const double reach_px = size * std::sqrt(covariance.trace());
-  const auto gatherAround = [&](const Vector2d& centre_px) {
-    pixels_.gather(image, sharp, {centre_px, covariance, kRingEnd * size}, kRingBegin * size);
+  const double reach_px = first_window.size * std::sqrt(first_window.covariance_px2.trace());
+  PixelEllipse window{first_window.centre_px, EllipseShape(first_window.covariance_px2),
+                      first_window.size};
+  const Matrix2d& information = window.shape.information;
+  const int row_step = rowStepFor(window);
+  copyAround(image, sharp, window);
+  const RowSpans& ring = spans_.ofRing(patch_, window.reaching(kRingBegin * window.reach),
+                                       window.reaching(kRingEnd * window.reach));
+  Background background = fitBackground(
+      sumPlane(patch_, ring, row_step, window, levels.threshold, levels.background), levels);
+  CentreMoments centre;
+  Vector2d shift;
+  const auto step = [&] {
+    constexpr int kEveryRow = 1;
+    const RowSpans& spans = spans_.ofEllipse(patch_, window);
+    centre = sumCentre(patch_, spans, kEveryRow, window, weight, background.plane);
+    shift = shiftOf(centre, information, MirrorAxes(window.centre_px, mirror_centre_px));
+    return centre.light > 0.0 && shift.norm() < reach_px;
   };
-  gatherAround(first_window.centre_px);
-  Background background = fitBackground(pixels_.ring(), levels);
-  // From the thresholded pixels' centre, some tenths of a pixel away.
-  PixelEllipse ellipse{Vector2d::Zero(), covariance, size};
-  WindowSums sums = sumCentre(pixels_.window(), ellipse, weight, background.plane);
-  const Vector2d first_shift =
-      shiftOf(sums, information, MirrorAxes(first_window.centre_px, mirror_centre_px));
-  if (!(sums.light > 0.0 && first_shift.norm() < reach_px)) return std::nullopt;
-  background.plane.at_centre += background.plane.slope.dot(first_shift);
-  const Vector2d centre_px = first_window.centre_px + first_shift;
-  const bool inside =
-      std::sqrt(first_shift.dot(information * first_shift)) <= (kRingBegin - 1.0) * size;
-  if (inside) {
-    ellipse.centre_px = first_shift;
-  } else {
-    gatherAround(centre_px);
+  if (!step()) return std::nullopt;
+  if (shift.dot(information * shift) > kSmallStep * kSmallStep) {
+    background.plane.at_centre += background.plane.slope.dot(shift);
+    window.centre_px += shift;
+    if (!patch_.contains(window.box(image.size()))) copyAround(image, sharp, window);
+    if (!step()) return std::nullopt;
   }
-  const MirrorAxes axes(centre_px, mirror_centre_px);
-  sums = sumWindow(pixels_.window(), pixels_.sensed(), ellipse, weight, background.plane,
-                   levels.noise);
-  const Vector2d last_shift = shiftOf(sums, information, axes);
-  if (!(sums.light > 0.0 && last_shift.norm() < reach_px)) return std::nullopt;
-  SpotMeasurement spot = measurementOf(sums, first_window, information, axes);
+  const SpreadMoments spread = sumSpread(patch_, sensedPatch(), spans_.current(), row_step, window,
+                                         weight, background.plane, levels.noise);
+  if (!(spread.light > 0.0)) return std::nullopt;
+  const MirrorAxes axes(window.centre_px, mirror_centre_px);
+  SpotMeasurement spot = measurementOf({centre, spread, row_step}, first_window, information, axes);
   spot.background = background;
-  spot.background.plane.at_centre += background.plane.slope.dot(last_shift);
-  spot.centre_px = centre_px + last_shift;
+  spot.background.plane.at_centre += background.plane.slope.dot(shift);
+  spot.centre_px = window.centre_px + shift;
   return spot;
+}
+
+/// Window and ring, with room for the window to follow the light.
+void SpotMeter::copyAround(const cv::Mat& image, const cv::Mat& sharp, const PixelEllipse& window) {
+  const PixelBox box = window.reaching(kRingEnd * window.reach).box(image.size());
+  patch_.copy(image, box);
+  sharp_is_image_ = sharp.data == image.data;
+  if (!sharp_is_image_) sharp_patch_.copy(sharp, box);
 }
 
 }  // namespace bearing_calibration

@@ -5,15 +5,9 @@
 #include <vector>
 
 #include "bearing_calibration/vision/detector_config.h"
+#include "bearing_calibration/vision/pixel_interval.h"
 
 namespace bearing_calibration {
-
-/// Pixels [begin, end) of one row.
-struct PixelInterval {
-  int row = 0;
-  int begin = 0;
-  int end = 0;
-};
 
 /// Directions within half_width_rad < 90 deg of the centre.
 struct AzimuthSector {
@@ -50,6 +44,8 @@ class AnnulusMask {
   bool contains(double u_px, double v_px) const { return clearancePx(u_px, v_px) > 0; }
 
  private:
+  bool hasAllOf(const PixelBox& box) const;
+
   MirrorView view_;
   int width_px_;
   int height_px_;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
@@ -36,36 +35,25 @@ class BlobSegmenter {
   bool complete() const { return complete_; }
 
  private:
-  struct Run {
-    int begin;
-    int end;
-    int label;
+  static constexpr int kNoLabel = -1;
+
+  /// Runs [first, last), counted through all rows.
+  struct RunRange {
+    std::size_t first = 0;
+    std::size_t last = 0;
   };
 
-  template <typename Level, typename Brightness>
-  void scan(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
-            const Brightness& brightness);
-  template <typename Vector>
-  void findBright(const cv::Mat& image, const std::vector<PixelInterval>& intervals,
-                  const Vector& limit);
-  void startRow(int row);
-  void addRun(const PixelInterval& interval, int begin, int end);
-  int labelFromRowAbove(int begin, int end);
+  bool join(const std::vector<PixelInterval>& intervals, std::size_t bright);
+  int labelOf(int begin, int end, RunRange* above);
   int root(int label);
   void collect();
 
   std::vector<std::size_t> bright_;  ///< intervals with a pixel above the threshold, or beside one
-  /// Runs of this row and of the one above, which take turns: what has just been written is slow to
-  /// move.
-  std::array<std::vector<Run>, 2> rows_;
-  std::size_t row_ = 0;          ///< which of them is this row's
-  std::size_t first_above_ = 0;  ///< runs of the row above before this one lie left of the new run
-  int current_row_ = 0;
-  int first_row_ = 0;  ///< of all
-  int last_row_ = 0;
-  std::vector<int> parents_;
-  std::vector<Blob> parts_;  ///< by label
-  std::vector<Blob> blobs_;
+  std::vector<int> ends_;            ///< of their edges
+  std::vector<int> edges_;           ///< where their runs begin and end, in turn
+  std::vector<int> labels_;          ///< of the runs
+  std::vector<int> parents_;         ///< of the labels
+  std::vector<Blob> blobs_;          ///< by label, then by root
   bool complete_ = true;
 };
 

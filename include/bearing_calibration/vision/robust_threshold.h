@@ -27,7 +27,13 @@ class BackgroundSampler {
  private:
   template <typename Level>
   int fillHistogram(const cv::Mat& image, const std::vector<PixelInterval>& intervals);
-  double quantile(double fraction, int samples) const;
+  /// How far the histogram has been counted.
+  struct Cursor {
+    std::size_t bin = 0;
+    int seen = 0;  ///< samples in the bins before
+  };
+  /// The level with `wanted` samples below it; goes on counting from where it was.
+  double quantile(double wanted, Cursor* cursor) const;
 
   int shift_;  ///< a level is in bin level >> shift_
   std::vector<int> histogram_;

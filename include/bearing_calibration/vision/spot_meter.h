@@ -6,7 +6,8 @@
 #include <optional>
 
 #include "bearing_calibration/vision/light_ellipse.h"
-#include "bearing_calibration/vision/spot_pixels.h"
+#include "bearing_calibration/vision/spot_patch.h"
+#include "bearing_calibration/vision/spot_sums.h"
 
 namespace bearing_calibration {
 
@@ -79,7 +80,14 @@ class SpotMeter {
                                          const Eigen::Vector2d& mirror_centre_px);
 
  private:
-  SpotPixels pixels_;
+  /// Window and ring, with room for the window to follow the light.
+  void copyAround(const cv::Mat& image, const cv::Mat& sharp, const PixelEllipse& window);
+  const SpotPatch& sensedPatch() const { return sharp_is_image_ ? patch_ : sharp_patch_; }
+
+  SpotPatch patch_;
+  SpotPatch sharp_patch_;  ///< used where the sharp image is another one
+  bool sharp_is_image_ = true;
+  PatchSpans spans_;
 };
 
 }  // namespace bearing_calibration

@@ -1,28 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
-#include <vector>
+
+#include "bearing_calibration/vision/spot_patch.h"
 
 namespace bearing_calibration {
-
-/// Levels and places of pixels: the first `size` of each; the rest is room to write more than
-/// asked.
-struct PixelColumn {
-  std::vector<float> levels;
-  std::vector<float> u_px;  ///< from some origin
-  std::vector<float> v_px;
-  int size = 0;
-
-  void makeRoom(std::size_t pixels);
-};
-
-/// Pixels whose Mahalanobis distance from the centre is at most `reach`.
-struct PixelEllipse {
-  Eigen::Vector2d centre_px;
-  Eigen::Matrix2d covariance_px2;  ///< in (u, v)
-  double reach = 0.0;              ///< in standard deviations
-};
 
 /// The weight of a pixel at the Mahalanobis distance m: constant + m^2 (square + sixth m^4).
 struct WeightPolynomial {
@@ -55,31 +37,38 @@ struct LevelNoise {
 };
 
 /// Sums over an ellipse's pixels d from its centre: I the level, L = I - b over the background, w
-/// the weight and w' its derivative over m^2, N the noise's variance.
-struct WindowSums {
+/// the weight and w' its derivative over m^2. What a light's centre needs:
+struct CentreMoments {
   double light = 0.0;                                        ///< sum(L)
   double weighted = 0.0;                                     ///< sum(L w)
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();          ///< sum(L w d)
   Eigen::Matrix2d sloped_squares = Eigen::Matrix2d::Zero();  ///< sum(L w' d d^T)
-  Eigen::Matrix2d light_squares = Eigen::Matrix2d::Zero();   ///< sum(L d d^T)
-  Eigen::Matrix2d noise_squares = Eigen::Matrix2d::Zero();   ///< sum(N w^2 d d^T)
-  double fourth_powers = 0.0;                                ///< sum(L m^4)
-  double peak = 0.0;                                         ///< largest I
+};
+
+/// What its size, shape and variance need besides: N the noise's variance.
+struct SpreadMoments {
+  double light = 0.0;                                       ///< sum(L)
+  Eigen::Matrix2d light_squares = Eigen::Matrix2d::Zero();  ///< sum(L d d^T)
+  Eigen::Matrix2d noise_squares = Eigen::Matrix2d::Zero();  ///< sum(N w^2 d d^T)
+  double fourth_powers = 0.0;                               ///< sum(L m^4)
+  double peak = 0.0;                                        ///< largest I
   int full_pixels = 0;
 };
 
-/// Over the pixels whose level is at most `threshold`.
-PlaneSums sumPlane(const PixelColumn& pixels, double threshold, double reference);
+// The sums take every row_step-th row of their pixels.
 
-/// What a light's centre needs: the first four sums, the others stay zero.
-/// @param ellipse its centre counted from the pixels' origin
-WindowSums sumCentre(const PixelColumn& pixels, const PixelEllipse& ellipse,
-                     const WeightPolynomial& weight, const LevelPlane& background);
+/// Over the pixels whose level is at most `threshold`, counted from the ellipse's centre.
+PlaneSums sumPlane(const SpotPatch& patch, const RowSpans& ring, int row_step,
+                   const PixelEllipse& ellipse, double threshold, double reference);
 
-/// All sums.
-/// @param sensed the pixels' levels before any software defocus
-WindowSums sumWindow(const PixelColumn& pixels, const std::vector<float>& sensed,
-                     const PixelEllipse& ellipse, const WeightPolynomial& weight,
-                     const LevelPlane& background, const LevelNoise& noise);
+/// Over an ellipse's pixels.
+CentreMoments sumCentre(const SpotPatch& patch, const RowSpans& window, int row_step,
+                        const PixelEllipse& ellipse, const WeightPolynomial& weight,
+                        const LevelPlane& background);
+
+/// @param sensed the patch before any software defocus
+SpreadMoments sumSpread(const SpotPatch& patch, const SpotPatch& sensed, const RowSpans& window,
+                        int row_step, const PixelEllipse& ellipse, const WeightPolynomial& weight,
+                        const LevelPlane& background, const LevelNoise& noise);
 
 }  // namespace bearing_calibration
