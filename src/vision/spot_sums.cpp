@@ -34,10 +34,9 @@ NoiseTerms termsOf(const LevelNoise& noise) {
 
 PlaneSums sumPlane(const SpotPatch& patch, const RowSpans& ring, int row_step,
                    const PixelEllipse& ellipse, double threshold, double reference) {
-  const RingSums ring_sums =
+  const RingSums s =
       pixelKernels().sumRing(patch.levels(), ring, row_step, metricOf(patch, ellipse),
                              static_cast<float>(threshold), static_cast<float>(reference));
-  const RingSums& s = ring_sums;
   PlaneSums sums;
   sums.normal << s.n, s.u, s.v, s.u, s.uu, s.uv, s.v, s.uv, s.vv;
   sums.right << s.level, s.level_u, s.level_v;

@@ -69,8 +69,8 @@ struct SpotLevels {
 /// Measures spots; keeps its buffers.
 class SpotMeter {
  public:
-  /// The centre of the light over a background plane in an elliptical window: two Newton steps from
-  /// the window's centre, the window following. The axes are radial and tangential about
+  /// The centre of the light over a background plane in an elliptical window: a Newton step from
+  /// the window's centre, two if the first is long. The axes are radial and tangential about
   /// `mirror_centre_px`.
   /// @param image CV_8UC1 or CV_16UC1
   /// @param sharp the same before any software defocus, in which full pixels are counted
