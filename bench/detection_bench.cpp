@@ -168,12 +168,11 @@ void spotAlone(benchmark::State& state) {
                               light.ellipse.tangential_variance_px2 * across * across.transpose(),
                           2.5, CentreWeight::kOutline};
   const SpotLevels levels{kThreshold, light.ellipse.background_levels, levelNoise(config.sensor)};
-  SpotMeter meter;
-  if (!meter.measure(image, image, window, levels, mirror_centre)) {
+  if (!measureSpot(image, image, window, levels, mirror_centre)) {
     state.SkipWithError("the light was not measured");
   }
   for (auto _ : state) {
-    benchmark::DoNotOptimize(meter.measure(image, image, window, levels, mirror_centre));
+    benchmark::DoNotOptimize(measureSpot(image, image, window, levels, mirror_centre));
   }
 }
 

@@ -47,19 +47,19 @@ int ceilOf(double value) {
   return towards_zero + (value > towards_zero ? 1 : 0);
 }
 
-/// Narrows the interval, `up` pixels above the centre, to the half plane.
-void clipTo(const HalfPlane& half_plane, double centre_u, double up, PixelInterval* interval) {
+/// Narrows the strip, `up` pixels above the centre, to the half plane.
+void clipTo(const HalfPlane& half_plane, double centre_u, double up, PixelStrip* strip) {
   constexpr double kParallel = 1e-12;  // a border along the row cuts all of it or nothing
   if (std::abs(half_plane.normal_u) < kParallel) {
-    if (up * half_plane.normal_up < 0.0) interval->end = interval->begin;
+    if (up * half_plane.normal_up < 0.0) strip->end = strip->begin;
     return;
   }
-  const double border = std::clamp(centre_u + up * half_plane.border_u_over_up,
-                                   interval->begin - 1.0, interval->end + 1.0);
+  const double border =
+      std::clamp(centre_u + up * half_plane.border_u_over_up, strip->begin - 1.0, strip->end + 1.0);
   if (half_plane.normal_u > 0.0) {
-    interval->begin = std::max(interval->begin, ceilOf(border));
+    strip->begin = std::max(strip->begin, ceilOf(border));
   } else {
-    interval->end = std::min(interval->end, floorOf(border) + 1);
+    strip->end = std::min(strip->end, floorOf(border) + 1);
   }
 }
 
@@ -89,25 +89,24 @@ AnnulusMask::AnnulusMask(const MaskConfig& config, const MirrorView& view,
   // What lies beside the image is not in the mask, either.
   cv::Mat inside = cv::Mat::zeros(height_px_ + 2, width_px_ + 2, CV_8UC1);
   for (int v = 0; v < height_px_; ++v) {
-    row_starts_.push_back(intervals_.size());
+    row_starts_.push_back(strips_.size());
     std::uint8_t* row = inside.ptr(v + 1) + 1;
     for (int u = 0; u < width_px_; ++u) {
       row[u] = mayShowALight(config, view, u, v) ? 1 : 0;
       if (row[u] == 0) continue;
       const bool goes_on = row[u - 1] != 0;
-      if (!goes_on) intervals_.push_back({v, u, u});
-      intervals_.back().end = u + 1;
+      if (!goes_on) strips_.push_back({v, u, u});
+      strips_.back().end = u + 1;
     }
   }
-  row_starts_.push_back(intervals_.size());
+  row_starts_.push_back(strips_.size());
   cv::Mat distances;
   cv::distanceTransform(inside, distances, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   // Less a half, the conversion rounds down.
   distances(cv::Rect(1, 1, width_px_, height_px_)).convertTo(clearance_, CV_8UC1, 1.0, -0.49);
 }
 
-void AnnulusMask::clipToSector(const AzimuthSector& sector,
-                               std::vector<PixelInterval>* intervals) const {
+void AnnulusMask::clipToSector(const AzimuthSector& sector, std::vector<PixelStrip>* strips) const {
   if (!(sector.half_width_rad > 0.0 && sector.half_width_rad < 0.5 * kPi)) {
     throw std::invalid_argument("a sector's half width must lie between 0 and 90 deg, but is " +
                                 std::to_string(sector.half_width_rad) + " rad");
@@ -121,16 +120,16 @@ void AnnulusMask::clipToSector(const AzimuthSector& sector,
   constexpr double kMargin_px = 1.0;  // for the rounding to rows
   const double first_row = view_.centre_v_px - heights.highest * outer_radius_px_ - kMargin_px;
   const double last_row = view_.centre_v_px - heights.lowest * outer_radius_px_ + kMargin_px;
-  intervals->clear();
-  const auto begin = std::lower_bound(
-      intervals_.begin(), intervals_.end(), first_row,
-      [](const PixelInterval& interval, double row) { return interval.row < row; });
-  for (auto it = begin; it != intervals_.end() && it->row <= last_row; ++it) {
-    PixelInterval interval = *it;
-    const double up = view_.centre_v_px - interval.row;
-    clipTo(first, view_.centre_u_px, up, &interval);
-    clipTo(second, view_.centre_u_px, up, &interval);
-    if (interval.begin < interval.end) intervals->push_back(interval);
+  strips->clear();
+  const auto begin =
+      std::lower_bound(strips_.begin(), strips_.end(), first_row,
+                       [](const PixelStrip& strip, double row) { return strip.row < row; });
+  for (auto it = begin; it != strips_.end() && it->row <= last_row; ++it) {
+    PixelStrip strip = *it;
+    const double up = view_.centre_v_px - strip.row;
+    clipTo(first, view_.centre_u_px, up, &strip);
+    clipTo(second, view_.centre_u_px, up, &strip);
+    if (strip.begin < strip.end) strips->push_back(strip);
   }
 }
 
@@ -145,30 +144,25 @@ bool AnnulusMask::hasAllOf(const PixelBox& box) const {
          4.0 * clearance * clearance > width * width + height * height;
 }
 
-void AnnulusMask::clipToBox(const PixelBox& box, std::vector<PixelInterval>* intervals) const {
+void AnnulusMask::clipToBox(const PixelBox& box, std::vector<PixelStrip>* strips) const {
   const int first_row = std::clamp(box.first_row, 0, height_px_);
   const int last_row = std::clamp(box.last_row, first_row, height_px_);
   if (hasAllOf(box)) {
-    intervals->resize(static_cast<std::size_t>(last_row - first_row));
-    PixelInterval interval{first_row, box.first_column, box.last_column};
-    for (PixelInterval& row : *intervals) {
-      row = interval;
-      ++interval.row;
-    }
+    strips->assign(1, {first_row, box.first_column, box.last_column, last_row - first_row});
     return;
   }
   const std::size_t first = row_starts_[static_cast<std::size_t>(first_row)];
   const std::size_t last = row_starts_[static_cast<std::size_t>(last_row)];
-  intervals->resize(last - first);
+  strips->resize(last - first);
   std::size_t kept = 0;
   for (std::size_t i = first; i < last; ++i) {
-    const PixelInterval& whole = intervals_[i];
-    const PixelInterval clipped{whole.row, std::max(whole.begin, box.first_column),
-                                std::min(whole.end, box.last_column)};
-    (*intervals)[kept] = clipped;  // the next one's place when it is empty
+    const PixelStrip& whole = strips_[i];
+    const PixelStrip clipped{whole.row, std::max(whole.begin, box.first_column),
+                             std::min(whole.end, box.last_column)};
+    (*strips)[kept] = clipped;  // the next one's place when it is empty
     kept += clipped.begin < clipped.end ? 1 : 0;
   }
-  intervals->resize(kept);
+  strips->resize(kept);
 }
 
 int AnnulusMask::clearancePx(double u_px, double v_px) const {

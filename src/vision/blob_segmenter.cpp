@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/vision/pixel_kernels.h"
+#include "bearing_calibration/vision/image_levels.h"
 
 namespace bearing_calibration {
 namespace {
@@ -12,23 +12,6 @@ namespace {
 // background.
 constexpr std::size_t kMaxLabels = 20000;
 constexpr std::size_t kMaxEdges = 200000;
-
-template <typename Level>
-ImageRows<Level> rowsOf(const cv::Mat& image) {
-  return {image.ptr<Level>(0), static_cast<std::ptrdiff_t>(image.step1()), image.cols};
-}
-
-void addTo(Blob* blob, std::int64_t row, std::int64_t begin, std::int64_t end) {
-  const std::int64_t pixels = end - begin;
-  const std::int64_t twice_middle = begin + end - 1;
-  const std::int64_t sum_u = twice_middle * pixels / 2;
-  blob->pixels += pixels;
-  blob->sum_u += sum_u;
-  blob->sum_v += row * pixels;
-  blob->sum_uu += pixels * (3 * twice_middle * twice_middle + pixels * pixels - 1) / 12;
-  blob->sum_uv += row * sum_u;
-  blob->sum_vv += row * row * pixels;
-}
 
 void addTo(Blob* blob, const Blob& part) {
   blob->pixels += part.pixels;
@@ -42,6 +25,33 @@ void addTo(Blob* blob, const Blob& part) {
 
 }  // namespace
 
+/// A blob's moments in units that need no division for each run.
+struct BlobSegmenter::RunSums {
+  void add(std::int64_t row, std::int64_t begin, std::int64_t end) {
+    const std::int64_t run = end - begin;
+    const std::int64_t twice_middle = begin + end - 1;
+    const std::int64_t u = twice_middle * run;
+    const std::int64_t v = row * run;
+    pixels += run;
+    twice_u += u;
+    sum_v += v;
+    twelve_uu += 3 * twice_middle * u + (run * run - 1) * run;
+    twice_uv += row * u;
+    sum_vv += row * v;
+  }
+  Blob blob() const {
+    return {pixels, twice_u / 2, sum_v, twelve_uu / 12, twice_uv / 2, sum_vv, cut};
+  }
+
+  std::int64_t pixels = 0;
+  std::int64_t twice_u = 0;
+  std::int64_t sum_v = 0;
+  std::int64_t twelve_uu = 0;
+  std::int64_t twice_uv = 0;
+  std::int64_t sum_vv = 0;
+  bool cut = false;
+};
+
 BlobSegmenter::BlobSegmenter() {
   labels_.reserve(kMaxLabels);
   parents_.reserve(kMaxLabels + 1);
@@ -49,21 +59,19 @@ BlobSegmenter::BlobSegmenter() {
 }
 
 const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
-                                                const std::vector<PixelInterval>& intervals,
+                                                const std::vector<PixelStrip>& strips,
                                                 int threshold) {
-  bright_.resize(intervals.size() + 1);
-  ends_.resize(intervals.size());
+  std::size_t rows = 0;
+  for (const PixelStrip& strip : strips) rows += static_cast<std::size_t>(strip.rows);
+  rows_.resize(rows);
   edges_.resize(kMaxEdges + static_cast<std::size_t>(image.cols));
-  const BrightRuns runs{bright_.data(), ends_.data(), edges_.data(), edges_.size()};
-  const BrightCount bright =
-      image.depth() == CV_8U
-          ? pixelKernels().findRunsOfBytes(rowsOf<std::uint8_t>(image), intervals.data(),
-                                           intervals.size(), threshold, runs)
-          : pixelKernels().findRunsOfWords(rowsOf<std::uint16_t>(image), intervals.data(),
-                                           intervals.size(), threshold, runs);
+  const BrightRuns runs{rows_.data(), edges_.data(), edges_.size()};
+  const BrightCount bright = visitLevels(image, [&](const auto& levels, const auto& kernels) {
+    return kernels.findRuns(levels, strips.data(), strips.size(), threshold, runs);
+  });
   parents_.clear();
   blobs_.clear();
-  complete_ = join(intervals, bright.intervals) && bright.complete;
+  complete_ = join(strips, bright.rows) && bright.complete;
   collect();
   return blobs_;
 }
@@ -94,43 +102,71 @@ inline int BlobSegmenter::labelOf(int begin, int end, RunRange* above) {
   return parents_.back();
 }
 
+/// Adds the runs of rows [i, rows) as long as each has one that touches the one of the row above,
+/// which has no other, either: most of a light. @return the place after the last of these rows
+std::size_t BlobSegmenter::addLoneRuns(std::size_t i, std::size_t rows, int last_row,
+                                       RunSums* total) {
+  RunSums sums = *total;
+  const int* edges = edges_.data();
+  int run = rows_[i - 1].edges;
+  const int label = labels_[static_cast<std::size_t>(run / 2 - 1)];
+  for (; i < rows; ++i, run += 2) {
+    const BrightRow& above = rows_[i - 1];
+    const BrightRow& row = rows_[i];
+    const bool lone = row.edges == run + 2 && (i + 1 == rows || rows_[i + 1].row != row.row);
+    const int begin = edges[run];
+    const int end = edges[run + 1];
+    if (!lone || row.row != above.row + 1 || edges[run - 2] > end || edges[run - 1] < begin) break;
+    labels_[static_cast<std::size_t>(run / 2)] = label;
+    sums.add(row.row, begin, end);
+    sums.cut |= begin == row.begin || end == row.end || row.row == last_row;
+  }
+  *total = sums;
+  return i;
+}
+
 /// Sums up runs that touch under one label, or under labels of one root. @return whether there were
 /// enough labels
-bool BlobSegmenter::join(const std::vector<PixelInterval>& intervals, std::size_t bright) {
-  if (bright == 0) return true;
-  labels_.resize(static_cast<std::size_t>(ends_[bright - 1]) / 2);
+bool BlobSegmenter::join(const std::vector<PixelStrip>& strips, std::size_t rows) {
+  if (rows == 0) return true;
+  labels_.resize(static_cast<std::size_t>(rows_[rows - 1].edges) / 2);
+  const int first_row = strips.front().row;
+  const int last_row = strips.back().row + strips.back().rows - 1;
   RunRange above;
   std::size_t row_begin = 0;
   std::size_t run = 0;
-  int row = intervals[bright_[0]].row;
-  const int first_row = intervals.front().row;
-  const int last_row = intervals.back().row;
+  int v = rows_[0].row;
   int owner = kNoLabel;
-  Blob blob;  // the owner's, which gets most of the runs
-  for (std::size_t i = 0; i < bright; ++i) {
-    const PixelInterval interval = intervals[bright_[i]];
-    if (interval.row != row) {
-      above = {interval.row == row + 1 ? row_begin : run, run};
+  RunSums sums;  // what the owner has got since it last was another
+  for (std::size_t i = 0; i < rows;) {
+    const BrightRow& row = rows_[i];
+    if (row.row != v) {
+      above = {row.row == v + 1 ? row_begin : run, run};
       row_begin = run;
-      row = interval.row;
+      v = row.row;
     }
-    for (const std::size_t last = static_cast<std::size_t>(ends_[i]) / 2; run < last; ++run) {
+    for (const std::size_t last = static_cast<std::size_t>(row.edges) / 2; run < last; ++run) {
       const int begin = edges_[2 * run];
       const int end = edges_[2 * run + 1];
       const int label = labelOf(begin, end, &above);
       labels_[run] = label;
       if (label != owner) {
-        if (owner != kNoLabel) blobs_[static_cast<std::size_t>(owner)] = blob;
+        if (owner != kNoLabel) addTo(&blobs_[static_cast<std::size_t>(owner)], sums.blob());
         if (blobs_.size() > kMaxLabels) return false;
         owner = label;
-        blob = blobs_[static_cast<std::size_t>(owner)];
+        sums = {};
       }
-      addTo(&blob, row, begin, end);
-      blob.cut |=
-          begin == interval.begin || end == interval.end || row == first_row || row == last_row;
+      sums.add(v, begin, end);
+      sums.cut |= begin == row.begin || end == row.end || v == first_row || v == last_row;
     }
+    ++i;
+    if (run != row_begin + 1) continue;
+    i = addLoneRuns(i, rows, last_row, &sums);
+    v = rows_[i - 1].row;
+    run = static_cast<std::size_t>(rows_[i - 1].edges) / 2;
+    row_begin = run - 1;
   }
-  if (owner != kNoLabel) blobs_[static_cast<std::size_t>(owner)] = blob;
+  if (owner != kNoLabel) addTo(&blobs_[static_cast<std::size_t>(owner)], sums.blob());
   return true;
 }
 

@@ -114,7 +114,7 @@ LightDetector::LightDetector(const DetectorConfig& config)
       wider_than_a_light_(elementFor(config, expected_)),
       result_(emptyResult(static_cast<std::size_t>(config.max_candidates))),
       other_result_(emptyResult(static_cast<std::size_t>(config.max_candidates))) {
-  region_.reserve(2 * mask_.intervals().size());
+  region_.reserve(2 * mask_.strips().size());
 }
 
 const DetectionResult& LightDetector::detect(const cv::Mat& image,
@@ -140,8 +140,8 @@ const DetectionResult& LightDetector::detect(const cv::Mat& image,
     if (!result_.lights.empty()) return result_;
   }
   result_.in_region = false;
-  scan(*searched, image, mask_.intervals());
-  if (result_.lights.empty()) searchBesideBrightAreas(*searched, image, mask_.intervals());
+  scan(*searched, image, mask_.strips());
+  if (result_.lights.empty()) searchBesideBrightAreas(*searched, image, mask_.strips());
   return result_;
 }
 
@@ -149,7 +149,7 @@ const DetectionResult& LightDetector::detect(const cv::Mat& image,
 /// wider than a light; less that, the light stands alone. Where that shows none either, the result
 /// is that of the image itself.
 void LightDetector::searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp,
-                                            const std::vector<PixelInterval>& intervals) {
+                                            const std::vector<PixelStrip>& strips) {
   if (!config_.gates.mirror) return;
   std::swap(result_, other_result_);
   if (!opened_is_of_image_) {
@@ -158,7 +158,7 @@ void LightDetector::searchBesideBrightAreas(const cv::Mat& image, const cv::Mat&
   }
   result_.in_region = other_result_.in_region;
   result_.opened = true;
-  scan(opened_, sharp, intervals);
+  scan(opened_, sharp, strips);
   if (result_.lights.empty()) std::swap(result_, other_result_);
 }
 
@@ -214,22 +214,21 @@ void LightDetector::requireImage(const cv::Mat& image) const {
 }
 
 void LightDetector::scan(const cv::Mat& image, const cv::Mat& sharp,
-                         const std::vector<PixelInterval>& intervals) {
+                         const std::vector<PixelStrip>& strips) {
   result_.lights.clear();
   result_.rejected.clear();
   result_.rejections.fill(0);
-  result_.background = sampler_.measure(image, intervals);
-  const ThresholdLadder ladder =
-      thresholdsAbove(result_.background, config_.threshold, config_.sensor);
-  for (std::size_t step = 0; step < ladder.size(); ++step) {
-    result_.threshold_levels = ladder[step];
-    const std::vector<Blob>& blobs = segmenter_.segment(image, intervals, ladder[step]);
+  result_.background = sampler_.measure(image, strips);
+  const ThresholdLadder ladder(result_.background, config_.threshold, config_.sensor);
+  for (int step = 0; step < ThresholdLadder::kSteps; ++step) {
+    result_.threshold_levels = ladder.at(step);
+    const std::vector<Blob>& blobs = segmenter_.segment(image, strips, result_.threshold_levels);
     const bool first = step == 0;
     if (first) result_.too_cluttered = !segmenter_.complete();
     if (segmenter_.complete()) examine(image, sharp, blobs, first);
     if (!result_.lights.empty()) return;
   }
-  result_.threshold_levels = ladder.front();  // of the rejections
+  result_.threshold_levels = ladder.at(0);  // of the rejections
 }
 
 void LightDetector::examine(const cv::Mat& image, const cv::Mat& sharp,
@@ -265,7 +264,7 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
   const SpotWindow window = windowFor(shape);
   const SpotLevels levels{static_cast<double>(result_.threshold_levels), result_.background.median,
                           levelNoise(config_.sensor)};
-  const std::optional<SpotMeasurement> spot = meter_.measure(
+  const std::optional<SpotMeasurement> spot = measureSpot(
       image, sharp, window, levels, {config_.view.centre_u_px, config_.view.centre_v_px});
   if (!spot) {
     detection->rejection = Rejection::kNoLight;

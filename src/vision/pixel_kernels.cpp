@@ -3,6 +3,7 @@
 #include "bearing_calibration/vision/pixel_kernels.h"
 
 #include <cstring>
+#include <type_traits>
 #ifdef __AVX2__
 #include <immintrin.h>
 #endif
@@ -36,8 +37,6 @@ template <typename Level>
 inline const Level* rowOf(const ImageRows<Level>& image, int v) {
   return image.levels + v * image.stride;
 }
-
-inline void load(const float* levels, Lanes* lanes) { std::memcpy(lanes, levels, kBytes); }
 
 #ifdef __AVX2__
 // An instruction or two each, which compilers do not find by themselves.
@@ -105,37 +104,6 @@ inline std::uint32_t brightBits32(const Level* levels, const Vector& limit) {
 #endif
 constexpr unsigned kBitsPerBlock = 64;
 
-/// Pixels side by side: where they are and which of them are asked for.
-struct Block {
-  int row;
-  int column;
-  Lanes u;
-  float v;
-  IntLanes inside;
-};
-
-template <typename Visit>
-inline void forEachBlock(const RowSpans& spans, int row_step, const WindowMetric& metric,
-                         Visit visit) {
-  Lanes first_u;
-  for (int i = 0; i < kPixelLanes; ++i) first_u[i] = metric.u0 + static_cast<float>(i);
-  const int* begins = spans.begin;
-  const int* ends = spans.end;
-  Block block;
-  for (int piece = 0; piece < spans.pieces; ++piece, begins += spans.room, ends += spans.room) {
-    for (int i = 0; i < spans.rows; i += row_step) {
-      block.row = spans.first_row + i;
-      block.v = metric.v0 + static_cast<float>(block.row);
-      const int end = ends[i];
-      for (block.column = begins[i]; block.column < end; block.column += kPixelLanes) {
-        block.u = first_u + static_cast<float>(block.column);
-        block.inside = kLane < end - block.column;
-        visit(block);
-      }
-    }
-  }
-}
-
 template <typename Level, typename Vector>
 inline void fill(int threshold, Vector* limit) {
   constexpr int kMost = static_cast<Level>(-1);
@@ -143,44 +111,54 @@ inline void fill(int threshold, Vector* limit) {
   *limit = Vector{} + level;
 }
 
-/// Writes the places of the intervals that have a pixel above the limit, or one shortly beside
-/// them, and says how many these are; writes one place more. Mostly the scene is dark: its rows are
-/// looked through without a branch.
-template <typename Vector, typename Level>
-inline std::size_t findBright(const ImageRows<Level>& image, const PixelInterval* intervals,
-                              std::size_t count, const Vector& limit, std::size_t* found) {
+/// Writes the strip's rows that have a level above the limit in these vectors from `begin` on.
+/// @return behind the last of these. Mostly the scene is dark, and a row takes a dozen
+/// instructions.
+template <int count, typename Vector, typename Level>
+inline BrightRow* findBrightRows(const ImageRows<Level>& image, const PixelStrip& strip, int begin,
+                                 int vectors, const Vector& limit, BrightRow* found) {
   constexpr int kLevels = kBytes / static_cast<int>(sizeof(Level));
-  std::size_t bright = 0;
-  for (std::size_t i = 0; i < count;) {
-    const PixelInterval first = intervals[i];
+  if (count > 0) vectors = count;  // known to the compiler
+  const Level* levels = rowOf(image, strip.row) + begin;
+  BrightRow row{strip.row, strip.begin, strip.end, 0};
+  for (const int end = strip.row + strip.rows; row.row < end; ++row.row) {
+    Vector brightest = limit;
+    for (int vector = 0; vector < vectors; ++vector) {
+      Vector block;
+      std::memcpy(&block, levels + vector * kLevels, kBytes);
+      brightest = brightest < block ? block : brightest;
+    }
+    if (!isZero(reinterpret_cast<IntLanes>(brightest ^ limit))) *found++ = row;
+    levels += image.stride;
+  }
+  return found;
+}
+
+/// The same of all strips, and how many these are; of an image narrower than a vector, all.
+template <typename Vector, typename Level>
+inline std::size_t findBright(const ImageRows<Level>& image, const PixelStrip* strips,
+                              std::size_t count, const Vector& limit, BrightRow* found) {
+  constexpr int kLevels = kBytes / static_cast<int>(sizeof(Level));
+  const BrightRow* first_found = found;
+  for (const PixelStrip* strip = strips; strip != strips + count; ++strip) {
     // In whole vectors, and not beyond the row.
-    const unsigned pixels = static_cast<unsigned>(first.end - first.begin);
+    const unsigned pixels = static_cast<unsigned>(strip->end - strip->begin);
     const int vectors = static_cast<int>((pixels + kLevels - 1) / kLevels);
     const int last = image.columns - vectors * kLevels;
-    const int begin = first.begin < last ? first.begin : last;
-    if (begin < 0) {  // an image narrower than a vector
-      found[bright++] = i++;
-      continue;
-    }
-    // As many rows as go on alike: all those of a box.
-    const Level* row = rowOf(image, first.row) + begin;
-    int next_row = first.row;
-    do {
-      Vector brightest = limit;
-      for (int vector = 0; vector < vectors; ++vector) {
-        Vector block;
-        std::memcpy(&block, row + vector * kLevels, kBytes);
-        brightest = brightest < block ? block : brightest;
+    const int begin = strip->begin < last ? strip->begin : last;
+    if (begin < 0) {
+      for (int row = 0; row < strip->rows; ++row) {
+        *found++ = {strip->row + row, strip->begin, strip->end, 0};
       }
-      found[bright] = i;  // the next one's place when it is dark
-      bright += isZero(reinterpret_cast<IntLanes>(brightest ^ limit)) ? 0 : 1;
-      row += image.stride;
-      ++next_row;
-      ++i;
-    } while (i < count && intervals[i].row == next_row && intervals[i].begin == first.begin &&
-             intervals[i].end == first.end);
+    } else if (vectors == 1) {
+      found = findBrightRows<1>(image, *strip, begin, vectors, limit, found);
+    } else if (vectors == 2) {
+      found = findBrightRows<2>(image, *strip, begin, vectors, limit, found);
+    } else {
+      found = findBrightRows<0>(image, *strip, begin, vectors, limit, found);
+    }
   }
-  return bright;
+  return static_cast<std::size_t>(found - first_found);
 }
 
 /// A bit for each of a block's levels, set where it is above the limit.
@@ -190,130 +168,144 @@ inline std::uint64_t brightBits(const Level* block, const Vector& limit) {
                                           << (kBitsPerBlock / 2);
 }
 
-/// Writes where the interval's runs begin and end, in turn. @return behind the last of these
+/// The same for pixels [begin, end) of a row, 63 of them at most.
 template <typename Vector, typename Level>
-inline int* findEdges(const ImageRows<Level>& image, const PixelInterval& interval,
-                      const Vector& limit, int* edges) {
+inline std::uint64_t brightPixels(const Level* row, int columns, int begin, int end,
+                                  const Vector& limit) {
   constexpr int kBlock = kBitsPerBlock;
-  const Level* row = rowOf(image, interval.row);
-  const int end = interval.end;
-  std::uint64_t carry = 0;  // whether the pixel before is bright
-  for (int begin = interval.begin; begin < end; begin += kBlock) {
-    const int left = end - begin;
-    std::uint64_t bits = 0;
-    if (begin + kBlock <= image.columns) {
-      bits = brightBits(row + begin, limit);
-    } else {
-      Level block[kBlock] = {};
-      for (int i = 0; i < image.columns - begin; ++i) block[i] = row[begin + i];
-      bits = brightBits(block, limit);
-    }
-    if (left < kBlock) bits &= (std::uint64_t{1} << static_cast<unsigned>(left)) - 1;
-    std::uint64_t changes = bits ^ (bits << 1U | carry);
-    carry = bits >> (kBitsPerBlock - 1U);
-    for (; changes != 0; changes &= changes - 1) *edges++ = begin + __builtin_ctzll(changes);
+  std::uint64_t bits = 0;
+  if (columns >= kBlock) {
+    const int first = begin < columns - kBlock ? begin : columns - kBlock;  // not beyond the row
+    bits = brightBits(row + first, limit) >> static_cast<unsigned>(begin - first);
+  } else {
+    Level block[kBlock] = {};
+    for (int i = 0; i < end - begin; ++i) block[i] = row[begin + i];
+    bits = brightBits(block, limit);
   }
-  if (carry != 0) *edges++ = end;
+  return bits & ((std::uint64_t{1} << static_cast<unsigned>(end - begin)) - 1);
+}
+
+/// Writes where runs begin and end, in turn: at changes from bit to bit. @return behind the last
+inline int* writeEdges(std::uint64_t changes, int begin, int* edges) {
+  for (; changes != 0; changes &= changes - 1) *edges++ = begin + __builtin_ctzll(changes);
   return edges;
 }
 
+/// The same of a row's part.
 template <typename Vector, typename Level>
-inline BrightCount findRuns(const ImageRows<Level>& image, const PixelInterval* intervals,
+inline int* findEdges(const ImageRows<Level>& image, const BrightRow& part, const Vector& limit,
+                      int* edges) {
+  constexpr int kBlock = kBitsPerBlock;
+  const Level* row = rowOf(image, part.row);
+  std::uint64_t carry = 0;  // whether the pixel before is bright
+  int begin = part.begin;
+  for (; part.end - begin >= kBlock; begin += kBlock) {
+    const std::uint64_t bits = brightBits(row + begin, limit);
+    edges = writeEdges(bits ^ (bits << 1U | carry), begin, edges);
+    carry = bits >> (kBitsPerBlock - 1U);
+  }
+  // The rest, and what follows, which is dark.
+  const std::uint64_t bits =
+      begin < part.end ? brightPixels(row, image.columns, begin, part.end, limit) : 0;
+  return writeEdges(bits ^ (bits << 1U | carry), begin, edges);
+}
+
+template <typename Vector, typename Level>
+inline BrightCount findRuns(const ImageRows<Level>& image, const PixelStrip* strips,
                             std::size_t count, int threshold, const BrightRuns& runs) {
   Vector limit;
   fill<Level>(threshold, &limit);
-  const std::size_t bright = findBright(image, intervals, count, limit, runs.intervals);
-  const int* last = runs.edges + runs.room - image.columns - 1;
-  int* edges = runs.edges;
-  for (std::size_t i = 0; i < bright; ++i) {
-    if (edges > last) return {i, false};
-    edges = findEdges(image, intervals[runs.intervals[i]], limit, edges);
-    runs.ends[i] = static_cast<int>(edges - runs.edges);
+  const std::size_t bright = findBright(image, strips, count, limit, runs.rows);
+  int* const first = runs.edges;
+  const int* last = first + runs.room - image.columns - 1;
+  int* edges = first;
+  for (BrightRow* row = runs.rows; row != runs.rows + bright; ++row) {
+    if (edges > last) return {static_cast<std::size_t>(row - runs.rows), false};
+    edges = findEdges(image, *row, limit, edges);
+    row->edges = static_cast<int>(edges - first);
   }
   return {bright, true};
 }
 
-BrightCount findRunsOfBytes(const ImageRows<std::uint8_t>& image, const PixelInterval* intervals,
-                            std::size_t count, int threshold, const BrightRuns& runs) {
-  return findRuns<ByteLanes>(image, intervals, count, threshold, runs);
+template <typename Level>
+BrightCount findRunsOf(const ImageRows<Level>& image, const PixelStrip* strips, std::size_t count,
+                       int threshold, const BrightRuns& runs) {
+  using Vector = std::conditional_t<sizeof(Level) == 1, ByteLanes, WordLanes>;
+  return findRuns<Vector>(image, strips, count, threshold, runs);
 }
 
-BrightCount findRunsOfWords(const ImageRows<std::uint16_t>& image, const PixelInterval* intervals,
-                            std::size_t count, int threshold, const BrightRuns& runs) {
-  return findRuns<WordLanes>(image, intervals, count, threshold, runs);
+/// Columns side by side from the first on: sums that only differ by powers of u are formed of the
+/// columns'.
+struct Columns {
+  int first;
+  Lanes u;
+  Lanes m2;      ///< squared Mahalanobis distance at the centre's height
+  Lanes slope2;  ///< its slope over v there
+};
+
+/// Visits a range's columns, none twice. Of the last ones, which are not beyond the row, those that
+/// were visited lie outside of every ellipse.
+template <typename Visit>
+inline void forEachColumns(int image_columns, const PixelRange& range, const EllipseMetric& metric,
+                           Visit visit) {
+  constexpr float kFarOutside = 1e6F;  // whose cube still is a number
+  const int last = image_columns - kPixelLanes;
+  for (int column = range.first_column; column < range.last_column; column += kPixelLanes) {
+    const int first = column < last ? column : last;
+    const float u0 = static_cast<float>(first - metric.column) - metric.beyond_u;
+    const Lanes u = __builtin_convertvector(kLane, Lanes) + u0;
+    Lanes outside = Lanes{} + kFarOutside;
+    keep(kLane < column - first, &outside);
+    visit(Columns{first, u, metric.uu * u * u + outside, metric.uv * u});
+  }
+}
+
+/// Visits the columns' pixels row by row: levels, v, and squared Mahalanobis distances.
+template <typename Level, typename Visit>
+inline void forEachRow(const ImageRows<Level>& image, const PixelRange& range,
+                       const EllipseMetric& metric, const Columns& columns, Visit visit) {
+  const Level* levels = rowOf(image, range.first_row) + columns.first;
+  const std::ptrdiff_t step = range.row_step * image.stride;
+  const float vv = metric.vv;
+  Lanes v = Lanes{} + (static_cast<float>(range.first_row - metric.row) - metric.beyond_v);
+  for (int row = range.first_row; row < range.last_row; row += range.row_step) {
+    IntLanes wide;
+    widen(levels, &wide);
+    visit(__builtin_convertvector(wide, Lanes), v, columns.m2 + v * (columns.slope2 + vv * v));
+    levels += step;
+    v += static_cast<float>(range.row_step);
+  }
 }
 
 template <typename Level>
-inline void copy(const ImageRows<Level>& image, int rows, float* levels, int stride) {
-  const int last = image.columns - kPixelLanes;
-  for (int v = 0; v < rows; ++v, levels += stride) {
-    const Level* row = rowOf(image, v);
-    if (last < 0) {
-      for (int u = 0; u < image.columns; ++u) levels[u] = row[u];
-      continue;
-    }
-    const auto copy_block = [&](int u) {
-      IntLanes wide;
-      widen(row + u, &wide);
-      const Lanes numbers = __builtin_convertvector(wide, Lanes);
-      std::memcpy(levels + u, &numbers, kBytes);
-    };
-    for (int u = 0; u < last; u += kPixelLanes) copy_block(u);
-    copy_block(last);  // some once more rather than beyond the row
-  }
-}
-
-void copyBytes(const ImageRows<std::uint8_t>& image, int rows, float* levels, int stride) {
-  copy(image, rows, levels, stride);
-}
-
-void copyWords(const ImageRows<std::uint16_t>& image, int rows, float* levels, int stride) {
-  copy(image, rows, levels, stride);
-}
-
-void cutChords(const EllipseChords& ellipse, int first_row, int rows, int columns, int* begin,
-               int* end) {
-  const EllipseChords e = ellipse;
-  const float first_dv = static_cast<float>(first_row) - e.centre_v;
-  const float last = static_cast<float>(columns);
-  const int whole_lanes = (rows + kPixelLanes - 1) / kPixelLanes * kPixelLanes;
-#pragma omp simd
-  for (int i = 0; i < whole_lanes; ++i) {
-    const float dv = first_dv + static_cast<float>(i);
-    const float square = e.half2 - e.narrowing * dv * dv;
-    const float half = __builtin_sqrtf(square > 0.0F ? square : 0.0F);
-    const float middle = e.centre_u + e.skew * dv + 1.0F;  // a positive number is rounded down
-    const float low = middle - half > 0.0F ? middle - half : 0.0F;
-    const float high = middle + half > 0.0F ? middle + half : 0.0F;
-    begin[i] = static_cast<int>(low < last ? low : last);
-    end[i] = static_cast<int>(high < last ? high : last);
-  }
-}
-
-RingSums sumRing(const LevelRows& patch, const RowSpans& spans, int row_step,
-                 const WindowMetric& metric, float threshold, float reference) {
+RingSums sumRing(const ImageRows<Level>& image, const PixelRange& range,
+                 const EllipseMetric& metric, float inner2, float outer2, float threshold,
+                 float reference) {
   Lanes n{}, n_u{}, n_v{}, n_uu{}, n_uv{}, n_vv{}, lit{}, lit_u{}, lit_v{}, lit2{};
-  forEachBlock(spans, row_step, metric, [&](const Block& block) {
-    Lanes level;
-    load(patch.levels + block.row * patch.stride + block.column, &level);
-    const IntLanes dark = block.inside & (level <= threshold);
-    Lanes one = Lanes{} + 1.0F;
-    Lanes u = block.u;
-    level -= reference;
-    keep(dark, &one);
-    keep(dark, &u);
-    keep(dark, &level);
-    const Lanes v = one * block.v;
-    n += one;
-    n_u += u;
-    n_v += v;
-    n_uu += u * u;
-    n_uv += u * v;
-    n_vv += v * v;
-    lit += level;
-    lit_u += level * u;
-    lit_v += level * v;
-    lit2 += level * level;
+  forEachColumns(image.columns, range, metric, [&](const Columns& columns) {
+    Lanes sum{}, sum_v{}, sum_lit{};
+    forEachRow(image, range, metric, columns, [&](Lanes level, Lanes v, const Lanes& m2) {
+      const IntLanes dark = (m2 > inner2) & (m2 <= outer2) & (level <= threshold);
+      Lanes one = Lanes{} + 1.0F;
+      level -= reference;
+      keep(dark, &one);
+      keep(dark, &v);
+      keep(dark, &level);
+      sum += one;
+      sum_v += v;
+      n_vv += v * v;
+      sum_lit += level;
+      lit_v += level * v;
+      lit2 += level * level;
+    });
+    const Lanes u = columns.u;
+    n += sum;
+    n_u += sum * u;
+    n_uu += sum * u * u;
+    n_v += sum_v;
+    n_uv += sum_v * u;
+    lit += sum_lit;
+    lit_u += sum_lit * u;
   });
   float sums[12];
   sumLanes(n, n_u, n_v, n_uu, sums);
@@ -322,44 +314,36 @@ RingSums sumRing(const LevelRows& patch, const RowSpans& spans, int row_step,
   return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], sums[7], sums[8], sums[9]};
 }
 
-/// A block's light over the background and its Mahalanobis distances.
-struct Light {
-  Light(const LevelRows& patch, const Block& block, const WindowMetric& metric,
-        const PlaneTerms& plane) {
-    load(patch.levels + block.row * patch.stride + block.column, &level);
-    over = level - (plane.at_centre + plane.slope_v * block.v) - plane.slope_u * block.u;
-    keep(block.inside, &over);
-    m2 = (metric.uu * block.u + metric.uv * block.v) * block.u + metric.vv * block.v * block.v;
-    m4 = m2 * m2;
-  }
-
-  Lanes level;
-  Lanes over;
-  Lanes m2;
-  Lanes m4;
-};
-
-CentreSums sumCentre(const LevelRows& patch, const RowSpans& spans, int row_step,
-                     const WindowMetric& metric, const PlaneTerms& plane,
+template <typename Level>
+CentreSums sumCentre(const ImageRows<Level>& image, const PixelRange& range,
+                     const EllipseMetric& metric, float reach2, const PlaneTerms& plane,
                      const WeightTerms& weight) {
-  const WindowMetric g = metric;
-  const PlaneTerms b = plane;
   const WeightTerms w = weight;
   const float slope_of_sixth = 3.0F * w.sixth;
+  const float slope_v = plane.slope_v;
   Lanes light{}, weighted{}, moment_u{}, moment_v{}, sloped_uu{}, sloped_uv{}, sloped_vv{};
-  forEachBlock(spans, row_step, g, [&](const Block& block) {
-    const Light spot(patch, block, g, b);
-    const Lanes heavy = spot.over * (w.constant + spot.m2 * (w.square + w.sixth * spot.m4));
-    const Lanes sloped = spot.over * (w.square + slope_of_sixth * spot.m4);
-    const Lanes sloped_u = sloped * block.u;
-    const Lanes sloped_v = sloped * block.v;
-    light += spot.over;
-    weighted += heavy;
-    moment_u += heavy * block.u;
-    moment_v += heavy * block.v;
-    sloped_uu += sloped_u * block.u;
-    sloped_uv += sloped_u * block.v;
-    sloped_vv += sloped_v * block.v;
+  forEachColumns(image.columns, range, metric, [&](const Columns& columns) {
+    const Lanes u = columns.u;
+    const Lanes background = plane.at_centre + plane.slope_u * u;
+    Lanes sum_heavy{}, sum_sloped{}, sum_sloped_v{};
+    forEachRow(image, range, metric, columns, [&](const Lanes& level, Lanes v, const Lanes& m2) {
+      Lanes over = level - (background + slope_v * v);
+      keep(m2 <= reach2, &over);
+      const Lanes m4 = m2 * m2;
+      const Lanes heavy = over * (w.constant + m2 * (w.square + w.sixth * m4));
+      const Lanes sloped = over * (w.square + slope_of_sixth * m4);
+      const Lanes sloped_v = sloped * v;
+      light += over;
+      sum_heavy += heavy;
+      moment_v += heavy * v;
+      sum_sloped += sloped;
+      sum_sloped_v += sloped_v;
+      sloped_vv += sloped_v * v;
+    });
+    weighted += sum_heavy;
+    moment_u += sum_heavy * u;
+    sloped_uu += sum_sloped * u * u;
+    sloped_uv += sum_sloped_v * u;
   });
   float sums[8];
   sumLanes(light, weighted, moment_u, moment_v, sums);
@@ -367,41 +351,57 @@ CentreSums sumCentre(const LevelRows& patch, const RowSpans& spans, int row_step
   return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6]};
 }
 
-SpreadSums sumSpread(const LevelRows& patch, const LevelRows& sensed, const RowSpans& spans,
-                     int row_step, const WindowMetric& metric, const PlaneTerms& plane,
-                     const WeightTerms& weight, const NoiseTerms& noise) {
-  const WindowMetric g = metric;
-  const PlaneTerms b = plane;
+template <typename Level>
+SpreadSums sumSpread(const ImageRows<Level>& image, const ImageRows<Level>& sensed,
+                     const PixelRange& range, const EllipseMetric& metric, float reach2,
+                     const PlaneTerms& plane, const WeightTerms& weight, const NoiseTerms& noise) {
   const WeightTerms w = weight;
   const NoiseTerms t = noise;
+  const float slope_v = plane.slope_v;
+  const std::ptrdiff_t step = range.row_step * sensed.stride;
   Lanes light{}, light_uu{}, light_uv{}, light_vv{}, noise_uu{}, noise_uv{}, noise_vv{},
       fourth_powers{}, peak{};
   IntLanes full{};
-  forEachBlock(spans, row_step, g, [&](const Block& block) {
-    const Light spot(patch, block, g, b);
-    Lanes sensed_level;
-    load(sensed.levels + block.row * sensed.stride + block.column, &sensed_level);
-    const IntLanes is_full = block.inside & (sensed_level >= t.saturation);
-    full -= is_full;  // each is -1
-    Lanes photons = spot.level - t.black;
-    keep(block.inside & ~is_full & (photons > 0.0F), &photons);
-    const Lanes by_weight = w.constant + spot.m2 * (w.square + w.sixth * spot.m4);
-    const Lanes noisy =
-        (t.per_level * photons + t.per_square * spot.over * spot.over) * by_weight * by_weight;
-    const Lanes uu = block.u * block.u;
-    const Lanes uv = block.u * block.v;
-    const float vv = block.v * block.v;
-    light += spot.over;
-    light_uu += spot.over * uu;
-    light_uv += spot.over * uv;
-    light_vv += spot.over * vv;
-    noise_uu += noisy * uu;
-    noise_uv += noisy * uv;
-    noise_vv += noisy * vv;
-    fourth_powers += spot.over * spot.m4;
-    Lanes level = spot.level;
-    keep(block.inside, &level);
-    peak = peak < level ? level : peak;
+  const Lanes nothing{};
+  forEachColumns(image.columns, range, metric, [&](const Columns& columns) {
+    const Lanes u = columns.u;
+    const Lanes background = plane.at_centre + plane.slope_u * u;
+    const Level* sensed_levels = rowOf(sensed, range.first_row) + columns.first;
+    Lanes sum_light{}, sum_light_v{}, sum_noise{}, sum_noise_v{};
+    forEachRow(image, range, metric, columns, [&](Lanes level, Lanes v, const Lanes& m2) {
+      const IntLanes inside = m2 <= reach2;
+      IntLanes sensed_level;
+      widen(sensed_levels, &sensed_level);
+      sensed_levels += step;
+      const IntLanes is_full =
+          inside & (__builtin_convertvector(sensed_level, Lanes) >= t.saturation);
+      full -= is_full;  // each is -1
+      keep(inside, &level);
+      peak = peak < level ? level : peak;
+      Lanes over = level - (background + slope_v * v);
+      keep(inside, &over);
+      Lanes photons = level - t.black;
+      photons = photons > nothing ? photons : nothing;  // nothing outside, either
+      keep(~is_full, &photons);
+      const Lanes m4 = m2 * m2;
+      const Lanes by_weight = w.constant + m2 * (w.square + w.sixth * m4);
+      const Lanes noisy =
+          (t.per_level * photons + t.per_square * over * over) * by_weight * by_weight;
+      const Lanes light_v = over * v;
+      const Lanes noise_v = noisy * v;
+      sum_light += over;
+      sum_light_v += light_v;
+      light_vv += light_v * v;
+      sum_noise += noisy;
+      sum_noise_v += noise_v;
+      noise_vv += noise_v * v;
+      fourth_powers += over * m4;
+    });
+    light += sum_light;
+    light_uu += sum_light * u * u;
+    light_uv += sum_light_v * u;
+    noise_uu += sum_noise * u * u;
+    noise_uv += sum_noise_v * u;
   });
   int full_pixels = 0;
   for (int i = 0; i < kPixelLanes; ++i) full_pixels += full[i];
@@ -412,10 +412,12 @@ SpreadSums sumSpread(const LevelRows& patch, const LevelRows& sensed, const RowS
           sums[5], sums[6], sums[7], largestOf(peak), full_pixels};
 }
 
+template <typename Level>
+constexpr LevelKernels<Level> kKernels{findRunsOf<Level>, sumRing<Level>, sumCentre<Level>,
+                                       sumSpread<Level>};
+
 }  // namespace
 
-const PixelKernels BEARING_CALIBRATION_KERNELS{findRunsOfBytes, findRunsOfWords, copyBytes,
-                                               copyWords,       cutChords,       sumRing,
-                                               sumCentre,       sumSpread};
+const PixelKernels BEARING_CALIBRATION_KERNELS{kKernels<std::uint8_t>, kKernels<std::uint16_t>};
 
 }  // namespace bearing_calibration

@@ -14,9 +14,9 @@ struct Grid {
   int row_step;
   int column_step;
 };
-Grid gridFor(std::size_t rows) {
-  constexpr std::size_t kFewRows = 40;
-  constexpr std::size_t kSomeRows = 100;
+Grid gridFor(int rows) {
+  constexpr int kFewRows = 40;
+  constexpr int kSomeRows = 100;
   if (rows < kFewRows) return {3, 5};
   return rows < kSomeRows ? Grid{7, 7} : Grid{7, 9};
 }
@@ -38,20 +38,22 @@ BackgroundSampler::BackgroundSampler(double max_level)
       histogram_((static_cast<std::size_t>(max_level) >> shift_) + 1, 0) {}
 
 template <typename Level>
-int BackgroundSampler::fillHistogram(const cv::Mat& image,
-                                     const std::vector<PixelInterval>& intervals) {
-  const Grid grid = gridFor(intervals.size());
+int BackgroundSampler::fillHistogram(const cv::Mat& image, const std::vector<PixelStrip>& strips) {
+  if (strips.empty()) return 0;
+  const int first_row = strips.front().row;
+  const Grid grid = gridFor(strips.back().row + strips.back().rows - first_row);
   int samples = 0;
   const int last_bin = static_cast<int>(histogram_.size()) - 1;
-  int grid_row = 0;
-  if (!intervals.empty()) grid_row = intervals.front().row / grid.row_step * grid.row_step;
-  for (const PixelInterval& interval : intervals) {
-    while (grid_row < interval.row) grid_row += grid.row_step;
-    if (interval.row != grid_row) continue;
-    const Level* row = image.ptr<Level>(interval.row);
-    for (int u = interval.begin; u < interval.end; u += grid.column_step) {
-      ++histogram_[static_cast<std::size_t>(std::min(row[u] >> shift_, last_bin))];
-      ++samples;
+  int grid_row = first_row / grid.row_step * grid.row_step;
+  for (const PixelStrip& strip : strips) {
+    const int last_row = strip.row + strip.rows;
+    while (grid_row < strip.row) grid_row += grid.row_step;
+    for (int v = grid_row; v < last_row; v += grid.row_step) {
+      const Level* row = image.ptr<Level>(v);
+      for (int u = strip.begin; u < strip.end; u += grid.column_step) {
+        ++histogram_[static_cast<std::size_t>(std::min(row[u] >> shift_, last_bin))];
+        ++samples;
+      }
     }
   }
   return samples;
@@ -72,10 +74,10 @@ double BackgroundSampler::quantile(double wanted, Cursor* cursor) const {
 }
 
 BackgroundLevel BackgroundSampler::measure(const cv::Mat& image,
-                                           const std::vector<PixelInterval>& intervals) {
+                                           const std::vector<PixelStrip>& strips) {
   std::fill(histogram_.begin(), histogram_.end(), 0);
-  const int samples = image.depth() == CV_8U ? fillHistogram<std::uint8_t>(image, intervals)
-                                             : fillHistogram<std::uint16_t>(image, intervals);
+  const int samples = image.depth() == CV_8U ? fillHistogram<std::uint8_t>(image, strips)
+                                             : fillHistogram<std::uint16_t>(image, strips);
   if (samples == 0) return {};
   Cursor cursor;
   const double low = quantile(kOneSigmaBelow * samples, &cursor);
@@ -83,23 +85,24 @@ BackgroundLevel BackgroundSampler::measure(const cv::Mat& image,
   return {median, median - low};
 }
 
-ThresholdLadder thresholdsAbove(const BackgroundLevel& background, const ThresholdConfig& config,
-                                const ImageSensor& sensor) {
+ThresholdLadder::ThresholdLadder(const BackgroundLevel& background, const ThresholdConfig& config,
+                                 const ImageSensor& sensor)
+    : highest_(sensor.saturation_level - 1.0) {  // what is full is always seen
   // The last one lies where a textured background still shows no blobs of a light's size.
   constexpr double kLowerPart = 0.5;
   const auto above = [&](double spreads) {
-    return background.median + std::max(config.min_contrast_levels, spreads * background.spread);
+    const double contrast = std::max(config.min_contrast_levels, spreads * background.spread);
+    return std::min(background.median + contrast, highest_);
   };
-  const double highest = sensor.saturation_level - 1.0;  // what is full is always seen
-  const double first = std::min(above(config.spreads), highest);
-  ThresholdLadder ladder{};
-  const int last = static_cast<int>(ladder.size()) - 1;
-  for (int step = 0; step < last; ++step) {
-    ladder[static_cast<std::size_t>(step)] =
-        static_cast<int>(first + (highest - first) * step / (last - 1));
-  }
-  ladder.back() = static_cast<int>(std::min(above(kLowerPart * config.spreads), highest));
-  return ladder;
+  first_ = above(config.spreads);
+  last_ = above(kLowerPart * config.spreads);
+}
+
+int ThresholdLadder::at(int step) const {
+  constexpr int kRises = kSteps - 2;
+  if (step == 0) return static_cast<int>(first_);
+  if (step > kRises) return static_cast<int>(last_);
+  return static_cast<int>(first_ + (highest_ - first_) * step / kRises);
 }
 
 }  // namespace bearing_calibration

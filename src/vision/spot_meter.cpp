@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/pixel_kernels.h"
 #include "bearing_calibration/vision/spot_sums.h"
 
 namespace bearing_calibration {
@@ -136,27 +137,25 @@ SpotMeasurement measurementOf(const WindowMoments& sums, const SpotWindow& windo
 
 }  // namespace
 
-std::optional<SpotMeasurement> SpotMeter::measure(const cv::Mat& image, const cv::Mat& sharp,
-                                                  const SpotWindow& first_window,
-                                                  const SpotLevels& levels,
-                                                  const Eigen::Vector2d& mirror_centre_px) {
+std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& sharp,
+                                           const SpotWindow& first_window, const SpotLevels& levels,
+                                           const Eigen::Vector2d& mirror_centre_px) {
+  if (image.cols < kPixelLanes) return std::nullopt;  // no room for a light
   const WeightPolynomial weight = polynomialOf(first_window);
   const double reach_px = first_window.size * std::sqrt(first_window.covariance_px2.trace());
   PixelEllipse window{first_window.centre_px, EllipseShape(first_window.covariance_px2),
                       first_window.size};
   const Matrix2d& information = window.shape.information;
   const int row_step = rowStepFor(window);
-  copyAround(image, sharp, window);
-  const RowSpans& ring = spans_.ofRing(patch_, window.reaching(kRingBegin * window.reach),
-                                       window.reaching(kRingEnd * window.reach));
   Background background = fitBackground(
-      sumPlane(patch_, ring, row_step, window, levels.threshold, levels.background), levels);
+      sumPlane(image, window.reaching(kRingBegin * window.reach), kRingEnd * window.reach, row_step,
+               levels.threshold, levels.background),
+      levels);
   CentreMoments centre;
   Vector2d shift;
   const auto step = [&] {
     constexpr int kEveryRow = 1;
-    const RowSpans& spans = spans_.ofEllipse(patch_, window);
-    centre = sumCentre(patch_, spans, kEveryRow, window, weight, background.plane);
+    centre = sumCentre(image, window, kEveryRow, weight, background.plane);
     shift = shiftOf(centre, information, MirrorAxes(window.centre_px, mirror_centre_px));
     return centre.light > 0.0 && shift.norm() < reach_px;
   };
@@ -164,11 +163,10 @@ std::optional<SpotMeasurement> SpotMeter::measure(const cv::Mat& image, const cv
   if (shift.dot(information * shift) > kSmallStep * kSmallStep) {
     background.plane.at_centre += background.plane.slope.dot(shift);
     window.centre_px += shift;
-    if (!patch_.contains(window.box(image.size()))) copyAround(image, sharp, window);
     if (!step()) return std::nullopt;
   }
-  const SpreadMoments spread = sumSpread(patch_, sensedPatch(), spans_.current(), row_step, window,
-                                         weight, background.plane, levels.noise);
+  const SpreadMoments spread =
+      sumSpread(image, sharp, window, row_step, weight, background.plane, levels.noise);
   if (!(spread.light > 0.0)) return std::nullopt;
   const MirrorAxes axes(window.centre_px, mirror_centre_px);
   SpotMeasurement spot = measurementOf({centre, spread, row_step}, first_window, information, axes);
@@ -176,14 +174,6 @@ std::optional<SpotMeasurement> SpotMeter::measure(const cv::Mat& image, const cv
   spot.background.plane.at_centre += background.plane.slope.dot(shift);
   spot.centre_px = window.centre_px + shift;
   return spot;
-}
-
-/// Window and ring, with room for the window to follow the light.
-void SpotMeter::copyAround(const cv::Mat& image, const cv::Mat& sharp, const PixelEllipse& window) {
-  const PixelBox box = window.reaching(kRingEnd * window.reach).box(image.size());
-  patch_.copy(image, box);
-  sharp_is_image_ = sharp.data == image.data;
-  if (!sharp_is_image_) sharp_patch_.copy(sharp, box);
 }
 
 }  // namespace bearing_calibration

@@ -1,5 +1,7 @@
 #include "bearing_calibration/vision/spot_sums.h"
 
+#include "bearing_calibration/vision/image_levels.h"
+
 namespace bearing_calibration {
 namespace {
 
@@ -7,13 +9,30 @@ Eigen::Matrix2d symmetric(float uu, float uv, float vv) {
   return (Eigen::Matrix2d() << uu, uv, uv, vv).finished();
 }
 
-WindowMetric metricOf(const SpotPatch& patch, const PixelEllipse& ellipse) {
+EllipseMetric metricOf(const PixelEllipse& ellipse) {
   const Eigen::Matrix2d& information = ellipse.shape.information;
-  const Eigen::Vector2d centre = patch.fromImage(ellipse.centre_px);
-  return {static_cast<float>(-centre.x()), static_cast<float>(-centre.y()),
-          static_cast<float>(information(0, 0)), static_cast<float>(2.0 * information(0, 1)),
+  const int column = static_cast<int>(ellipse.centre_px.x());
+  const int row = static_cast<int>(ellipse.centre_px.y());
+  return {column,
+          row,
+          static_cast<float>(ellipse.centre_px.x() - column),
+          static_cast<float>(ellipse.centre_px.y() - row),
+          static_cast<float>(information(0, 0)),
+          static_cast<float>(2.0 * information(0, 1)),
           static_cast<float>(information(1, 1))};
 }
+
+PixelRange rangeOf(const PixelEllipse& ellipse, const cv::Mat& image, int row_step) {
+  const PixelBox box = ellipse.box(image.size());
+  return {box.first_row, box.last_row, row_step, box.first_column, box.last_column};
+}
+
+template <typename Level>
+ImageRows<Level> rowsLike(const ImageRows<Level>&, const cv::Mat& image) {
+  return rowsOf<Level>(image);
+}
+
+float squared(double value) { return static_cast<float>(value * value); }
 
 PlaneTerms termsOf(const LevelPlane& plane) {
   return {static_cast<float>(plane.at_centre), static_cast<float>(plane.slope.x()),
@@ -32,11 +51,14 @@ NoiseTerms termsOf(const LevelNoise& noise) {
 
 }  // namespace
 
-PlaneSums sumPlane(const SpotPatch& patch, const RowSpans& ring, int row_step,
-                   const PixelEllipse& ellipse, double threshold, double reference) {
-  const RingSums s =
-      pixelKernels().sumRing(patch.levels(), ring, row_step, metricOf(patch, ellipse),
-                             static_cast<float>(threshold), static_cast<float>(reference));
+PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer_reach,
+                   int row_step, double threshold, double reference) {
+  const PixelRange range = rangeOf(inner.reaching(outer_reach), image, row_step);
+  const RingSums s = visitLevels(image, [&](const auto& levels, const auto& kernels) {
+    return kernels.sumRing(levels, range, metricOf(inner), squared(inner.reach),
+                           squared(outer_reach), static_cast<float>(threshold),
+                           static_cast<float>(reference));
+  });
   PlaneSums sums;
   sums.normal << s.n, s.u, s.v, s.u, s.uu, s.uv, s.v, s.uv, s.vv;
   sums.right << s.level, s.level_u, s.level_v;
@@ -44,12 +66,13 @@ PlaneSums sumPlane(const SpotPatch& patch, const RowSpans& ring, int row_step,
   return sums;
 }
 
-CentreMoments sumCentre(const SpotPatch& patch, const RowSpans& window, int row_step,
-                        const PixelEllipse& ellipse, const WeightPolynomial& weight,
-                        const LevelPlane& background) {
-  const CentreSums s =
-      pixelKernels().sumCentre(patch.levels(), window, row_step, metricOf(patch, ellipse),
-                               termsOf(background), termsOf(weight));
+CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int row_step,
+                        const WeightPolynomial& weight, const LevelPlane& background) {
+  const PixelRange range = rangeOf(window, image, row_step);
+  const CentreSums s = visitLevels(image, [&](const auto& levels, const auto& kernels) {
+    return kernels.sumCentre(levels, range, metricOf(window), squared(window.reach),
+                             termsOf(background), termsOf(weight));
+  });
   CentreMoments sums;
   sums.light = static_cast<double>(s.light);
   sums.weighted = static_cast<double>(s.weighted);
@@ -58,12 +81,15 @@ CentreMoments sumCentre(const SpotPatch& patch, const RowSpans& window, int row_
   return sums;
 }
 
-SpreadMoments sumSpread(const SpotPatch& patch, const SpotPatch& sensed, const RowSpans& window,
-                        int row_step, const PixelEllipse& ellipse, const WeightPolynomial& weight,
-                        const LevelPlane& background, const LevelNoise& noise) {
-  const SpreadSums s = pixelKernels().sumSpread(patch.levels(), sensed.levels(), window, row_step,
-                                                metricOf(patch, ellipse), termsOf(background),
-                                                termsOf(weight), termsOf(noise));
+SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const PixelEllipse& window,
+                        int row_step, const WeightPolynomial& weight, const LevelPlane& background,
+                        const LevelNoise& noise) {
+  const PixelRange range = rangeOf(window, image, row_step);
+  const SpreadSums s = visitLevels(image, [&](const auto& levels, const auto& kernels) {
+    return kernels.sumSpread(levels, rowsLike(levels, sensed), range, metricOf(window),
+                             squared(window.reach), termsOf(background), termsOf(weight),
+                             termsOf(noise));
+  });
   SpreadMoments sums;
   sums.light = static_cast<double>(s.light);
   sums.light_squares = symmetric(s.light_uu, s.light_uv, s.light_vv);

@@ -16,11 +16,13 @@ namespace {
 
 using Pixels = std::set<std::pair<int, int>>;
 
-Pixels pixelsOf(const std::vector<PixelInterval>& intervals) {
+Pixels pixelsOf(const std::vector<PixelStrip>& strips) {
   Pixels pixels;
-  for (const PixelInterval& interval : intervals) {
-    for (int u = interval.begin; u < interval.end; ++u) {
-      EXPECT_TRUE(pixels.insert({interval.row, u}).second) << "twice: " << interval.row << " " << u;
+  for (const PixelStrip& strip : strips) {
+    for (int v = strip.row; v < strip.row + strip.rows; ++v) {
+      for (int u = strip.begin; u < strip.end; ++u) {
+        EXPECT_TRUE(pixels.insert({v, u}).second) << "twice: " << v << " " << u;
+      }
     }
   }
   return pixels;
@@ -44,7 +46,7 @@ TEST(AnnulusMask, HoldsTheAnnulusLessPostsAndRows) {
   for (int handedness : {1, -1}) {
     const DetectorConfig config = smallDetector(handedness);
     const AnnulusMask mask(config.mask, config.view, config.sensor);
-    const Pixels pixels = pixelsOf(mask.intervals());
+    const Pixels pixels = pixelsOf(mask.strips());
     for (int v = 0; v < config.sensor.height_px; ++v) {
       for (int u = 0; u < config.sensor.width_px; ++u) {
         const double du = u - 61.3;
@@ -74,13 +76,13 @@ TEST(AnnulusMask, ASectorIsTheMaskWithinItsAngle) {
   for (int handedness : {1, -1}) {
     const DetectorConfig config = smallDetector(handedness);
     const AnnulusMask mask(config.mask, config.view, config.sensor);
-    std::vector<PixelInterval> clipped;
+    std::vector<PixelStrip> clipped;
     for (double centre_deg = -180.0; centre_deg <= 180.0; centre_deg += 15.0) {
       for (double half_width_deg : {3.0, 20.0, 89.0}) {
         mask.clipToSector({radiansFromDegrees(centre_deg), radiansFromDegrees(half_width_deg)},
                           &clipped);
         const Pixels found = pixelsOf(clipped);
-        for (const auto& [v, u] : pixelsOf(mask.intervals())) {
+        for (const auto& [v, u] : pixelsOf(mask.strips())) {
           const double azimuth = mirrorPixelFromImage(config.view, u, v).azimuth_rad;
           const double off =
               std::abs(degreesFromRadians(wrapAngle(azimuth - radiansFromDegrees(centre_deg))));
@@ -98,13 +100,13 @@ TEST(AnnulusMask, ASectorIsTheMaskWithinItsAngle) {
 TEST(AnnulusMask, ABoxIsTheMaskWithinIt) {
   const DetectorConfig config = smallDetector(1);
   const AnnulusMask mask(config.mask, config.view, config.sensor);
-  std::vector<PixelInterval> clipped;
+  std::vector<PixelStrip> clipped;
   const PixelBox boxes[] = {
       {20, 60, 30, 100}, {-5, 500, -5, 500}, {40, 50, 61, 62}, {0, 0, 0, 120}};
   for (const PixelBox& box : boxes) {
     mask.clipToBox(box, &clipped);
     const Pixels found = pixelsOf(clipped);
-    for (const auto& [v, u] : pixelsOf(mask.intervals())) {
+    for (const auto& [v, u] : pixelsOf(mask.strips())) {
       const bool in_box =
           v >= box.first_row && v < box.last_row && u >= box.first_column && u < box.last_column;
       EXPECT_EQ(found.count({v, u}) == 1, in_box) << "row " << v << " column " << u;
@@ -132,7 +134,7 @@ TEST(AnnulusMask, TheClearanceIsTheDistanceToTheNearestPixelOutside) {
 TEST(AnnulusMask, AHalfPlaneIsNoSector) {
   const DetectorConfig config = smallDetector(1);
   const AnnulusMask mask(config.mask, config.view, config.sensor);
-  std::vector<PixelInterval> clipped;
+  std::vector<PixelStrip> clipped;
   EXPECT_THROW(mask.clipToSector({0.0, 0.5 * kPi}, &clipped), std::invalid_argument);
   EXPECT_THROW(mask.clipToSector({0.0, 0.0}, &clipped), std::invalid_argument);
 }

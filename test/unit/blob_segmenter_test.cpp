@@ -16,10 +16,10 @@ namespace {
 using Moments =
     std::tuple<std::int64_t, std::int64_t, std::int64_t, std::int64_t, std::int64_t, std::int64_t>;
 
-std::vector<PixelInterval> wholeImage(const cv::Mat& image) {
-  std::vector<PixelInterval> intervals;
-  for (int v = 0; v < image.rows; ++v) intervals.push_back({v, 0, image.cols});
-  return intervals;
+std::vector<PixelStrip> wholeImage(const cv::Mat& image) {
+  std::vector<PixelStrip> strips;
+  for (int v = 0; v < image.rows; ++v) strips.push_back({v, 0, image.cols});
+  return strips;
 }
 
 std::vector<Moments> sortedMoments(const std::vector<Blob>& blobs) {
@@ -101,12 +101,12 @@ TEST(BlobSegmenter, TheThresholdItselfIsDark) {
   EXPECT_EQ(segmenter.segment(image, wholeImage(image), 99).size(), 1u);
 }
 
-TEST(BlobSegmenter, OnlyTheIntervalsAreSeen) {
+TEST(BlobSegmenter, OnlyTheStripsAreSeen) {
   const cv::Mat image(4, 20, CV_8UC1, cv::Scalar(200));
   BlobSegmenter segmenter;
-  // Two intervals in one row, and a row that the mask leaves out between two others.
-  const std::vector<PixelInterval> intervals{{0, 2, 5}, {0, 8, 10}, {1, 2, 4}, {3, 2, 5}};
-  const std::vector<Blob>& blobs = segmenter.segment(image, intervals, 100);
+  // Two strips in one row, and a row that the mask leaves out between two others.
+  const std::vector<PixelStrip> strips{{0, 2, 5}, {0, 8, 10}, {1, 2, 4}, {3, 2, 5}};
+  const std::vector<Blob>& blobs = segmenter.segment(image, strips, 100);
   std::vector<std::int64_t> sizes;
   for (const Blob& blob : blobs) sizes.push_back(blob.pixels);
   EXPECT_EQ(sizes, (std::vector<std::int64_t>{5, 2, 3}));

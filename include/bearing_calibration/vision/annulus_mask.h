@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "bearing_calibration/vision/detector_config.h"
-#include "bearing_calibration/vision/pixel_interval.h"
+#include "bearing_calibration/vision/pixel_box.h"
+#include "bearing_calibration/vision/pixel_strip.h"
 
 namespace bearing_calibration {
 
@@ -15,28 +16,20 @@ struct AzimuthSector {
   double half_width_rad = 0.0;
 };
 
-/// Rows and columns from the first ones to before the last ones.
-struct PixelBox {
-  int first_row = 0;
-  int last_row = 0;
-  int first_column = 0;
-  int last_column = 0;
-};
-
 /// The pixels in which a light may be seen: the mirror's annulus less its posts and the rows that
-/// are not valid, kept as intervals in reading order.
+/// are not valid, kept as strips in reading order.
 class AnnulusMask {
  public:
   AnnulusMask(const MaskConfig& config, const MirrorView& view, const ImageSensor& sensor);
 
-  const std::vector<PixelInterval>& intervals() const { return intervals_; }
+  const std::vector<PixelStrip>& strips() const { return strips_; }
 
-  /// Writes the part of the mask inside `sector` to `intervals`, without allocation once that has
+  /// Writes the part of the mask inside `sector` to `strips`, without allocation once that has
   /// the capacity. @throws std::invalid_argument unless 0 < half width < 90 deg.
-  void clipToSector(const AzimuthSector& sector, std::vector<PixelInterval>* intervals) const;
+  void clipToSector(const AzimuthSector& sector, std::vector<PixelStrip>* strips) const;
 
   /// The same for the part of the mask inside `box`.
-  void clipToBox(const PixelBox& box, std::vector<PixelInterval>* intervals) const;
+  void clipToBox(const PixelBox& box, std::vector<PixelStrip>* strips) const;
 
   /// Whole pixels from the pixel nearest to a position to the nearest one outside of the mask; 0
   /// for a pixel that is outside itself, and not more than 255.
@@ -50,8 +43,8 @@ class AnnulusMask {
   int width_px_;
   int height_px_;
   double outer_radius_px_;
-  std::vector<PixelInterval> intervals_;
-  std::vector<std::size_t> row_starts_;  ///< of the rows' intervals; one more than there are rows
+  std::vector<PixelStrip> strips_;
+  std::vector<std::size_t> row_starts_;  ///< of the rows' strips; one more than there are rows
   cv::Mat clearance_;                    ///< by pixel, CV_8UC1
 };
 

@@ -5,7 +5,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "bearing_calibration/vision/annulus_mask.h"
+#include "bearing_calibration/vision/pixel_kernels.h"
+#include "bearing_calibration/vision/pixel_strip.h"
 
 namespace bearing_calibration {
 
@@ -17,19 +18,19 @@ struct Blob {
   std::int64_t sum_uu = 0;
   std::int64_t sum_uv = 0;
   std::int64_t sum_vv = 0;
-  bool cut = false;  ///< reaches an end of an interval of the mask, its first row or its last
+  bool cut = false;  ///< reaches an end of an strip of the mask, its first row or its last
 };
 
-/// Finds the connected pixels above a threshold in one pass over the mask's intervals: runs, joined
+/// Finds the connected pixels above a threshold in one pass over the mask's strips: runs, joined
 /// by union-find, each adding closed sums to its blob. Buffers are kept from image to image.
 class BlobSegmenter {
  public:
   BlobSegmenter();
 
-  /// @param image CV_8UC1 or CV_16UC1. @param intervals in reading order.
+  /// @param image CV_8UC1 or CV_16UC1. @param strips in reading order.
   /// @return the blobs, valid until the next call; complete() tells whether they are all.
-  const std::vector<Blob>& segment(const cv::Mat& image,
-                                   const std::vector<PixelInterval>& intervals, int threshold);
+  const std::vector<Blob>& segment(const cv::Mat& image, const std::vector<PixelStrip>& strips,
+                                   int threshold);
 
   /// False when the last image had more bright runs than a scene with a light can have.
   bool complete() const { return complete_; }
@@ -37,23 +38,25 @@ class BlobSegmenter {
  private:
   static constexpr int kNoLabel = -1;
 
+  struct RunSums;
+
   /// Runs [first, last), counted through all rows.
   struct RunRange {
     std::size_t first = 0;
     std::size_t last = 0;
   };
 
-  bool join(const std::vector<PixelInterval>& intervals, std::size_t bright);
+  std::size_t addLoneRuns(std::size_t i, std::size_t rows, int last_row, RunSums* total);
+  bool join(const std::vector<PixelStrip>& strips, std::size_t rows);
   int labelOf(int begin, int end, RunRange* above);
   int root(int label);
   void collect();
 
-  std::vector<std::size_t> bright_;  ///< intervals with a pixel above the threshold, or beside one
-  std::vector<int> ends_;            ///< of their edges
-  std::vector<int> edges_;           ///< where their runs begin and end, in turn
-  std::vector<int> labels_;          ///< of the runs
-  std::vector<int> parents_;         ///< of the labels
-  std::vector<Blob> blobs_;          ///< by label, then by root
+  std::vector<BrightRow> rows_;
+  std::vector<int> edges_;    ///< where their runs begin and end, in turn
+  std::vector<int> labels_;   ///< of the runs
+  std::vector<int> parents_;  ///< of the labels
+  std::vector<Blob> blobs_;   ///< by label, then by root
   bool complete_ = true;
 };
 

@@ -66,9 +66,8 @@ class LightDetector {
  private:
   void requireImage(const cv::Mat& image) const;
   void searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp,
-                               const std::vector<PixelInterval>& intervals);
-  void scan(const cv::Mat& image, const cv::Mat& sharp,
-            const std::vector<PixelInterval>& intervals);
+                               const std::vector<PixelStrip>& strips);
+  void scan(const cv::Mat& image, const cv::Mat& sharp, const std::vector<PixelStrip>& strips);
   void examine(const cv::Mat& image, const cv::Mat& sharp, const std::vector<Blob>& blobs,
                bool with_rejected);
   void measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
@@ -84,8 +83,7 @@ class LightDetector {
   double horizon_radius_px_;
   BackgroundSampler sampler_;
   BlobSegmenter segmenter_;
-  SpotMeter meter_;
-  std::vector<PixelInterval> region_;
+  std::vector<PixelStrip> region_;
   cv::Mat defocused_;
   cv::Mat wider_than_a_light_;  ///< element of the opening
   cv::Mat opened_;

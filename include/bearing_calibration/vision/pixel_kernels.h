@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "bearing_calibration/vision/pixel_interval.h"
+#include "bearing_calibration/vision/pixel_strip.h"
 
 /// The loops that are most of a detection's time, as a table of functions: compiled once for every
 /// processor and once for those with AVX2 and FMA. Plain numbers go in and out, and only plain
@@ -19,52 +19,43 @@ struct ImageRows {
   int columns = 0;
 };
 
-/// Room for the runs of bright pixels: of the intervals which have some (or bright pixels shortly
-/// beside them), their places in a list and where their runs' edges end; the edges are columns,
-/// where a run begins and where it ends in turn.
+/// A strip's row which has bright pixels, or some shortly beside it.
+struct BrightRow {
+  int row;
+  int begin;
+  int end;
+  int edges;  ///< of this row's runs and of those before
+};
+
+/// Room for the runs of bright pixels. The edges are columns, where a run begins and where it ends
+/// in turn.
 struct BrightRuns {
-  std::size_t* intervals = nullptr;  ///< room for one more than there are intervals
-  int* ends = nullptr;
+  BrightRow* rows = nullptr;  ///< room for all that the strips have
   int* edges = nullptr;
   std::size_t room = 0;  ///< for edges: those of a whole row at least
 };
 struct BrightCount {
-  std::size_t intervals;
+  std::size_t rows;
   bool complete;  ///< false when there was no room for all
 };
 
-/// Pixels [begin[i], end[i]) of the rows from first_row on, in coordinates of a patch; of the
-/// second piece [begin[room + i], end[room + i]), and so on.
-struct RowSpans {
-  int first_row = 0;
-  int rows = 0;
-  int room = 0;  ///< rows up to whole lanes
-  int pieces = 1;
-  const int* begin = nullptr;
-  const int* end = nullptr;
+constexpr int kPixelLanes = 8;  ///< pixels that a loop takes side by side
+
+/// The pixels of an image that a sum looks at: every row_step-th row of a box in it.
+struct PixelRange {
+  int first_row;
+  int last_row;
+  int row_step;
+  int first_column;
+  int last_column;
 };
 
-/// Levels as numbers, row by row. A loop may read up to kPixelLanes - 1 levels beyond a row's end.
-struct LevelRows {
-  const float* levels = nullptr;
-  int stride = 0;
-};
-constexpr int kPixelLanes = 8;
-
-/// An ellipse by the chords that it cuts from rows: at the height v over its centre the squared
-/// half length half2 - narrowing v^2 and the middle at centre_u + skew v.
-struct EllipseChords {
-  float centre_u;  ///< in coordinates of a patch, as all here
-  float centre_v;
-  float skew;
-  float narrowing;
-  float half2;
-};
-
-/// Where a window's centre is counted from, and its Mahalanobis distance uu u^2 + uv u v + vv v^2.
-struct WindowMetric {
-  float u0;  ///< of the patch's first pixel from the centre
-  float v0;
+/// An ellipse: a centre and the squared Mahalanobis distance uu u^2 + uv u v + vv v^2 from there.
+struct EllipseMetric {
+  int column;  ///< of a pixel near the centre, which lies so far beyond it:
+  int row;
+  float beyond_u;
+  float beyond_v;
   float uu;
   float uv;
   float vv;
@@ -98,7 +89,7 @@ struct RingSums {
   float level, level_u, level_v, level2;
 };
 
-/// As in WindowSums.
+/// As in CentreMoments and SpreadMoments.
 struct CentreSums {
   float light, weighted, moment_u, moment_v;
   float sloped_uu, sloped_uv, sloped_vv;
@@ -111,31 +102,30 @@ struct SpreadSums {
   int full_pixels;
 };
 
-struct PixelKernels {
-  /// Finds the runs of pixels above the threshold in `count` intervals.
-  BrightCount (*findRunsOfBytes)(const ImageRows<std::uint8_t>& image,
-                                 const PixelInterval* intervals, std::size_t count, int threshold,
-                                 const BrightRuns& runs);
-  BrightCount (*findRunsOfWords)(const ImageRows<std::uint16_t>& image,
-                                 const PixelInterval* intervals, std::size_t count, int threshold,
-                                 const BrightRuns& runs);
-  /// Copies an image's first rows as numbers.
-  void (*copyBytes)(const ImageRows<std::uint8_t>& image, int rows, float* levels, int stride);
-  void (*copyWords)(const ImageRows<std::uint16_t>& image, int rows, float* levels, int stride);
-  /// The pixels of an ellipse in `rows` rows, not beyond [0, columns); has room for
-  /// whole lanes of chords.
-  void (*cutChords)(const EllipseChords& ellipse, int first_row, int rows, int columns, int* begin,
-                    int* end);
-  // The sums take every row_step-th row.
-  RingSums (*sumRing)(const LevelRows& patch, const RowSpans& spans, int row_step,
-                      const WindowMetric& metric, float threshold, float reference);
-  CentreSums (*sumCentre)(const LevelRows& patch, const RowSpans& spans, int row_step,
-                          const WindowMetric& metric, const PlaneTerms& plane,
+/// The loops over levels of one type. The sums take images of kPixelLanes columns at least.
+template <typename Level>
+struct LevelKernels {
+  /// Finds the runs of pixels above the threshold in `count` strips.
+  BrightCount (*findRuns)(const ImageRows<Level>& image, const PixelStrip* strips,
+                          std::size_t count, int threshold, const BrightRuns& runs);
+  /// Over the pixels between two ellipses, of squared Mahalanobis distances in (inner2, outer2].
+  RingSums (*sumRing)(const ImageRows<Level>& image, const PixelRange& range,
+                      const EllipseMetric& metric, float inner2, float outer2, float threshold,
+                      float reference);
+  /// Over an ellipse's pixels, of squared Mahalanobis distances up to reach2.
+  CentreSums (*sumCentre)(const ImageRows<Level>& image, const PixelRange& range,
+                          const EllipseMetric& metric, float reach2, const PlaneTerms& plane,
                           const WeightTerms& weight);
-  /// @param sensed the same levels before any software defocus
-  SpreadSums (*sumSpread)(const LevelRows& patch, const LevelRows& sensed, const RowSpans& spans,
-                          int row_step, const WindowMetric& metric, const PlaneTerms& plane,
-                          const WeightTerms& weight, const NoiseTerms& noise);
+  /// @param sensed the same image before any software defocus
+  SpreadSums (*sumSpread)(const ImageRows<Level>& image, const ImageRows<Level>& sensed,
+                          const PixelRange& range, const EllipseMetric& metric, float reach2,
+                          const PlaneTerms& plane, const WeightTerms& weight,
+                          const NoiseTerms& noise);
+};
+
+struct PixelKernels {
+  LevelKernels<std::uint8_t> bytes;
+  LevelKernels<std::uint16_t> words;
 };
 
 /// The fastest that the processor at hand can run.

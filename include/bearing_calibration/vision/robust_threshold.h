@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
@@ -22,11 +21,11 @@ class BackgroundSampler {
   explicit BackgroundSampler(double max_level);
 
   /// @param image CV_8UC1 or CV_16UC1. No pixel sampled gives zeros.
-  BackgroundLevel measure(const cv::Mat& image, const std::vector<PixelInterval>& intervals);
+  BackgroundLevel measure(const cv::Mat& image, const std::vector<PixelStrip>& strips);
 
  private:
   template <typename Level>
-  int fillHistogram(const cv::Mat& image, const std::vector<PixelInterval>& intervals);
+  int fillHistogram(const cv::Mat& image, const std::vector<PixelStrip>& strips);
   /// How far the histogram has been counted.
   struct Cursor {
     std::size_t bin = 0;
@@ -43,8 +42,19 @@ class BackgroundSampler {
 /// the contrast that the configuration asks for; then higher ones, for a light in front of
 /// something bright, up to what is full; last a lower one, for a dim light in front of something
 /// uneven. All below saturation.
-using ThresholdLadder = std::array<int, 10>;
-ThresholdLadder thresholdsAbove(const BackgroundLevel& background, const ThresholdConfig& config,
-                                const ImageSensor& sensor);
+class ThresholdLadder {
+ public:
+  static constexpr int kSteps = 10;
+
+  ThresholdLadder(const BackgroundLevel& background, const ThresholdConfig& config,
+                  const ImageSensor& sensor);
+
+  int at(int step) const;  ///< 0 to kSteps - 1
+
+ private:
+  double first_;
+  double highest_;
+  double last_;
+};
 
 }  // namespace bearing_calibration

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "bearing_calibration/vision/light_ellipse.h"
-#include "bearing_calibration/vision/spot_patch.h"
 #include "bearing_calibration/vision/spot_sums.h"
 
 namespace bearing_calibration {
@@ -66,28 +65,14 @@ struct SpotLevels {
   LevelNoise noise;
 };
 
-/// Measures spots; keeps its buffers.
-class SpotMeter {
- public:
-  /// The centre of the light over a background plane in an elliptical window: a Newton step from
-  /// the window's centre, two if the first is long. The axes are radial and tangential about
-  /// `mirror_centre_px`.
-  /// @param image CV_8UC1 or CV_16UC1
-  /// @param sharp the same before any software defocus, in which full pixels are counted
-  /// @return nothing when the window holds no light over its background.
-  std::optional<SpotMeasurement> measure(const cv::Mat& image, const cv::Mat& sharp,
-                                         const SpotWindow& window, const SpotLevels& levels,
-                                         const Eigen::Vector2d& mirror_centre_px);
-
- private:
-  /// Window and ring, with room for the window to follow the light.
-  void copyAround(const cv::Mat& image, const cv::Mat& sharp, const PixelEllipse& window);
-  const SpotPatch& sensedPatch() const { return sharp_is_image_ ? patch_ : sharp_patch_; }
-
-  SpotPatch patch_;
-  SpotPatch sharp_patch_;  ///< used where the sharp image is another one
-  bool sharp_is_image_ = true;
-  PatchSpans spans_;
-};
+/// The centre of the light over a background plane in an elliptical window: a Newton step from the
+/// window's centre, two if the first is long. The axes are radial and tangential about
+/// `mirror_centre_px`.
+/// @param image CV_8UC1 or CV_16UC1
+/// @param sharp the same before any software defocus, in which full pixels are counted
+/// @return nothing when the window holds no light over its background.
+std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& sharp,
+                                           const SpotWindow& window, const SpotLevels& levels,
+                                           const Eigen::Vector2d& mirror_centre_px);
 
 }  // namespace bearing_calibration

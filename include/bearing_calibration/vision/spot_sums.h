@@ -1,8 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
 
-#include "bearing_calibration/vision/spot_patch.h"
+#include "bearing_calibration/vision/pixel_ellipse.h"
 
 namespace bearing_calibration {
 
@@ -55,20 +56,20 @@ struct SpreadMoments {
   int full_pixels = 0;
 };
 
-// The sums take every row_step-th row of their pixels.
+// The sums take every row_step-th row of a CV_8UC1 or CV_16UC1 image of kPixelLanes columns at
+// least.
 
-/// Over the pixels whose level is at most `threshold`, counted from the ellipse's centre.
-PlaneSums sumPlane(const SpotPatch& patch, const RowSpans& ring, int row_step,
-                   const PixelEllipse& ellipse, double threshold, double reference);
+/// Over the pixels from the ellipse to that of the outer reach whose level is at most `threshold`.
+PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer_reach,
+                   int row_step, double threshold, double reference);
 
 /// Over an ellipse's pixels.
-CentreMoments sumCentre(const SpotPatch& patch, const RowSpans& window, int row_step,
-                        const PixelEllipse& ellipse, const WeightPolynomial& weight,
-                        const LevelPlane& background);
+CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int row_step,
+                        const WeightPolynomial& weight, const LevelPlane& background);
 
-/// @param sensed the patch before any software defocus
-SpreadMoments sumSpread(const SpotPatch& patch, const SpotPatch& sensed, const RowSpans& window,
-                        int row_step, const PixelEllipse& ellipse, const WeightPolynomial& weight,
-                        const LevelPlane& background, const LevelNoise& noise);
+/// @param sensed the image before any software defocus
+SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const PixelEllipse& window,
+                        int row_step, const WeightPolynomial& weight, const LevelPlane& background,
+                        const LevelNoise& noise);
 
 }  // namespace bearing_calibration
