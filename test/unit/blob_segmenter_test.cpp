@@ -94,6 +94,28 @@ TEST(BlobSegmenter, AgreesWithFloodFillingOnRandomImages) {
   }
 }
 
+TEST(BlobSegmenter, AgreesWithFloodFillingWhereAPostDividesTheRows) {
+  constexpr int kPost = 31;
+  std::mt19937 random(4);
+  BlobSegmenter segmenter;
+  for (double density : {0.01, 0.05, 0.2, 0.6}) {
+    cv::Mat image = randomImage<std::uint8_t>(70, 200, density, &random);
+    image.colRange(kPost - 1, kPost).setTo(200);  // touches all that crosses it
+    std::vector<PixelStrip> strips{{0, 0, 70, 20}};
+    for (int v = 20; v < image.rows; ++v) {
+      strips.push_back({v, 0, kPost});
+      if (v % 5 != 0) strips.push_back({v, kPost + 1, 70});
+    }
+    cv::Mat seen = cv::Mat::zeros(image.size(), image.type());
+    for (const PixelStrip& s : strips) {
+      const cv::Rect rect(s.begin, s.row, s.end - s.begin, s.rows);
+      image(rect).copyTo(seen(rect));
+    }
+    EXPECT_EQ(sortedMoments(segmenter.segment(image, strips, 100)), floodedMoments(seen, 100))
+        << "density " << density;
+  }
+}
+
 TEST(BlobSegmenter, TheThresholdItselfIsDark) {
   cv::Mat image(1, 130, CV_8UC1, cv::Scalar(100));
   BlobSegmenter segmenter;
@@ -118,6 +140,19 @@ TEST(BlobSegmenter, ABlobInsideTheMaskIsNotCut) {
   image.at<std::uint8_t>(1, 7) = 200;
   BlobSegmenter segmenter;
   EXPECT_FALSE(segmenter.segment(image, wholeImage(image), 100).front().cut);
+}
+
+TEST(BlobSegmenter, ABlobThatReachesTheLastRowIsCut) {
+  cv::Mat image(6, 20, CV_8UC1, cv::Scalar(0));
+  image(cv::Rect(7, 2, 3, 4)).setTo(200);
+  BlobSegmenter segmenter;
+  for (const std::vector<PixelStrip>& strips : {wholeImage(image), {{0, 0, 20, 6}}}) {
+    EXPECT_TRUE(segmenter.segment(image, strips, 100).front().cut);
+  }
+  const std::vector<PixelStrip> more{{0, 0, 20, 5}, {5, 7, 20}};  // cut by its last row's begin
+  EXPECT_TRUE(segmenter.segment(image, more, 100).front().cut);
+  image.row(5).setTo(0);
+  EXPECT_FALSE(segmenter.segment(image, {{0, 0, 20, 6}}, 100).front().cut);
 }
 
 TEST(BlobSegmenter, ABlobInTheFirstOrTheLastRowIsCut) {
