@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import unittest
 
+import rosnode
 import rospkg
 import rospy
 import rostest
@@ -28,7 +29,10 @@ class CalibrationSavedTest(unittest.TestCase):
 
     @classmethod
     def tearDownClass(cls):
-        shutil.rmtree(cls.folder, ignore_errors=True)
+        rosnode.kill_nodes(['/calibration'])  # it saves once more as it ends
+        wait_until(lambda: not rosnode.rosnode_ping('/calibration', max_count=1),
+                   'nobody writes any more')
+        shutil.rmtree(cls.folder)
 
     def restarted(self, name, folder):
         """A node in a namespace of its own that takes up what lies in the folder."""
