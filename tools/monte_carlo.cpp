@@ -200,6 +200,11 @@ void printRemarkable(const std::vector<Trial>& trials, std::uint64_t first_seed)
       std::printf("seed %llu: failed, chi-square %.1f, but only %s\n", seed, end.mountChiSquare(),
                   end.words.c_str());
     }
+    if (end.claims && end.stateChiSquare() > kWrongStateChiSquare) {
+      std::printf(
+          "seed %llu: the light is not where the claim says, chi-square %.1f, the mount's %.1f\n",
+          seed, end.stateChiSquare(), end.mountChiSquare());
+    }
     if (end.possible && !end.claims) {
       std::printf("seed %llu: possible, but %s at the end\n", seed, end.words.c_str());
     }

@@ -15,6 +15,8 @@ CalibratorConfig calibratorConfig(const RobotConfig& robot);
 /// Chi-square (3 degrees of freedom) of a mount beyond which an answer is wrong, whatever its own
 /// covariance says; by chance it comes about in 1.5 of 100 000 honest ones.
 inline constexpr double kWrongChiSquare = 25.0;
+/// As improbable, with the light's place.
+inline constexpr double kWrongStateChiSquare = 30.0;
 
 /// What an estimator says of one run at one moment, beside the truth and the bound.
 struct Snapshot {

@@ -80,6 +80,34 @@ void takeOver(const SpotMeasurement& spot, LightEllipse* ellipse) {
   ellipse->background_levels = spot.background.plane.at_centre;
 }
 
+/// Whether a spot so refused has the size of a light.
+bool mayBeLitUnevenly(Rejection rejection) {
+  return rejection == Rejection::kFill || rejection == Rejection::kPeakedness ||
+         rejection == Rejection::kUnlikely;
+}
+
+/// By which the centre of a light is off if it is a part of one of these spots and this is the
+/// light, unevenly lit: which of both is true, no image tells.
+CentreVariance varianceAsPart(const Eigen::Vector2d& centre_px, const std::vector<Detection>& spots,
+                              const MirrorView& view) {
+  constexpr double kDisc2 = 4.0;  // squared standard deviations to the outline
+  const Eigen::Vector2d outward =
+      (centre_px - Eigen::Vector2d(view.centre_u_px, view.centre_v_px)).normalized();
+  CentreVariance variance;
+  for (const Detection& spot : spots) {
+    if (!mayBeLitUnevenly(spot.rejection)) continue;
+    const Eigen::Vector2d off = spot.ellipse.centre_px - centre_px;
+    const double radial_px2 = std::pow(off.dot(outward), 2);
+    const double tangential_px2 = off.squaredNorm() - radial_px2;
+    const double mahalanobis2 = radial_px2 / spot.ellipse.radial_variance_px2 +
+                                tangential_px2 / spot.ellipse.tangential_variance_px2;
+    if (mahalanobis2 > kDisc2) continue;
+    variance.radial_px2 += radial_px2;
+    variance.tangential_px2 += tangential_px2;
+  }
+  return variance;
+}
+
 template <std::size_t count>
 std::array<Eigen::Vector2d, count> directionsAllAround() {
   std::array<Eigen::Vector2d, count> directions;
@@ -129,7 +157,7 @@ const DetectionResult& LightDetector::detect(const cv::Mat& image,
   result_.opened = false;
   opened_is_of_image_ = false;
   if (region && region->place && config_.gates.mirror) {
-    mask_.clipToBox(boxAround(*region->place), &region_);
+    mask_.clipToBox(boxAround(*region->place, expected_, config_), &region_);
     scan(*searched, image, region_);
     if (!result_.lights.empty()) return result_;
   }
@@ -162,40 +190,6 @@ void LightDetector::searchBesideBrightAreas(const cv::Mat& image, const cv::Mat&
   if (result_.lights.empty()) std::swap(result_, other_result_);
 }
 
-/// All pixels of a light whose centre is where it is expected, with room for a dark rim: the box
-/// around a rectangle of centres, along and across the mirror's radius, and the largest ellipse
-/// about each.
-PixelBox LightDetector::boxAround(const ExpectedPlace& place) const {
-  constexpr double kRim_px = 2.0;
-  constexpr double kDisc = 2.0;  // standard deviations to an evenly filled ellipse's outline
-  const double radius_px = place.centre.image_radius_px;
-  const SpotSize& expected = expected_.at(radius_px);
-  const double largest = kDisc * (1.0 + config_.gates.size_tolerance);
-  const double bow = 0.5 * radius_px * place.half_width_rad * place.half_width_rad;  // of an arc
-  const double along = place.half_height_px + bow;
-  const double across = radius_px * place.half_width_rad;
-  const double radial = largest * expected.radial_stddev_px.high;
-  const double tangential = largest * expected.tangential_stddev_px.high;
-  const Eigen::Vector2d centre = imageFromMirrorPixel(config_.view, place.centre);
-  const double cosine = std::abs(centre.x() - config_.view.centre_u_px) / radius_px;
-  const double sine = std::abs(centre.y() - config_.view.centre_v_px) / radius_px;
-  const auto half_of = [&](double outward, double sideways) {
-    const double r = radial * outward;
-    const double t = tangential * sideways;
-    return along * outward + across * sideways + std::sqrt(r * r + t * t) + kRim_px;
-  };
-  const double half_width = half_of(cosine, sine);
-  const double half_height = half_of(sine, cosine);
-  const auto limited = [](double value, int last) {
-    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(last)));
-  };
-  const ImageSensor& sensor = config_.sensor;
-  return {limited(centre.y() - half_height, sensor.height_px),
-          limited(centre.y() + half_height + 1.0, sensor.height_px),
-          limited(centre.x() - half_width, sensor.width_px),
-          limited(centre.x() + half_width + 1.0, sensor.width_px)};
-}
-
 void LightDetector::requireImage(const cv::Mat& image) const {
   if (image.type() != CV_8UC1 && image.type() != CV_16UC1) {
     throw std::invalid_argument("the detector takes grey images of 8 or 16 bits only");
@@ -224,6 +218,7 @@ void LightDetector::scan(const cv::Mat& image, const cv::Mat& sharp,
     result_.threshold_levels = ladder.at(step);
     const std::vector<Blob>& blobs = segmenter_.segment(image, strips, result_.threshold_levels);
     const bool first = step == 0;
+    raised_ = !first;
     if (first) result_.too_cluttered = !segmenter_.complete();
     if (segmenter_.complete()) examine(image, sharp, blobs, first);
     if (!result_.lights.empty()) return;
@@ -297,6 +292,11 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
   if (result_.opened) {
     variance.tangential_px2 += kOpened_px * kOpened_px;
     variance.radial_px2 += kOpened_px * kOpened_px;
+  }
+  if (raised_) {
+    const CentreVariance as_part = varianceAsPart(spot->centre_px, result_.rejected, config_.view);
+    variance.tangential_px2 += as_part.tangential_px2;
+    variance.radial_px2 += as_part.radial_px2;
   }
   detection->bearing = bearingFromPixel(config_, seen, variance, quality);
 }

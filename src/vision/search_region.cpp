@@ -53,4 +53,36 @@ std::optional<SearchRegion> searchRegion(const SearchConfig& config,
   return region;
 }
 
+PixelBox boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot,
+                   const DetectorConfig& config) {
+  constexpr double kRim_px = 2.0;
+  constexpr double kDisc = 2.0;  // standard deviations to an evenly filled ellipse's outline
+  const double radius_px = place.centre.image_radius_px;
+  const SpotSize& expected = expected_spot.at(radius_px);
+  const double largest = kDisc * (1.0 + config.gates.size_tolerance);
+  const double bow = 0.5 * radius_px * place.half_width_rad * place.half_width_rad;  // of an arc
+  const double along = place.half_height_px + bow;
+  const double across = radius_px * place.half_width_rad;
+  const double radial = largest * expected.radial_stddev_px.high;
+  const double tangential = largest * expected.tangential_stddev_px.high;
+  const Eigen::Vector2d centre = imageFromMirrorPixel(config.view, place.centre);
+  const double cosine = std::abs(centre.x() - config.view.centre_u_px) / radius_px;
+  const double sine = std::abs(centre.y() - config.view.centre_v_px) / radius_px;
+  const auto half_of = [&](double outward, double sideways) {
+    const double r = radial * outward;
+    const double t = tangential * sideways;
+    return along * outward + across * sideways + std::sqrt(r * r + t * t) + kRim_px;
+  };
+  const double half_width = half_of(cosine, sine);
+  const double half_height = half_of(sine, cosine);
+  const auto limited = [](double value, int last) {
+    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(last)));
+  };
+  const ImageSensor& sensor = config.sensor;
+  return {limited(centre.y() - half_height, sensor.height_px),
+          limited(centre.y() + half_height + 1.0, sensor.height_px),
+          limited(centre.x() - half_width, sensor.width_px),
+          limited(centre.x() + half_width + 1.0, sensor.width_px)};
+}
+
 }  // namespace bearing_calibration

@@ -81,6 +81,17 @@ TEST(PointLight, IsReadNearlyAsWellAsThePhotonsAllow) {
   EXPECT_GT(ratio, 0.8) << "below the Cramer-Rao bound";
 }
 
+// At 0.3 m the LEDs of an unequal ring stand apart: some images only show one of them.
+TEST(RingOfLeds, NearbyALoneLedIsNotTakenForTheWhole) {
+  constexpr int kImages = 40;
+  const RenderedSeries ring = test::renderedSeries("ring, 30 % unequal");
+  const BearingErrors errors =
+      test::errorsOf(ring, test::sightsAt(0.3, kImages, ring.brightness, kSeed));
+  EXPECT_GT(errors.found, kImages / 2);
+  EXPECT_GT(errors.rmse_deg(), 0.5) << "no image shows a lone LED: nothing is tested";
+  EXPECT_LT(errors.nees(), 1.3);
+}
+
 // 1 rad/s over the 240 rows to the image's middle, 30 us each, is 0.41 deg.
 TEST(RollingShutter, IsSeenInTheBearingWhenTheDetectorIsNotTold) {
   const BearingErrors errors =

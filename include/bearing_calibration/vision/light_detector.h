@@ -73,7 +73,6 @@ class LightDetector {
   void measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
                Detection* detection);
   void listRejected(const Detection& detection);
-  PixelBox boxAround(const ExpectedPlace& place) const;
   bool cutByMask(const SpotWindow& window) const;
   SpotWindow windowFor(const BlobShape& shape) const;
 
@@ -88,6 +87,7 @@ class LightDetector {
   cv::Mat wider_than_a_light_;  ///< element of the opening
   cv::Mat opened_;
   bool opened_is_of_image_ = false;
+  bool raised_ = false;  ///< the threshold is not the first one
   DetectionResult result_;
   DetectionResult other_result_;
 };

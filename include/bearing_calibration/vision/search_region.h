@@ -6,6 +6,8 @@
 
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/vision/annulus_mask.h"
+#include "bearing_calibration/vision/detector_config.h"
+#include "bearing_calibration/vision/expected_spot.h"
 
 namespace bearing_calibration {
 
@@ -51,5 +53,11 @@ struct SearchConfig {
 std::optional<SearchRegion> searchRegion(const SearchConfig& config,
                                          const BearingPrediction& prediction,
                                          const std::optional<SeenRadius>& seen, Stamp stamp);
+
+/// All pixels of a light whose centre is where it is expected, with room for a dark rim: the box
+/// around a rectangle of centres, along and across the mirror's radius, and the largest ellipse
+/// about each.
+PixelBox boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot,
+                   const DetectorConfig& config);
 
 }  // namespace bearing_calibration
