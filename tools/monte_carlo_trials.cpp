@@ -1,6 +1,7 @@
 #include "tools/monte_carlo_trials.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -36,6 +37,14 @@ std::size_t sightsUntil(const SightRun& run, double time_s) {
   std::size_t count = 0;
   while (count < run.sights.size() && run.sights[count].stamp <= end) ++count;
   return count;
+}
+
+/// At an image's stamp.
+const Vector5& trueStateAt(const SightRun& run, Stamp stamp) {
+  const auto image =
+      std::lower_bound(run.at_images.begin(), run.at_images.end(), stamp,
+                       [](const TrueState& state, Stamp wanted) { return state.stamp < wanted; });
+  return image->cartesian;
 }
 
 void fillErrors(const CartesianEstimate& estimate, const Vector5& truth, Snapshot& snapshot) {
@@ -241,7 +250,7 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
     snapshot.claims = result.state == CalibrationState::kConverged;
     snapshot.words = nameOf(result.state);
     if (result.cartesian_state) {
-      fillErrors(*result.cartesian_state, run.truth[count - 1], snapshot);
+      fillErrors(*result.cartesian_state, trueStateAt(run, result.stamp), snapshot);
       fillRobotErrors(result.robot_errors, trueErrors(simulated), snapshot);
     }
     noteClaim(snapshot, trial);

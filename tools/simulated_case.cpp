@@ -1,6 +1,7 @@
 #include "tools/simulated_case.h"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "bearing_calibration/odometry/odometry_track.h"
@@ -154,8 +155,13 @@ ErrorVector trueErrors(const SimulatedCase& simulated) {
   return errors;
 }
 
-std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGeometry& drive,
-                                    const WheelNoise& noise) {
+namespace {
+
+/// A record's images with the motion since the last and the travel around each; the azimuths of
+/// those without a light are no numbers.
+std::vector<Sight> looksFromRecord(const SimulatedRecord& record, const DriveGeometry& drive,
+                                   const WheelNoise& noise, bool hidden_too) {
+  constexpr double kHidden = std::numeric_limits<double>::quiet_NaN();
   WheelOdometer odometer(drive);
   OdometryTrack track(drive.wheel_separation_m, noise, durationFromSeconds(1.0));
   std::vector<Sight> sights;
@@ -165,14 +171,28 @@ std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGe
       odometer.add(*ticks++);
       track.add(*odometer.travel());
     }
-    if (set.candidates.empty() || !track.covers(set.stamp)) continue;
-    const Bearing& bearing = set.candidates.front();
-    sights.push_back({set.stamp, track.motionTo(set.stamp), bearing.azimuth_rad,
-                      bearing.azimuth_variance_rad2, track.travelAround(set.stamp),
-                      elevationOf(bearing)});
+    const bool hidden = set.candidates.empty();
+    if ((hidden && !hidden_too) || !track.covers(set.stamp)) continue;
+    Sight sight{set.stamp, track.motionTo(set.stamp), kHidden, kHidden,
+                track.travelAround(set.stamp)};
+    if (!hidden) {
+      const Bearing& bearing = set.candidates.front();
+      sight.azimuth_rad = bearing.azimuth_rad;
+      sight.azimuth_variance_rad2 = bearing.azimuth_variance_rad2;
+      sight.elevation = elevationOf(bearing);
+    }
+    sights.push_back(sight);
     track.anchorAt(set.stamp);
   }
   return sights;
+}
+
+}  // namespace
+
+std::vector<Sight> sightsFromRecord(const SimulatedRecord& record, const DriveGeometry& drive,
+                                    const WheelNoise& noise) {
+  constexpr bool kHiddenToo = false;
+  return looksFromRecord(record, drive, noise, kHiddenToo);
 }
 
 SightRun simulate(const SimulatedCase& simulated) {
@@ -192,15 +212,21 @@ SightRun runFromRecord(const SimulatedCase& simulated, SimulatedRecord record) {
   run.record = std::move(record);
   run.sights = sightsFromRecord(run.record, robot.encoders.drive, robot.encoders.noise);
   const ErrorVector errors = trueErrors(simulated);
+  constexpr bool kHiddenToo = true;
   std::size_t at = 0;
-  for (const Sight& sight : run.sights) {
-    while (run.record.bearings[at].stamp != sight.stamp) ++at;
-    // the record's poses are those of the moments when the bearings were taken
+  for (const Sight& look :
+       looksFromRecord(run.record, robot.encoders.drive, robot.encoders.noise, kHiddenToo)) {
+    while (run.record.bearings[at].stamp != look.stamp) ++at;
+    // the record's poses are those of the moments when the images were taken
     const Pose2 world_from_base =
-        run.record.world_from_base[at] * stampFromMoment(sight, errors).inverse();
+        run.record.world_from_base[at] * stampFromMoment(look, errors).inverse();
     const Eigen::Vector2d light = world_from_base.inverse() * simulated.lights.front().position_m;
-    run.truth.emplace_back();
-    run.truth.back() << light, robot.base_from_sensor.position_m, robot.base_from_sensor.yaw_rad;
+    run.at_images.emplace_back();
+    run.at_images.back().stamp = look.stamp;
+    run.at_images.back().cartesian << light, robot.base_from_sensor.position_m,
+        robot.base_from_sensor.yaw_rad;
+    if (std::isnan(look.azimuth_rad)) continue;
+    run.truth.push_back(run.at_images.back().cartesian);
     run.world_from_base.push_back(world_from_base);
   }
   return run;

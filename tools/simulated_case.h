@@ -76,12 +76,18 @@ ErrorPriors usualErrors();
 /// The robot's errors as the blocks of the estimators count them.
 ErrorVector trueErrors(const SimulatedCase& simulated);
 
+struct TrueState {
+  Stamp stamp;
+  Vector5 cartesian = Vector5::Zero();
+};
+
 /// What an estimator gets of a run, and the truth.
 struct SightRun {
   SimulatedRecord record;              ///< raw: ticks and bearings
   std::vector<Sight> sights;           ///< one candidate per image, with the motion between them
   std::vector<Vector5> truth;          ///< Cartesian state at each sight
   std::vector<Pose2> world_from_base;  ///< true pose at each sight
+  std::vector<TrueState> at_images;  ///< the same at each image, whether it shows the light or not
 };
 
 SightRun simulate(const SimulatedCase& simulated);

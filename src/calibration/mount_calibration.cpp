@@ -64,6 +64,7 @@ Look MountCalibration::look(const BearingSet& image, const OdometryIncrement& mo
   picker_.move(motion);
   Look look;
   look.sight = {image.stamp, motion, kNoAzimuth, kNoAzimuth, nearby};
+  if (weak_) weak_->move(motion);
   if (tracker_) {
     tracker_->move(withNoise(motion, noise_));
     follow(ours, nearby, &look);
@@ -95,6 +96,7 @@ void MountCalibration::start(const BearingSet& image, const TravelNearby& nearby
   if (!attempt_) startFromGuess(*light);
   if (attempt_ && stamp < next_attempt_) return;
   attempt_ = initializer_.attempt();
+  moveAlong(*attempt_);
   misfits_ = doesNotFit(*attempt_) ? misfits_ + 1 : 0;
   const bool in_vain = misfits_ >= kMisfitsToSay;
   next_attempt_ = nextTime(in_vain ? kAttemptsInVain : kAttempts, initializer_.record().sights());
@@ -133,6 +135,15 @@ void MountCalibration::startTracker(const RobotEstimate& estimate, double bearin
                    errorsInUse(config_.initializer.batch.errors));
 }
 
+void MountCalibration::moveAlong(const StartAttempt& attempt) {
+  weak_.reset();
+  if (attempt.obstacle != StartObstacle::kWeakDirection) return;
+  FilterConfig filter = config_.filter;
+  filter.chart = FilterConfig::Chart::kCartesian;  // in which a motion is linear
+  weak_.emplace(filter, RobotEstimate{attempt.estimate, attempt.errors},
+                attempt.bearing_correlation, errorsInUse(config_.initializer.batch.errors));
+}
+
 void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearby, Look* look) {
   const Stamp stamp = image.stamp;
   const std::vector<Bearing>& candidates = image.candidates;
@@ -165,6 +176,7 @@ void MountCalibration::followKnock() {
   earlier_.reset();
   tracker_.reset();
   attempt_.reset();
+  weak_.reset();
   startAnew();
 }
 
@@ -293,20 +305,13 @@ void MountCalibration::describe(CalibrationResult* result) const {
   result->correlation_time = correlation_time_;
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
-  if (!tracker_ && attempt_ && attempt_->obstacle == StartObstacle::kWeakDirection) {
-    // right, but not yet narrow enough for a linearised filter to carry on from
-    result->cartesian_state = attempt_->estimate;
-    result->paper_state = paperFromCartesian(attempt_->estimate);
-    result->base_from_sensor = mountFromCartesian(attempt_->estimate);
-    result->robot_errors = attempt_->errors;
-  }
-  if (tracker_) {
-    const RobotEstimate robot = tracker_->filter().robot();
+  if (const std::optional<MountTracker>& known = tracker_ ? tracker_ : weak_; known) {
+    const RobotEstimate robot = known->filter().robot();
     result->cartesian_state = robot.cartesian;
     result->robot_errors = robot.errors;
-    result->paper_state = tracker_->filter().paper();
+    result->paper_state = known->filter().paper();
     result->base_from_sensor = mountFromCartesian(*result->cartesian_state);
-    const Consistency consistency = tracker_->consistency();
+    const Consistency consistency = known->consistency();
     result->nis = consistency.nis;
     result->nis_mean = consistency.nis_mean;
   }

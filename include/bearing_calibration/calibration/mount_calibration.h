@@ -54,6 +54,7 @@ class MountCalibration {
   void start(const BearingSet& image, const TravelNearby& nearby, Look* look);
   void startFromGuess(const Bearing& light);
   void startTracker(const RobotEstimate& estimate, double bearing_correlation);
+  void moveAlong(const StartAttempt& attempt);
   RobotEstimate withEarlier(const RobotEstimate& estimate);
   void follow(const BearingSet& image, const TravelNearby& nearby, Look* look);
   void refineAndJudge(Stamp stamp);
@@ -82,6 +83,9 @@ class MountCalibration {
   Stamp next_diagnosis_;
   std::string diagnosis_;  ///< the fault that would explain why nothing fits; empty when none does
   std::optional<MountTracker> tracker_;
+  /// The last attempt's estimate, moved along: right, but not yet narrow enough for a linearised
+  /// filter to take in bearings.
+  std::optional<MountTracker> weak_;
   struct Settled {
     Stamp stamp;        ///< of the sight that it is surest of
     RecordStart start;  ///< there; `sight` as the record was then

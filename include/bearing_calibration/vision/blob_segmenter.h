@@ -18,7 +18,7 @@ struct Blob {
   std::int64_t sum_uu = 0;
   std::int64_t sum_uv = 0;
   std::int64_t sum_vv = 0;
-  bool cut = false;  ///< reaches an end of an strip of the mask, its first row or its last
+  bool cut = false;  ///< reaches an end of a strip of the mask, its first row or its last
 };
 
 /// Finds the connected pixels above a threshold in one pass over the mask's strips: runs, joined
