@@ -70,7 +70,8 @@ struct SpotLevels {
 /// `mirror_centre_px`.
 /// @param image CV_8UC1 or CV_16UC1
 /// @param sharp the same before any software defocus, in which full pixels are counted
-/// @return nothing when the window holds no light over its background.
+/// @return nothing when the window holds no light over its background, or the image has fewer than
+///   kPixelLanes columns.
 std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& sharp,
                                            const SpotWindow& window, const SpotLevels& levels,
                                            const Eigen::Vector2d& mirror_centre_px);
