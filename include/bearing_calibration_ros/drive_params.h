@@ -17,8 +17,11 @@ struct DriveNodeConfig {
   bearing_calibration::DriveConfig drive;
   bearing_calibration::DriveGoal default_goal;  ///< what a goal does not name
   double clock_timeout_s = 0.0;                 ///< of real time in which ROS time may stand still
-  double control_rate_hz = 0.0;                 ///< in real time
-  std::string start_frame;                      ///< of the published paths
+  double enable_timeout_s = 0.0;    ///< of real time in which ~enable may be silent; 0: for ever
+  double obstacle_timeout_s = 0.0;  ///< ... and obstacle
+  bool enable_required = false;     ///< nothing moves before the first ~enable
+  double control_rate_hz = 0.0;     ///< in real time
+  std::string start_frame;          ///< of the published paths
 
   std::vector<std::string> validate() const;
 };
@@ -28,7 +31,7 @@ struct DriveNodeConfig {
 DriveNodeConfig readDriveNodeConfig(ParamReader params);
 
 /// The drive that somebody asks for, with the defaults for what is not named.
-/// @throws std::invalid_argument for an unknown motion or a budget that is not > 0.
+/// @throws std::invalid_argument for an unknown motion or a budget out of its bounds.
 bearing_calibration::DriveGoal goalFrom(const std::string& motion, double max_time_s,
                                         double max_path_m,
                                         const bearing_calibration::DriveGoal& default_goal);

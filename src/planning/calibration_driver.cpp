@@ -39,8 +39,8 @@ std::vector<std::string> DriveConfig::validate() const {
 
 std::vector<std::string> DriveGoal::validate() const {
   Requirements require;
-  require.positive("max_time_s", max_time_s);
-  require.positive("max_path_m", max_path_m);
+  require.between("max_time_s", max_time_s, kLeastTime_s, kMostTime_s);
+  require.between("max_path_m", max_path_m, kLeastPath_m, kMostPath_m);
   return require.errors();
 }
 
@@ -50,8 +50,9 @@ DriveEstimate DriveEstimate::from(const CalibrationResult& result) {
 
 class CalibrationDriver::Impl {
  public:
-  Impl(const DriveConfig& config, const DriveGoal& goal, Stamp now)
-      : config_(validated(config)),
+  Impl(const DriveConfig& config, const DriveGoal& goal, Stamp now, const WheelSpeeds& moving)
+      : command_(moving),
+        config_(validated(config)),
         goal_(validated(goal)),
         planner_(config.planner, config.limits, config.sensing, config.region),
         script_(goal.motion),
@@ -101,7 +102,7 @@ class CalibrationDriver::Impl {
     watch(now);
     if (ended_ == DriveEnd::kNone) {
       if (follower_ && follower_->done()) follower_.reset();
-      if (!follower_) decide();
+      if (!follower_ && isStanding(command_)) decide();
       keepAway();
     }
     command_ = ended_ == DriveEnd::kNone && follower_
@@ -197,8 +198,9 @@ class CalibrationDriver::Impl {
   Stamp began_, last_steered_, last_travel_, last_bearing_, last_estimate_;
 };
 
-CalibrationDriver::CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now)
-    : impl_(std::make_unique<Impl>(config, goal, now)) {}
+CalibrationDriver::CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now,
+                                     const WheelSpeeds& moving)
+    : impl_(std::make_unique<Impl>(config, goal, now, moving)) {}
 CalibrationDriver::~CalibrationDriver() = default;
 CalibrationDriver::CalibrationDriver(CalibrationDriver&&) noexcept = default;
 CalibrationDriver& CalibrationDriver::operator=(CalibrationDriver&&) noexcept = default;
@@ -213,6 +215,7 @@ void CalibrationDriver::addEstimate(const DriveEstimate& estimate, Stamp receive
 void CalibrationDriver::end(DriveEnd reason) { impl_->end(reason); }
 WheelSpeeds CalibrationDriver::steer(Stamp now) { return impl_->steer(now); }
 DriveEnd CalibrationDriver::ended() const { return impl_->ended_; }
+const WheelSpeeds& CalibrationDriver::command() const { return impl_->command_; }
 bool CalibrationDriver::standing() const { return isStanding(impl_->command_); }
 double CalibrationDriver::timeSeconds() const { return impl_->timeSeconds(); }
 double CalibrationDriver::pathMeters() const { return impl_->path_m_; }

@@ -12,7 +12,7 @@ struct Words {
 };
 
 const Words& wordsFor(DriveEnd end) {
-  static constexpr std::array<Words, 15> kWords{{
+  static constexpr std::array<Words, 18> kWords{{
       {"DRIVING", "the robot drives"},
       {"CONVERGED", "the calibration has converged"},
       {"CANCELLED", "the drive was cancelled"},
@@ -29,6 +29,9 @@ const Words& wordsFor(DriveEnd end) {
       {"TIME_OVER", "the time of this drive is over"},
       {"PATH_OVER", "the path of this drive is over"},
       {"SHUT_DOWN", "the drive node was told to end"},
+      {"ENABLE_LOST", "~enable is silent: its publisher must repeat it (timeouts/enable)"},
+      {"OBSTACLE_LOST", "obstacle is silent: its publisher must repeat it (timeouts/obstacle)"},
+      {"FAILED", "an error inside of the drive node: see its log"},
   }};
   return kWords.at(static_cast<std::size_t>(end));
 }

@@ -5,7 +5,9 @@
 #include <bearing_calibration/StartDrive.h>
 #include <geometry_msgs/Twist.h>
 #include <nodelet/nodelet.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <ros/spinner.h>
 #include <std_msgs/Bool.h>
 #include <std_srvs/Trigger.h>
 
@@ -26,6 +28,7 @@
 #include "bearing_calibration_ros/input_watch.h"
 #include "bearing_calibration_ros/last_words.h"
 #include "bearing_calibration_ros/log_throttle.h"
+#include "bearing_calibration_ros/safety_input.h"
 #include "bearing_calibration_ros/tick_message.h"
 #include "bearing_calibration_ros/wheel_subscription.h"
 
@@ -34,12 +37,14 @@ namespace bearing_calibration_ros {
 namespace core = bearing_calibration;
 
 /// Drives the robot so that its calibration learns fast: wheel readings, bearings and the estimate
-/// in, cmd_vel out. It speaks on cmd_vel only while a goal is active (action ~drive, service
-/// ~start), and its last word there is to stand.
+/// in, cmd_vel out. It speaks on cmd_vel only while a drive is under way (action ~drive, service
+/// ~start), and its last word there is to stand. No goal ever waits: a new one takes the robot over
+/// as it moves, brakes it, and is what every stop ends from then on.
 ///
-/// Threading: as in CalibrationNodelet: everything hangs on getNodeHandle()'s queue, one callback
-/// at a time, and nothing is locked. The action server locks its own calls. The control loop goes
-/// by real time, so that the robot is stopped even when ROS time stands still.
+/// Threading: everything hangs on a queue of its own, served by one thread of its own, so that no
+/// callback of another nodelet delays a command; nothing is locked. The control loop goes by real
+/// time, so that the robot is stopped even when ROS time stands still. An exception in any callback
+/// ends the drive.
 class CalibrationDriveNodelet : public nodelet::Nodelet {
  public:
   ~CalibrationDriveNodelet() override;
@@ -48,6 +53,7 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   using ActionServer = actionlib::SimpleActionServer<core::CalibrationDriveAction>;
 
   void onInit() override;
+  void makeSafetyInputs();
   void advertise();
   void subscribe();
 
@@ -66,10 +72,12 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
 
   void addTravel(const core::InputOutcome& outcome);
   std::string begin(const std::string& motion, double max_time_s, double max_path_m);
+  core::DriveEnd objection() const;
   void end(core::DriveEnd reason);
   void steer();
   bool timeStandsStill(const ros::Time& now);
-  void finish();
+  void finish(const core::CalibrationDriveResult& result);
+  void fail(const char* callback, const std::string& error);
   void reportActionEnd(const core::CalibrationDriveResult& result);
   void speakLastWords();
   void stand() { command_publisher_.publish(geometry_msgs::Twist()); }
@@ -79,26 +87,28 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
     try {
       work();
     } catch (const std::exception& error) {
-      if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.what());
-      if (driver_) stand();
+      fail(callback, error.what());
+    } catch (...) {  // XmlRpc's are no std::exception
+      fail(callback, "an exception without words");
     }
   }
 
   DriveNodeConfig config_;
   std::optional<core::WheelPairing> pairing_;  ///< of separate ticks
   std::optional<core::WheelOdometer> odometer_;
-  std::optional<core::CalibrationDriver> driver_;  ///< while a goal is active
+  std::optional<core::CalibrationDriver> driver_;  ///< until the robot stands
   // Between the callbacks and the thread of the last words:
   std::atomic<bool> is_driving_{false};    ///< there is a driver_
   std::atomic<bool> is_shut_down_{false};  ///< no drive any more
   core::CalibrationEstimate estimate_;     ///< the last one
-  bool is_enabled_ = true;
-  bool has_obstacle_ = false;
+  std::optional<SafetyInput> enable_input_, obstacle_input_;
   ClockWatch clock_watch_;
   ros::Time last_time_;
   ros::SteadyTime last_time_moved_;
   int controls_ = 0;
 
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_handle_, private_node_handle_;  ///< on that queue
   std::unique_ptr<DrivePublisher> publisher_;
   std::unique_ptr<ActionServer> action_server_;
   ros::Publisher command_publisher_;
@@ -109,11 +119,14 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   ros::WallTimer timer_;
   LogThrottle throttle_{kWarningPeriod_s};
   std::unique_ptr<LastWords> last_words_;
+  std::unique_ptr<ros::AsyncSpinner> spinner_;
 
   static constexpr double kWarningPeriod_s = 5.0;
 };
 
 CalibrationDriveNodelet::~CalibrationDriveNodelet() {
+  last_words_.reset();
+  if (spinner_) spinner_->stop();
   if (driver_) stand();  // at once: nobody is left to brake
   is_driving_ = false;
 }
@@ -129,53 +142,71 @@ void CalibrationDriveNodelet::speakLastWords() {
 
 void CalibrationDriveNodelet::onInit() {
   try {
-    config_ = readDriveNodeConfig(ParamReader(getPrivateNodeHandle()));
+    node_handle_ = getNodeHandle();
+    private_node_handle_ = getPrivateNodeHandle();
+    node_handle_.setCallbackQueue(&queue_);
+    private_node_handle_.setCallbackQueue(&queue_);
+    config_ = readDriveNodeConfig(ParamReader(private_node_handle_));
+    makeSafetyInputs();
     pairing_.emplace(config_.wheels.drive.counter_bits, config_.wheels.max_apart_s);
     odometer_.emplace(config_.wheels.drive);
     advertise();
     last_words_ = std::make_unique<LastWords>([this] { speakLastWords(); });
     subscribe();
+    spinner_ = std::make_unique<ros::AsyncSpinner>(1, &queue_);
+    spinner_->start();
   } catch (const std::exception& error) {
     NODELET_FATAL("not started: %s", error.what());
     throw;  // tells the nodelet loader, which says nothing by itself
   }
 }
 
+void CalibrationDriveNodelet::makeSafetyInputs() {
+  using core::DriveEnd;
+  enable_input_.emplace(SafetyInput::Ends{DriveEnd::kDisabled, DriveEnd::kEnableLost},
+                        config_.enable_timeout_s, config_.enable_required);
+  obstacle_input_.emplace(SafetyInput::Ends{DriveEnd::kObstacle, DriveEnd::kObstacleLost},
+                          config_.obstacle_timeout_s, false);
+  for (const auto& [name, timeout_s] : {std::pair("enable", config_.enable_timeout_s),
+                                        std::pair("obstacle", config_.obstacle_timeout_s)}) {
+    if (timeout_s > 0.0) continue;
+    NODELET_WARN("timeouts/%s is 0: the robot drives on when the publisher of %s dies", name, name);
+  }
+}
+
 void CalibrationDriveNodelet::advertise() {
-  ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
-  publisher_ = std::make_unique<DrivePublisher>(private_node_handle, config_.start_frame);
-  command_publisher_ = getNodeHandle().advertise<geometry_msgs::Twist>("cmd_vel", 1);
+  publisher_ = std::make_unique<DrivePublisher>(private_node_handle_, config_.start_frame);
+  command_publisher_ = node_handle_.advertise<geometry_msgs::Twist>("cmd_vel", 1);
   constexpr bool kLater = false;
-  action_server_ = std::make_unique<ActionServer>(private_node_handle, "drive", kLater);
+  action_server_ = std::make_unique<ActionServer>(private_node_handle_, "drive", kLater);
   action_server_->registerGoalCallback([this] { guarded("goal", [this] { onActionGoal(); }); });
   action_server_->registerPreemptCallback([this] { onActionCancel(); });
   action_server_->start();
   start_service_ =
-      private_node_handle.advertiseService("start", &CalibrationDriveNodelet::onStart, this);
+      private_node_handle_.advertiseService("start", &CalibrationDriveNodelet::onStart, this);
   stop_service_ =
-      private_node_handle.advertiseService("stop", &CalibrationDriveNodelet::onStop, this);
+      private_node_handle_.advertiseService("stop", &CalibrationDriveNodelet::onStop, this);
 }
 
 void CalibrationDriveNodelet::subscribe() {
   constexpr std::uint32_t kWheelQueue = 200;  // 2 s at 100 Hz
   constexpr std::uint32_t kQueue = 10;
   const auto hints = ros::TransportHints().tcpNoDelay();
-  ros::NodeHandle& node_handle = getNodeHandle();
   wheel_subscribers_ = subscribeToWheels(
-      node_handle, config_.wheels.source, kWheelQueue,
+      node_handle_, config_.wheels.source, kWheelQueue,
       {[this](const core::WheelTicksConstPtr& message) { onTicks(message); },
        [this](const sensor_msgs::JointStateConstPtr& message) { onJointStates(message); },
        [this](core::WheelSide side, const WheelCountEvent& event) { onWheel(side, event); }});
   bearing_subscriber_ =
-      node_handle.subscribe("bearings", kQueue, &CalibrationDriveNodelet::onBearings, this, hints);
+      node_handle_.subscribe("bearings", kQueue, &CalibrationDriveNodelet::onBearings, this, hints);
   estimate_subscriber_ =
-      node_handle.subscribe("estimate", kQueue, &CalibrationDriveNodelet::onEstimate, this, hints);
+      node_handle_.subscribe("estimate", kQueue, &CalibrationDriveNodelet::onEstimate, this, hints);
   obstacle_subscriber_ =
-      node_handle.subscribe("obstacle", kQueue, &CalibrationDriveNodelet::onObstacle, this, hints);
-  enable_subscriber_ = getPrivateNodeHandle().subscribe(
+      node_handle_.subscribe("obstacle", kQueue, &CalibrationDriveNodelet::onObstacle, this, hints);
+  enable_subscriber_ = private_node_handle_.subscribe(
       "enable", kQueue, &CalibrationDriveNodelet::onEnable, this, hints);
-  timer_ = node_handle.createWallTimer(ros::WallDuration(1.0 / config_.control_rate_hz),
-                                       &CalibrationDriveNodelet::onControl, this);
+  timer_ = node_handle_.createWallTimer(ros::WallDuration(1.0 / config_.control_rate_hz),
+                                        &CalibrationDriveNodelet::onControl, this);
 }
 
 void CalibrationDriveNodelet::onTicks(const core::WheelTicksConstPtr& message) {
@@ -221,21 +252,20 @@ void CalibrationDriveNodelet::onEstimate(const core::CalibrationEstimateConstPtr
 }
 
 void CalibrationDriveNodelet::onObstacle(const std_msgs::BoolConstPtr& message) {
-  has_obstacle_ = message->data;
-  if (has_obstacle_) end(core::DriveEnd::kObstacle);
+  obstacle_input_->hear(!message->data, ros::SteadyTime::now());
+  if (message->data) end(core::DriveEnd::kObstacle);
 }
 
 void CalibrationDriveNodelet::onEnable(const std_msgs::BoolConstPtr& message) {
-  is_enabled_ = message->data;
-  if (!is_enabled_) end(core::DriveEnd::kDisabled);
+  enable_input_->hear(message->data, ros::SteadyTime::now());
+  if (!message->data) end(core::DriveEnd::kDisabled);
 }
 
-/// A goal replaces the one before it: that one is cancelled, and this one begins when it stands.
+/// A goal replaces the drive before it at once. If it is refused, the robot stops all the same: who
+/// sent it meant another drive than the one under way.
 void CalibrationDriveNodelet::onActionGoal() {
-  if (driver_) {
-    end(core::DriveEnd::kCancelled);
-    return;
-  }
+  end(core::DriveEnd::kCancelled);
+  if (action_server_->isActive()) reportActionEnd(resultFrom(*driver_, estimate_));
   const core::CalibrationDriveGoalConstPtr goal = action_server_->acceptNewGoal();
   const std::string error = begin(goal->motion, goal->max_time_s, goal->max_path_m);
   if (!error.empty()) action_server_->setAborted({}, error);
@@ -266,13 +296,13 @@ std::string CalibrationDriveNodelet::begin(const std::string& motion, double max
   ros::Time::waitForValid(clock_patience);  // whoever starts all nodes at once is ahead of /clock
   const ros::Time now = ros::Time::now();
   if (now.isZero()) error = "/clock has not begun (use_sim_time is set)";
-  if (is_shut_down_) error = core::describe(core::DriveEnd::kShutDown);
-  if (has_obstacle_) error = core::describe(core::DriveEnd::kObstacle);
-  if (!is_enabled_) error = core::describe(core::DriveEnd::kDisabled);
+  const core::DriveEnd objected = objection();
+  if (objected != core::DriveEnd::kNone) error = core::describe(objected);
   if (error.empty()) {
     try {
       const core::DriveGoal goal = goalFrom(motion, max_time_s, max_path_m, config_.default_goal);
-      driver_.emplace(config_.drive, goal, stampFromRos(now));
+      const core::WheelSpeeds moving = driver_ ? driver_->command() : core::WheelSpeeds();
+      driver_ = core::CalibrationDriver(config_.drive, goal, stampFromRos(now), moving);
       is_driving_ = true;
       publisher_->restart();
       last_time_ = now;
@@ -288,12 +318,23 @@ std::string CalibrationDriveNodelet::begin(const std::string& motion, double max
   return error;
 }
 
+/// Why the robot must not drive now; kNone when it may.
+core::DriveEnd CalibrationDriveNodelet::objection() const {
+  if (is_shut_down_) return core::DriveEnd::kShutDown;
+  const ros::SteadyTime now = ros::SteadyTime::now();
+  const core::DriveEnd obstacle = obstacle_input_->objection(now);
+  return obstacle != core::DriveEnd::kNone ? obstacle : enable_input_->objection(now);
+}
+
 void CalibrationDriveNodelet::end(core::DriveEnd reason) {
   if (driver_) driver_->end(reason);
 }
 
 void CalibrationDriveNodelet::onControl(const ros::WallTimerEvent&) {
   guarded("control", [this] {
+    const ros::SteadyTime now = ros::SteadyTime::now();
+    if (enable_subscriber_.getNumPublishers() > 0) enable_input_->seePublisher(now);
+    if (obstacle_subscriber_.getNumPublishers() > 0) obstacle_input_->seePublisher(now);
     if (driver_) steer();
   });
 }
@@ -301,11 +342,14 @@ void CalibrationDriveNodelet::onControl(const ros::WallTimerEvent&) {
 void CalibrationDriveNodelet::steer() {
   const ros::Time now = ros::Time::now();
   if (timeStandsStill(now)) end(core::DriveEnd::kClockLost);
-  if (is_shut_down_) end(core::DriveEnd::kShutDown);
+  const core::DriveEnd objected = objection();
+  if (objected != core::DriveEnd::kNone) end(objected);
   const core::WheelSpeeds speeds = driver_->steer(stampFromRos(now));
   const bool is_without_time = driver_->ended() == core::DriveEnd::kClockLost;
   if (is_without_time || (driver_->ended() != core::DriveEnd::kNone && driver_->standing())) {
-    finish();
+    stand();
+    publisher_->publish(*driver_, estimate_.header.frame_id, now);
+    finish(resultFrom(*driver_, estimate_));
     return;
   }
   command_publisher_.publish(twistFrom(speeds, config_.drive.limits.wheel_separation_m));
@@ -324,10 +368,7 @@ bool CalibrationDriveNodelet::timeStandsStill(const ros::Time& now) {
          (steady_now - last_time_moved_).toSec() > config_.clock_timeout_s;
 }
 
-void CalibrationDriveNodelet::finish() {
-  stand();
-  const core::CalibrationDriveResult result = resultFrom(*driver_, estimate_);
-  publisher_->publish(*driver_, estimate_.header.frame_id, ros::Time::now());
+void CalibrationDriveNodelet::finish(const core::CalibrationDriveResult& result) {
   driver_.reset();
   is_driving_ = false;
   const bool is_good = result.end == core::CalibrationDriveResult::CONVERGED;
@@ -339,7 +380,18 @@ void CalibrationDriveNodelet::finish() {
                  result.end_text.c_str());
   }
   if (action_server_->isActive()) reportActionEnd(result);
-  if (action_server_->isNewGoalAvailable()) onActionGoal();
+}
+
+/// After an error nothing is known of the drive any more: the robot stands at once.
+void CalibrationDriveNodelet::fail(const char* callback, const std::string& error) {
+  if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.c_str());
+  if (!driver_) return;
+  stand();
+  core::CalibrationDriveResult result;
+  result.end = core::CalibrationDriveResult::FAILED;
+  result.end_text =
+      std::string("FAILED: an error inside of the drive node: ") + callback + ": " + error;
+  finish(result);
 }
 
 void CalibrationDriveNodelet::reportActionEnd(const core::CalibrationDriveResult& result) {

@@ -52,8 +52,13 @@ std::vector<std::string> DriveNodeConfig::validate() const {
   require.add(wheels.validate());
   require.add(wheels.drive.validate());
   require.add(drive.validate());
-  require.positive("drive/max_time", default_goal.max_time_s);
-  require.positive("drive/max_path", default_goal.max_path_m);
+  using core::DriveGoal;
+  require.between("drive/max_time", default_goal.max_time_s, DriveGoal::kLeastTime_s,
+                  DriveGoal::kMostTime_s);
+  require.between("drive/max_path", default_goal.max_path_m, DriveGoal::kLeastPath_m,
+                  DriveGoal::kMostPath_m);
+  require.notNegative("timeouts/enable", enable_timeout_s);
+  require.notNegative("timeouts/obstacle", obstacle_timeout_s);
   require.positive("timeouts/clock", clock_timeout_s);
   require.positive("wheels/max_apart", wheels.max_apart_s);
   require.positive("drive/control_rate", control_rate_hz);
@@ -73,6 +78,9 @@ DriveNodeConfig readDriveNodeConfig(ParamReader params) {
       static_cast<core::DriveMotion>(params.choice("drive/motion", core::motionNames())),
       params.number("drive/max_time"), params.number("drive/max_path")};
   config.clock_timeout_s = params.number("timeouts/clock");
+  config.enable_timeout_s = params.number("timeouts/enable");
+  config.obstacle_timeout_s = params.number("timeouts/obstacle");
+  config.enable_required = params.boolean("enable/required");
   config.control_rate_hz = params.number("drive/control_rate");
   config.start_frame = params.text("drive/start_frame");
   params.addErrors(config.validate());

@@ -93,7 +93,7 @@ class CalibrationDriveTest(unittest.TestCase):
     def test_enable_false_stops_and_forbids_it(self):
         self.robot.drive()
         since = rospy.get_time()
-        self.robot.enable.publish(False)
+        self.robot.enable.say(False)
         self.assertEnds(CalibrationDriveResult.DISABLED, since, MOST_STOPPING_S)
         refused = self.robot.start_service('dance', 0.0, 0.0)
         self.assertFalse(refused.success)
@@ -102,7 +102,7 @@ class CalibrationDriveTest(unittest.TestCase):
     def test_an_obstacle_stops_it(self):
         self.robot.drive()
         since = rospy.get_time()
-        self.robot.obstacle.publish(True)
+        self.robot.obstacle.say(True)
         self.assertEnds(CalibrationDriveResult.OBSTACLE, since, MOST_STOPPING_S)
         self.assertFalse(self.robot.start_service('dance', 0.0, 0.0).success)
 

@@ -4,6 +4,7 @@ drive node says on cmd_vel."""
 import math
 import random
 import threading
+import time
 
 import actionlib
 import rospy
@@ -11,13 +12,14 @@ from bearing_calibration.msg import (CalibrationDriveAction, CalibrationDriveGoa
                                      CalibrationEstimate, LightBearings, WheelTicks)
 from bearing_calibration.srv import StartDrive
 from geometry_msgs.msg import PoseStamped, Twist
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Int64
 from std_srvs.srv import Trigger
 
 from calibration_world import wait_until
 
-MOST_STOPPING_S = 0.3
+MOST_STOPPING_S = 1.0  # 0.2 s of braking, and what a busy machine adds on the way here
 SPEED = 0.2  # [m/s] limits/wheel_speed
+REPEAT_HZ = 10.0  # of enable and obstacle
 SEPARATION = 0.25
 TICK_RATE = 50.0  # [Hz] wheels/rate
 TICKS_PER_METRE = 65536.0 / (2.0 * math.pi * 0.05)
@@ -33,6 +35,31 @@ def is_zero(twist):
     return twist.linear.x == 0.0 and twist.angular.z == 0.0
 
 
+class Repeater:
+    """A publisher of std_msgs/Bool that says the same again and again until told otherwise."""
+
+    def __init__(self, topic):
+        self.publisher = rospy.Publisher(topic, Bool, queue_size=1)
+        self.value = None
+        threading.Thread(target=self.repeat, daemon=True).start()
+
+    def repeat(self):
+        while not rospy.is_shutdown():
+            if self.value is not None:
+                self.publisher.publish(self.value)
+            time.sleep(1.0 / REPEAT_HZ)
+
+    def say(self, value):
+        self.value = value
+        self.publisher.publish(value)
+
+    def fall_silent(self):
+        self.value = None
+
+    def get_num_connections(self):
+        return self.publisher.get_num_connections()
+
+
 class DrivableRobot:
     """Relays, the action client, and every command with the time of its receipt."""
 
@@ -45,13 +72,15 @@ class DrivableRobot:
         self.push_mps = 0.0  # what the wheels report beyond what they do
         self.pushed_m = 0.0
         self.random = random.Random(1)
+        self.left_ticks = rospy.Publisher('left_ticks', Int64, queue_size=100)
+        self.right_ticks = rospy.Publisher('right_ticks', Int64, queue_size=100)
         self.relay('robot/wheel_ticks', 'wheel_ticks', WheelTicks, 'ticks')
         self.relay('simulation/truth/bearings', 'bearings', LightBearings, 'light')
         self.relay('calibration/estimate', 'passed_on/estimate', CalibrationEstimate, 'estimate')
         rospy.Subscriber('cmd_vel', Twist, self.keep_command, tcp_nodelay=True)
         rospy.Subscriber('simulation/truth/base', PoseStamped, self.keep_base)
-        self.obstacle = rospy.Publisher('obstacle', Bool, queue_size=1)
-        self.enable = rospy.Publisher('calibration_drive/enable', Bool, queue_size=1)
+        self.obstacle = Repeater('obstacle')
+        self.enable = Repeater('calibration_drive/enable')
         self.start_service = rospy.ServiceProxy('calibration_drive/start', StartDrive)
         self.stop_service = rospy.ServiceProxy('calibration_drive/stop', Trigger)
         self.reset_service = rospy.ServiceProxy('calibration/reset', Trigger)
@@ -60,11 +89,15 @@ class DrivableRobot:
     def reconnect(self):
         """Waits for the drive node, which may be a new one."""
         self.start_service.wait_for_service(20.0)
-        self.client = actionlib.SimpleActionClient('calibration_drive/drive',
-                                                   CalibrationDriveAction)
-        wait_until(lambda: self.client.wait_for_server(rospy.Duration(0.5)), 'the action server')
+        self.client = self.new_client()
         wait_until(lambda: self.base is not None and self.obstacle.get_num_connections()
                    and self.enable.get_num_connections(), 'the robot is there')
+
+    def new_client(self):
+        """One client follows one goal."""
+        client = actionlib.SimpleActionClient('calibration_drive/drive', CalibrationDriveAction)
+        wait_until(lambda: client.wait_for_server(rospy.Duration(0.5)), 'the action server')
+        return client
 
     def relay(self, source, target, kind, name):
         publisher = rospy.Publisher(target, kind, queue_size=1000)
@@ -76,6 +109,8 @@ class DrivableRobot:
                 self.pushed_m += self.push_mps / TICK_RATE
                 message.left += round(self.pushed_m * TICKS_PER_METRE)
                 message.right += round(self.pushed_m * TICKS_PER_METRE)
+                self.left_ticks.publish(message.left)
+                self.right_ticks.publish(message.right)
             if name == 'estimate' and self.claims_convergence:
                 message.state = CalibrationEstimate.CONVERGED
             if name == 'light':  # the truth is too good to be a sensor's
@@ -97,8 +132,8 @@ class DrivableRobot:
         self.claims_convergence = False
         self.push_mps = 0.0
         self.reset_service()  # else a drive would end at once where the one before has converged
-        self.obstacle.publish(False)
-        self.enable.publish(True)
+        self.obstacle.say(False)
+        self.enable.say(True)
         rospy.sleep(0.3)
         with self.lock:
             del self.commands[:]

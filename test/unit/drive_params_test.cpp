@@ -9,6 +9,7 @@
 #include <string>
 
 #include "bearing_calibration_ros/parameter_files.h"
+#include "bearing_calibration_ros/safety_input.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -51,6 +52,8 @@ TEST(DriveEnd, HasTheNumbersOfTheMessage) {
   EXPECT_EQ(static_cast<int>(core::DriveEnd::kPathOver), +Result::PATH_OVER);
   EXPECT_EQ(static_cast<int>(core::DriveEnd::kShutDown), +Result::SHUT_DOWN);
   EXPECT_STREQ(core::nameOf(core::DriveEnd::kShutDown), "SHUT_DOWN");
+  EXPECT_EQ(static_cast<int>(core::DriveEnd::kFailed), +Result::FAILED);
+  EXPECT_STREQ(core::nameOf(core::DriveEnd::kFailed), "FAILED");
 }
 
 TEST(DriveParams, AllErrorsComeAtOnce) {
@@ -71,6 +74,45 @@ TEST(DriveParams, WheelsFasterThanBelievedAreRefused) {
   EXPECT_NE(errorsWith("limits: {wheel_speed: 3.0}").find("wheels/max_speed"), std::string::npos);
 }
 
+TEST(SafetyInput, ObjectsToANoAndToSilence) {
+  using core::DriveEnd;
+  const SafetyInput::Ends ends{DriveEnd::kDisabled, DriveEnd::kEnableLost};
+  const ros::SteadyTime began(100.0);
+  const ros::WallDuration second(1.0);
+  SafetyInput input(ends, 0.5, false);
+  EXPECT_EQ(input.objection(began), DriveEnd::kNone);  // nobody publishes it
+  input.hear(false, began);
+  EXPECT_EQ(input.objection(began), DriveEnd::kDisabled);
+  input.hear(true, began);
+  EXPECT_EQ(input.objection(began), DriveEnd::kNone);
+  EXPECT_EQ(input.objection(began + second), DriveEnd::kEnableLost);
+  input.hear(true, began + second);
+  EXPECT_EQ(input.objection(began + second), DriveEnd::kNone);
+
+  SafetyInput on_change(ends, 0.0, false);
+  on_change.hear(true, began);
+  EXPECT_EQ(on_change.objection(began + second * 1e6), DriveEnd::kNone);
+  on_change.hear(false, began);
+  EXPECT_EQ(on_change.objection(began), DriveEnd::kDisabled);
+}
+
+TEST(SafetyInput, APublisherHasToSpeak) {
+  using core::DriveEnd;
+  const SafetyInput::Ends ends{DriveEnd::kObstacle, DriveEnd::kObstacleLost};
+  const ros::SteadyTime began(100.0);
+  SafetyInput dumb(ends, 0.5, false);
+  dumb.seePublisher(began);
+  EXPECT_EQ(dumb.objection(began), DriveEnd::kNone);
+  EXPECT_EQ(dumb.objection(began + ros::WallDuration(0.6)), DriveEnd::kObstacleLost);
+
+  SafetyInput required(ends, 0.5, true);
+  EXPECT_EQ(required.objection(began), DriveEnd::kObstacleLost);
+  required.seePublisher(began);
+  EXPECT_EQ(required.objection(began), DriveEnd::kObstacleLost);
+  required.hear(true, began);
+  EXPECT_EQ(required.objection(began), DriveEnd::kNone);
+}
+
 TEST(DriveGoal, TakesTheDefaultsForWhatIsNotNamed) {
   const core::DriveGoal defaults{core::DriveMotion::kDance, 100.0, 20.0};
   const core::DriveGoal same = goalFrom("", 0.0, 0.0, defaults);
@@ -82,6 +124,8 @@ TEST(DriveGoal, TakesTheDefaultsForWhatIsNotNamed) {
   EXPECT_EQ(other.max_path_m, 2.0);
   EXPECT_THROW(goalFrom("waltz", 0.0, 0.0, defaults), std::invalid_argument);
   EXPECT_THROW(goalFrom("", -1.0, 0.0, defaults), std::invalid_argument);
+  EXPECT_THROW(goalFrom("", 1e300, 0.0, defaults), std::invalid_argument);
+  EXPECT_THROW(goalFrom("", 0.0, 1e300, defaults), std::invalid_argument);
 }
 
 }  // namespace

@@ -36,6 +36,11 @@ struct DriveConfig {
 
 /// What is asked for.
 struct DriveGoal {
+  static constexpr double kLeastTime_s = 1e-3;
+  static constexpr double kMostTime_s = 86400.0;  ///< a day: longer than a battery lasts
+  static constexpr double kLeastPath_m = 1e-3;
+  static constexpr double kMostPath_m = 1e4;
+
   DriveMotion motion = DriveMotion::kOptimal;
   double max_time_s = 0.0;
   double max_path_m = 0.0;
@@ -57,8 +62,10 @@ struct DriveEstimate {
 /// brakes and stays. Reads no clock: every input comes with the time of its receipt.
 class CalibrationDriver {
  public:
+  /// @param moving  the last command of a drive that this one replaces: it brakes first
   /// @throws std::invalid_argument with every sentence of validate().
-  CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now);
+  CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now,
+                    const WheelSpeeds& moving = {});
   ~CalibrationDriver();
   CalibrationDriver(CalibrationDriver&&) noexcept;
   CalibrationDriver& operator=(CalibrationDriver&&) noexcept;
@@ -74,7 +81,8 @@ class CalibrationDriver {
   WheelSpeeds steer(Stamp now);
 
   DriveEnd ended() const;
-  bool standing() const;  ///< the last command was to stand
+  const WheelSpeeds& command() const;  ///< the last one
+  bool standing() const;               ///< the last command was to stand
   double timeSeconds() const;
   double pathMeters() const;
   const Pose2& startFromBase() const;

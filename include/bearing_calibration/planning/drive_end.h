@@ -20,7 +20,10 @@ enum class DriveEnd : std::uint8_t {
   kWheelsDisobeyed,  ///< they do not roll as commanded
   kTimeOver,
   kPathOver,
-  kShutDown,  ///< the process of the drive node is about to end
+  kShutDown,      ///< the process of the drive node is about to end
+  kEnableLost,    ///< the enabling input is silent
+  kObstacleLost,  ///< the obstacle input is silent
+  kFailed,        ///< an error inside of the drive node
 };
 
 /// "CONVERGED" and so on.

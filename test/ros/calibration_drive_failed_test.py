@@ -1,0 +1,44 @@
+#!/usr/bin/env python3
+"""An error inside of the drive node ends the drive: it is not left active with nobody to steer it."""
+
+import subprocess
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalStatus
+from bearing_calibration.msg import CalibrationDriveResult
+
+from calibration_world import wait_until
+from drivable_robot import DrivableRobot, is_zero
+
+
+class CalibrationDriveFailedTest(unittest.TestCase):
+
+    def test_an_exception_in_a_callback_ends_the_drive(self):
+        """A message that is no count at all makes the callback of the left wheel throw; those of
+        the wheel's own driver go on."""
+        rospy.init_node('calibration_drive_failed_test')
+        robot = DrivableRobot()
+        robot.forget()
+        robot.drive()
+        stranger = subprocess.Popen(['rostopic', 'pub', '-r', '10', rospy.resolve_name('left_ticks'),
+                                     'std_msgs/String', 'data: text'], stdout=subprocess.DEVNULL)
+        self.addCleanup(stranger.wait)
+        self.addCleanup(stranger.kill)
+        wait_until(robot.client.get_result, 'the drive ends')
+        result = robot.client.get_result()
+        self.assertEqual(result.end, CalibrationDriveResult.FAILED, result.end_text)
+        self.assertIn('std_msgs/String is no wheel', result.end_text)
+        self.assertEqual(robot.client.get_state(), GoalStatus.ABORTED)
+        wait_until(lambda: is_zero(robot.said()[-1][1]), 'the last command is to stand')
+        count = len(robot.said())
+        time.sleep(1.0)
+        self.assertEqual(robot.said()[count:], [], 'it is silent without a goal')
+
+
+if __name__ == '__main__':
+    rostest.rosrun('bearing_calibration', 'calibration_drive_failed', CalibrationDriveFailedTest,
+                   sys.argv)
