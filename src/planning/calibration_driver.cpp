@@ -52,6 +52,7 @@ class CalibrationDriver::Impl {
  public:
   Impl(const DriveConfig& config, const DriveGoal& goal, Stamp now, const WheelSpeeds& moving)
       : command_(moving),
+        has_stood_(isStanding(moving)),
         config_(validated(config)),
         goal_(validated(goal)),
         planner_(config.planner, config.limits, config.sensing, config.region),
@@ -71,7 +72,7 @@ class CalibrationDriver::Impl {
       const WheelDisplacement wheels{travel.left_m - travelled_.left_m,
                                      travel.right_m - travelled_.right_m};
       const Arc arc = arcFromWheels(wheels, config_.limits.wheel_separation_m);
-      start_from_base_ = start_from_base_ * arc.start_from_end;
+      if (has_stood_) start_from_base_ = start_from_base_ * arc.start_from_end;
       path_m_ += 0.5 * std::abs(wheels.left_m + wheels.right_m);
       turned_rad_ += (wheels.right_m - wheels.left_m) / config_.limits.wheel_separation_m;
     }
@@ -100,9 +101,10 @@ class CalibrationDriver::Impl {
     const double period_s = std::max(0.0, secondsFromDuration(now - last_steered_));
     last_steered_ = now;
     watch(now);
+    has_stood_ = has_stood_ || isStanding(command_);
     if (ended_ == DriveEnd::kNone) {
       if (follower_ && follower_->done()) follower_.reset();
-      if (!follower_ && isStanding(command_)) decide();
+      if (!follower_ && has_stood_) decide();
       keepAway();
     }
     command_ = ended_ == DriveEnd::kNone && follower_
@@ -121,6 +123,7 @@ class CalibrationDriver::Impl {
 
   DriveEnd ended_ = DriveEnd::kNone;
   WheelSpeeds command_;
+  bool has_stood_;  ///< where it does so first is the start
   Pose2 start_from_base_;
   double path_m_ = 0.0;
   std::optional<PlannedHop> plan_;

@@ -27,6 +27,7 @@ class CalibrationDriveSafeTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('calibration_drive_safe_test')
         cls.robot = DrivableRobot()
+        cls.before_enable = cls.robot.start_service('dance', 0.0, 0.0)
 
     def setUp(self):
         self.robot.forget()
@@ -118,6 +119,10 @@ class CalibrationDriveSafeTest(unittest.TestCase):
         self.assertStaysStanding()
 
     # Silence.
+
+    def test_a_required_enable_must_come_before_it_moves(self):
+        self.assertFalse(self.before_enable.success)
+        self.assertIn('~enable is silent', self.before_enable.message)
 
     def assertSilenceStops(self, silence, end):
         self.robot.drive()

@@ -12,7 +12,7 @@ from bearing_calibration.msg import (CalibrationDriveAction, CalibrationDriveGoa
                                      CalibrationEstimate, LightBearings, WheelTicks)
 from bearing_calibration.srv import StartDrive
 from geometry_msgs.msg import PoseStamped, Twist
-from std_msgs.msg import Bool, Int64
+from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from calibration_world import wait_until
@@ -72,8 +72,6 @@ class DrivableRobot:
         self.push_mps = 0.0  # what the wheels report beyond what they do
         self.pushed_m = 0.0
         self.random = random.Random(1)
-        self.left_ticks = rospy.Publisher('left_ticks', Int64, queue_size=100)
-        self.right_ticks = rospy.Publisher('right_ticks', Int64, queue_size=100)
         self.relay('robot/wheel_ticks', 'wheel_ticks', WheelTicks, 'ticks')
         self.relay('simulation/truth/bearings', 'bearings', LightBearings, 'light')
         self.relay('calibration/estimate', 'passed_on/estimate', CalibrationEstimate, 'estimate')
@@ -109,8 +107,6 @@ class DrivableRobot:
                 self.pushed_m += self.push_mps / TICK_RATE
                 message.left += round(self.pushed_m * TICKS_PER_METRE)
                 message.right += round(self.pushed_m * TICKS_PER_METRE)
-                self.left_ticks.publish(message.left)
-                self.right_ticks.publish(message.right)
             if name == 'estimate' and self.claims_convergence:
                 message.state = CalibrationEstimate.CONVERGED
             if name == 'light':  # the truth is too good to be a sensor's

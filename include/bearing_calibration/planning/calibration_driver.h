@@ -62,7 +62,8 @@ struct DriveEstimate {
 /// brakes and stays. Reads no clock: every input comes with the time of its receipt.
 class CalibrationDriver {
  public:
-  /// @param moving  the last command of a drive that this one replaces: it brakes first
+  /// @param moving  the last command of a drive that this one replaces: it brakes first, and
+  ///                the start is where it then stands
   /// @throws std::invalid_argument with every sentence of validate().
   CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now,
                     const WheelSpeeds& moving = {});
