@@ -66,7 +66,7 @@ TEST(SensorTilt, ATiltedSensorSeesWhatGeometryInSpaceSays) {
   }
 }
 
-// doc/model.md, eq. 20: to first order in the tilt.
+// doc/model.md, eq. 21: to first order in the tilt.
 TEST(SensorTilt, ByItsAzimuthsATiltIsAShiftedMount) {
   constexpr double kHeight_m = 0.4;
   constexpr double kTilt_rad = 1e-5;

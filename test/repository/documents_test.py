@@ -1,5 +1,6 @@
 """The documents' commands have the options that they are shown with, are run by tests, and their
-code does what they say; the reference pages are those of the files that they describe."""
+code does what they say; their tables, blocks and equations are shown as they are meant; the
+reference pages are those of the files that they describe."""
 
 import glob
 import io
@@ -22,6 +23,12 @@ DOCUMENTS = [os.path.join(REPOSITORY, name) for name in ('README.md', 'CONTRIBUT
     glob.glob(os.path.join(REPOSITORY, 'doc', '**', '*.md'), recursive=True))
 COMMAND = re.compile(r'^ *(?:sudo )?(?:[A-Z_]+=\S+ )*'
                      r'(\./scripts/\w+|rosrun|roslaunch|parallel)\b((?:.*\\\n)*.*)$', re.M)
+NUMBERED_EQUATION = re.compile(r'^    .*\s\((\d+)\)$', re.M)
+# doc/model.md, eqs. 5 to 8; [start.md](start.md), "Batch". It may go on in the next line's comment.
+CITATION = re.compile(r'(\w+\.md)\)?,\s+(?:(?:///?|#) )?'
+                      r'(?:eqs?\. ((?:\d+(?:, | and | to )?)+)|(?:section )?"([^"\n]+)")')
+CITING = [path for folder in ('include', 'src', 'test', 'tools') for name in ('*.h', '*.cpp', '*.py')
+          for path in glob.glob(os.path.join(REPOSITORY, folder, '**', name), recursive=True)]
 WITHOUT_HELP = {'drive_instructions'}  # takes one word
 
 
@@ -86,6 +93,68 @@ class Commands(unittest.TestCase):
             for name in names:
                 with self.subTest(document=document, name=name):
                     self.assertTrue(re.search(r'\b%s\b' % name, tests), 'no test names it')
+
+
+def blocksOf(text, is_inside):
+    """(line number, lines) of each run of lines that is_inside(line) holds for, without fences."""
+    block, fenced = [], False
+    for number, line in enumerate(text.splitlines() + [''], 1):
+        fenced ^= line.lstrip().startswith('```')
+        if is_inside(line) and not fenced:
+            block.append(line)
+        elif block:
+            yield number - len(block), block
+            block = []
+
+
+def commandsAlone(lines):
+    """Whether indented lines that begin with a command have nothing else after an empty line."""
+    starts = re.split(r'\n\s*\n', '\n'.join(lines).strip('\n'))
+    return not COMMAND.match(starts[0]) or all(COMMAND.match(start) for start in starts)
+
+
+class Rendering(unittest.TestCase):
+    """What a page looks like, by the rules of CommonMark with GitHub's tables."""
+
+    def testTablesAreWhole(self):
+        tables = 0
+        for path in DOCUMENTS:
+            for number, rows in blocksOf(textOf(path), lambda line: line.startswith('|')):
+                tables += 1
+                with self.subTest(document=os.path.relpath(path, REPOSITORY), line=number):
+                    self.assertRegex(''.join(rows[1:2]), r'^[|:-]+$',
+                                     'rows without a head: does an empty line cut them off?')
+                    cells = {len(re.findall(r'(?<!\\)\|', row)) for row in rows}
+                    self.assertEqual(len(cells), 1, 'rows of different lengths')
+                    after = textOf(path).splitlines()[number - 1 + len(rows):][:1]
+                    self.assertEqual(''.join(after), '', 'the text below becomes a row')
+        self.assertGreater(tables, 40)
+
+    def testABlockOfCommandsHoldsNothingElse(self):
+        """An empty line does not end an indented block: what follows must not be indented too."""
+        for path in DOCUMENTS:
+            for number, lines in blocksOf(textOf(path), lambda line: re.match(r'    |$', line)):
+                with self.subTest(document=os.path.relpath(path, REPOSITORY), line=number):
+                    self.assertTrue(commandsAlone(lines), '\n'.join(lines))
+
+    def testEquationsAreNumberedInTheirOrder(self):
+        for name in ('model.md', 'start.md', 'lights.md'):
+            numbers = [int(number) for number in NUMBERED_EQUATION.findall(textOf('doc', name))]
+            self.assertTrue(numbers)
+            self.assertEqual(numbers, list(range(1, len(numbers) + 1)), name)
+
+    def testCitedEquationsAndSectionsAreThere(self):
+        found = 0
+        for path in DOCUMENTS + CITING:
+            for page, equations, section in CITATION.findall(textOf(path)):
+                found += 1
+                text = textOf('doc', page)
+                with self.subTest(file=os.path.relpath(path, REPOSITORY), page=page):
+                    self.assertLessEqual(set(re.findall(r'\d+', equations)),
+                                         set(NUMBERED_EQUATION.findall(text)))
+                    self.assertTrue(re.search(r'(?m)^(#+ |\*\*)' + re.escape(section), text),
+                                    'no section "%s"' % section)
+        self.assertGreater(found, 40)
 
 
 class QuickStart(unittest.TestCase):

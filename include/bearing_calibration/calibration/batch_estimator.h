@@ -70,7 +70,7 @@ struct BatchEstimate {
 RecordStart surestStart(const BatchEstimate& fit);
 
 /// The most probable mount, light and path given all bearings and the noise of all wheel motions:
-/// Gauss-Newton on the Cartesian state by relinearised Kalman smoother passes (doc/model.md,
+/// Gauss-Newton on the Cartesian state by relinearised Kalman smoother passes (doc/start.md,
 /// section "Batch").
 class BatchEstimator {
  public:

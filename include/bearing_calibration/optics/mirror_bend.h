@@ -6,7 +6,7 @@ namespace bearing_calibration {
 
 /// How a mirror that leans and stands beside the camera's axis bends the bearings of lights at the
 /// range r: by a first harmonic of size F + N / r, whatever lean and offset are (doc/model.md,
-/// eq. 20). F shows in the bearings, N looks like a shifted sensor.
+/// eq. 19). F shows in the bearings, N looks like a shifted sensor.
 struct MirrorBend {
   /// Where the image's centre is best put: this part of the way from the principal point to the
   /// centre of the mirror's rim. There, and nowhere else, N hangs on F alone.
