@@ -32,6 +32,7 @@ STATE, LEAST_DISTANCE_M = CalibrationEstimate.CONVERGING, 0.9
 STATE_DEADLINE_S = 120
 START_S = 8  # RViz takes so long until it has drawn everything, on a busy machine
 SETTLE_S = 2  # between the state and its picture
+DRAWN_DEADLINE_S = 60  # until the picture shows what it must, on a machine where START_S is too short
 # What every picture must show: colours of markers (src/ros/sketch_markers.cpp), in this many pixels.
 MARKS = {'path': (0.34, 0.71, 0.91), 'ray': (0.94, 0.89, 0.26)}
 MIN_PIXELS = 40
@@ -79,9 +80,15 @@ def takePicture(demo, name, folder, output):
         waitForState(demo)
         time.sleep(SETTLE_S)
         path = os.path.join(output, name + '.png')
-        subprocess.run(['import', '-window', 'root', '-strip', path], check=True)
-        if missingIn(path):
-            raise RuntimeError('%s does not show: %s' % (path, ', '.join(missingIn(path))))
+        deadline = time.monotonic() + DRAWN_DEADLINE_S
+        while True:
+            subprocess.run(['import', '-window', 'root', '-strip', path], check=True)
+            missing = missingIn(path)
+            if not missing:
+                break
+            if time.monotonic() > deadline:
+                raise RuntimeError('%s does not show: %s' % (path, ', '.join(missing)))
+            time.sleep(1)
         print(path, flush=True)
     finally:
         os.killpg(rviz.pid, signal.SIGTERM)

@@ -12,7 +12,7 @@ import rostest
 from bearing_calibration.msg import LightBearings
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
-from calibration_world import NAN, Node, World, wait_until
+from calibration_world import DEADLINE_S, NAN, Node, World, wait_until
 
 MAX_WAITING = 100  # config/calibration.yaml
 
@@ -178,7 +178,7 @@ class CalibrationBadInputTest(unittest.TestCase):
 
     def assert_silence_said(self, sentence, topic, **drive):
         """One stream goes on for longer than diagnostics/input_timeout, the other does not."""
-        end = time.monotonic() + 20.0
+        end = time.monotonic() + DEADLINE_S
         del self.statuses[:]
         while not self.node.warnings(sentence, topic):
             self.assertLess(time.monotonic(), end, 'no warning: ' + sentence)

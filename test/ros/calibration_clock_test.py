@@ -2,12 +2,12 @@
 """Clocks that have not begun, that jump back, and stamps that jump back while the clock does not."""
 
 import sys
-import time
 import unittest
 
 import rospy
 import rostest
 from bearing_calibration.msg import CalibrationEstimate
+from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Clock
 
 from calibration_world import Node, World, wait_until
@@ -21,14 +21,21 @@ class CalibrationClockTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('calibration_clock_test')  # its own clock stands until it publishes one
         cls.clock = rospy.Publisher('/clock', Clock, queue_size=100)
+        cls.heard = set()  # the times that the node has told, in ns
+        rospy.Subscriber('/diagnostics', DiagnosticArray,
+                         lambda message: cls.heard.add(message.header.stamp.to_nsec()))
         cls.node = Node()
         wait_until(lambda: cls.clock.get_num_connections() >= 2, 'the node and this test listen')
 
     def set_clock(self, seconds):
-        """Publishes the time until this process, and so any other, has had time to hear it."""
-        for _ in range(5):
-            self.clock.publish(Clock(rospy.Time.from_sec(seconds)))
-            time.sleep(0.05)
+        """Publishes the time until the node tells it."""
+        now = rospy.Time.from_sec(seconds)
+        self.heard.clear()
+
+        def is_heard():
+            self.clock.publish(Clock(now))
+            return now.to_nsec() in self.heard
+        wait_until(is_heard, 'the node hears the clock')
 
     def drive(self, start_s, seconds):
         world = World(start_s)
@@ -56,12 +63,14 @@ class CalibrationClockTest(unittest.TestCase):
         self.set_clock(START_S + 10.0)
         self.drive(START_S, 5.0)
         self.node.wait_for(lambda e: e.bearings_used == 50, 'the same bearings are used again')
+        wait_until(self.jumps, 'a warning')
         self.assertEqual(len(self.jumps()), 1, 'one warning: %s' % self.jumps())
         self.assertIn('clock', self.jumps()[0])
 
         self.drive(START_S + 2.0, 5.0)  # the bag loops, and nobody plays a clock
         self.node.wait_for(lambda e: 0 < e.ticks_used < 250 and e.bearings_used > 40,
                            'a new start with the stamps that came after the jump')
+        wait_until(lambda: len(self.jumps()) > 1, 'another warning')
         self.assertEqual(len(self.jumps()), 2, self.jumps())
         self.assertIn('/wheel_ticks', self.jumps()[1])
 

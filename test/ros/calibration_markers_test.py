@@ -35,15 +35,15 @@ class CalibrationMarkersTest(unittest.TestCase):
         while cls.first.step < World.TICKS_PER_BEARING:  # of the first image
             cls.first.advance()
         cls.world = World(start)
-        cls.node.drive(cls.world, 30.0)
-        cls.estimate = cls.node.wait_for(lambda e: e.bearings_used + e.bearings_gated == 300,
-                                         'all bearings are in')
+        cls.estimate = cls.node.feed(cls.world, 30.0)
         cls.topics_before = {topic for topic, _ in
                              rosgraph.Master(rospy.get_name()).getSystemState()[0]}
         cls.transforms, cls.arrays = [], []
         rospy.Subscriber('/tf', TFMessage, lambda m: cls.transforms.extend(m.transforms))
         rospy.Subscriber('calibration/markers', MarkerArray, cls.arrays.append)
-        wait_until(lambda: cls.transforms and cls.arrays, 'markers and their frame, though late')
+        # The first markers may be the latched ones, from before the last bearings.
+        wait_until(lambda: cls.transforms and len(cls.arrays) > 1,
+                   'markers and their frame, though late')
 
     def marker(self, name, number):
         return next(marker for marker in self.arrays[-1].markers

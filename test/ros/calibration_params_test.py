@@ -10,7 +10,7 @@ import rospy
 import rostest
 from rosgraph_msgs.msg import Log
 
-from calibration_world import Node, wait_until
+from calibration_world import DEADLINE_S, Node, wait_until
 
 CLASS = 'bearing_calibration/CalibrationNodelet'
 # parts of one sentence for each fault in calibration_params.test
@@ -33,7 +33,7 @@ EXPECTED = [
 
 def nodelet(*arguments):
     return subprocess.run(['rosrun', 'nodelet', 'nodelet'] + list(arguments),
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=30)
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=DEADLINE_S)
 
 
 class CalibrationParamsTest(unittest.TestCase):
@@ -76,7 +76,7 @@ class CalibrationParamsTest(unittest.TestCase):
             Node('good')  # waits for topics and a first estimate
         finally:
             loader.terminate()
-            loader.wait(timeout=30)
+            loader.wait(timeout=DEADLINE_S)
 
 
 if __name__ == '__main__':

@@ -14,10 +14,11 @@ import rospy
 import rostest
 from rosgraph_msgs.msg import Clock
 
-from calibration_world import Node, World, errors_in_stddevs, wait_until
+from calibration_world import DEADLINE_S, Node, World, errors_in_stddevs, wait_until
 
 SECONDS = 40.0
 START_STAMP_S = 1.0e6
+DELAY_S = 10.0  # until the bag begins, so that the nodes are there on a slow machine too
 OVERRIDES = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'calibration_overrides.yaml')
 
 
@@ -51,18 +52,20 @@ class CalibrationReplayTest(unittest.TestCase):
     def replay(self, *arguments):
         process = subprocess.Popen(
             ['roslaunch', 'bearing_calibration', 'replay.launch', 'bag:=' + self.bag, 'rate:=10',
-             'overrides:=' + OVERRIDES, 'result_folder:=' + self.folder] + list(arguments))
+             'overrides:=' + OVERRIDES, 'result_folder:=' + self.folder, 'delay:=%g' % DELAY_S]
+            + list(arguments))
         self.addCleanup(self.stop, process)
-        return Node(), process
+        return process
 
     @staticmethod
     def stop(process):
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
-        process.wait(timeout=30)
+        process.wait(timeout=DEADLINE_S)
 
     def test_once(self):
-        node, _ = self.replay()  # with the detection, which has nothing to do
+        self.replay()  # with the detection, which has nothing to do
+        node = Node()
         all_ticks = round(SECONDS * World.TICK_RATE)
         estimate = node.wait_for(lambda e: e.ticks_used == all_ticks and
                                  e.bearings_used + e.bearings_gated == 10 * SECONDS,
@@ -76,15 +79,16 @@ class CalibrationReplayTest(unittest.TestCase):
         self.assertTrue(os.path.exists(os.path.join(self.folder, 'result.yaml')))
 
     def test_loop_starts_anew_with_a_warning(self):
-        node, _ = self.replay('detect:=false', 'loop:=true')
+        self.replay('detect:=false', 'loop:=true')
+        node = Node()
         node.wait_for(lambda e: e.bearings_used > 300, 'the first time')
         wait_until(lambda: node.warnings('jumped back', 'starts anew'), 'the loop is noticed')
         node.wait_for(lambda e: e.bearings_used < 100, 'from the beginning')
         node.wait_for(lambda e: e.bearings_used > 300, 'the second time')
 
     def test_quit_ends_with_the_bag(self):
-        _, process = self.replay('detect:=false', 'quit:=true')
-        process.wait(timeout=60)
+        process = self.replay('detect:=false', 'quit:=true')
+        process.wait(timeout=2.0 * DEADLINE_S)
 
 
 if __name__ == '__main__':

@@ -47,8 +47,7 @@ class CalibrationSavedTest(unittest.TestCase):
     def test_it_is_written_and_taken_up_and_a_corrupt_one_is_refused(self):
         node = Node()
         world = World(rospy.Time.now().to_sec() - 1000.0)
-        node.drive(world, 60.0)
-        node.wait_for(lambda e: e.bearings_used + e.bearings_gated >= 600, 'all bearings')
+        node.feed(world, 60.0)
         wait_until(lambda: os.path.exists(self.path), 'result.yaml is there, unasked')
         last = node.estimate()
 

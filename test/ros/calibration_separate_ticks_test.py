@@ -8,7 +8,8 @@ import unittest
 import rospy
 import rostest
 
-from calibration_world import Node, World, duckietownCount, errors_in_stddevs, wait_until
+from calibration_world import (PIECE_S, Node, World, duckietownCount, errors_in_stddevs, taken_in,
+                               wait_until)
 
 TOPICS = 'left_wheel/tick', 'right_wheel/tick'
 
@@ -42,8 +43,11 @@ class CalibrationSeparateTicksTest(unittest.TestCase):
             if step % World.TICKS_PER_BEARING == 0:
                 self.node.bearings.publish(self.world.bearings())
                 time.sleep(0.01)
-        estimate = self.node.wait_for(lambda e: e.bearings_used + e.bearings_gated >= 595,
-                                      '600 bearings but those before the first readings are in')
+            if (step + 1) % round(PIECE_S * World.TICK_RATE) == 0:
+                sent = (step + 1) // World.TICKS_PER_BEARING
+                estimate = self.node.wait_for(
+                    lambda e: taken_in(e) >= sent - 5,
+                    '%d bearings but those before the first readings are in' % sent)
         self.assertEqual(estimate.ticks_rejected, 0, estimate)
         for error in errors_in_stddevs(estimate, self.world):
             self.assertLess(error, 3.0, estimate)

@@ -19,7 +19,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 NAN = float('nan')
-DEADLINE_S = 20.0  # for anything that should happen at once, on a machine that is busy otherwise
+DEADLINE_S = 60.0  # for anything that should happen at once, on a slow and busy machine
+PIECE_S = 10.0  # of a drive: half of what the calibration node's queues hold
 
 
 def wait_until(condition, what, deadline_s=DEADLINE_S):
@@ -47,6 +48,7 @@ class World:
     WHEEL_SPEED = 0.2
     TICK_RATE = 50
     TICKS_PER_BEARING = 5
+    BEARING_RATE = TICK_RATE // TICKS_PER_BEARING
     STRAIGHT_S = 5.0
     SPIN_S = 2.5 * math.pi * WHEEL_SEPARATION / 2.0 / WHEEL_SPEED
 
@@ -213,6 +215,23 @@ class Node:
                     self.bearings.publish(world.bearings())
                 time.sleep(0.1 * World.TICKS_PER_BEARING / World.TICK_RATE)
         return world
+
+    def feed(self, world, seconds, wheels=World.ticks):
+        """Drives, and waits until the node has taken every bearing in; in pieces that fit into its
+        queues, however slow it is."""
+        for piece in range(math.ceil(seconds / PIECE_S)):
+            taken = taken_in(self.estimate())
+            piece_s = min(PIECE_S, seconds - piece * PIECE_S)
+            self.drive(world, piece_s, wheels=wheels)
+            estimate = self.wait_for(
+                lambda e: taken_in(e) >= taken + round(piece_s * World.BEARING_RATE),
+                'all bearings of %g s are taken in' % piece_s)
+        return estimate
+
+
+def taken_in(estimate):
+    """Its bearings, but for those that were refused."""
+    return estimate.bearings_used + estimate.bearings_gated
 
 
 def errors_in_stddevs(estimate, world):

@@ -40,7 +40,7 @@ class DemoManualTest(unittest.TestCase):
         self.assertEqual(len(set(self.demo.way)), 1, 'it stands until it is told')
 
         self.drive(SPEED_MPS, 0.0, 1.0 / SPEED_MPS)
-        rospy.sleep(2.0 * WATCHDOG_S)
+        self.demo.wait_until_it_stands()
         first, last = self.demo.way[0], self.demo.way[-1]
         # The watchdog lets the last command go on for its time.
         driven_m = math.hypot(last[0] - first[0], last[1] - first[1])
@@ -51,7 +51,7 @@ class DemoManualTest(unittest.TestCase):
 
         self.drive(0.0, TURN_RADPS, 2.5 * math.pi / TURN_RADPS)
         self.drive(SPEED_MPS, 0.0, 1.0)
-        self.demo.wait_for_state(CalibrationEstimate.CONVERGING, 30.0)
+        self.demo.wait_for_state(CalibrationEstimate.CONVERGING, 60.0)
         position_m, yaw_rad = self.demo.errors()
         self.assertLess(position_m, 0.02)
         self.assertLess(yaw_rad, math.radians(3.0))

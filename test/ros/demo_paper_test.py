@@ -19,8 +19,8 @@ class DemoPaperTest(unittest.TestCase):
     def test_the_dance_converges(self):
         rospy.init_node('demo_paper_test')
         demo = Demo()
-        x, y, yaw = demo.way[0]
-        demo.wait_for_state(CalibrationEstimate.CONVERGED, 100.0)
+        x, y, yaw = (rospy.get_param('simulation/start/' + name) for name in ('x', 'y', 'yaw'))
+        demo.wait_for_state(CalibrationEstimate.CONVERGED, 300.0)
         position_m, yaw_rad = demo.errors()
         self.assertLess(position_m, 0.01)
         self.assertLess(yaw_rad, math.radians(1.0))

@@ -21,7 +21,7 @@ class Demo:
         rospy.Subscriber('calibration/estimate', CalibrationEstimate, self.keep_estimate)
         rospy.Subscriber('simulation/truth/base', PoseStamped, self.keep_base)
         rospy.Subscriber('simulation/truth/base_from_camera', PoseStamped, self.keep_mount)
-        wait_until(lambda: self.estimate and self.mount and self.way, 'the demo runs', 60.0)
+        wait_until(lambda: self.estimate and self.mount and self.way, 'the demo runs')
 
     def keep_estimate(self, message):
         self.estimate = message
@@ -32,6 +32,10 @@ class Demo:
     def keep_base(self, message):
         pose = message.pose
         self.way.append((pose.position.x, pose.position.y, yaw_of(pose)))
+
+    def wait_until_it_stands(self):
+        """Half a second of the robot's poses, 10 in a second, that are all the same."""
+        wait_until(lambda: len(set(self.way[-5:])) == 1, 'the robot stands')
 
     def wait_for_state(self, state, deadline_s):
         """Says what the calibration said last when the state does not come."""

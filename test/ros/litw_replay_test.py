@@ -5,6 +5,7 @@ Each of its nine landmarks alone is one calibration of the same mount: it gets a
 by csv_to_bag, and a rough start. The bags are played at once, with the bags' own clock.
 """
 
+import bisect
 import csv
 import json
 import math
@@ -24,6 +25,7 @@ import rospy
 
 from bearing_calibration.msg import CalibrationEstimate
 from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool
 
 REPOSITORY = rospkg.RosPack().get_path('bearing_calibration')
 sys.path.insert(0, os.path.join(REPOSITORY, 'test', 'support'))
@@ -90,13 +92,14 @@ PARAMETERS = {
 }
 
 START_TIME_S = 1000000  # of the recording, on the bags' clock
-# A message every 1.2 ms for all landmarks together. At 20 two slow cores do not keep up with nine
-# calibrations, and bearings are lost.
+# A message every 1.2 ms for all landmarks together, unless the nine calibrations do not keep up: then
+# the player pauses before their queues are full.
 PLAYBACK_RATE = 10
+MOST_WAITING = 100  # bearings on their way to one calibration, half of what its queue holds
 CLOCK_RATE_HZ = 1000  # in wall time: steps of 10 ms in the recording's
-START_DEADLINE_S = 60
-PLAYBACK_DEADLINE_S = 200
-END_DEADLINE_S = 20
+START_DEADLINE_S = 180
+PLAYBACK_DEADLINE_S = 900
+END_DEADLINE_S = 60
 
 
 def rowsOf(name):
@@ -125,6 +128,8 @@ class Replay:
         self.processes = []
         self.estimates = {}
         self.sights = {}
+        self.times_s = {}
+        self.is_paused = False
         self.truth = None
 
     def prepare(self):
@@ -136,6 +141,7 @@ class Replay:
         bearings = rowsOf('bearings.csv')
         for index, landmark in enumerate(LANDMARKS):
             self.sights[landmark] = [row for row in bearings if int(row['landmark_id']) == landmark]
+            self.times_s[landmark] = [float(row['t_s']) for row in self.sights[landmark]]
             self.makeBag(landmark)
             self.startNodelet(index, landmark)
         waitFor(self.nodeletsListen, START_DEADLINE_S, 'the nodelets have subscribed')
@@ -152,7 +158,7 @@ class Replay:
              '--output', self.bagOf(landmark), '--meters-per-tick', str(METERS_PER_TICK),
              '--bearing-stddev', str(BEARING_STDDEV_RAD), '--start-time', str(START_TIME_S),
              '--ticks-topic', namespace + '/wheel_ticks',
-             '--bearings-topic', namespace + '/bearings'], check=True, timeout=60)
+             '--bearings-topic', namespace + '/bearings'], check=True, timeout=300)
 
     def startOf(self, index, landmark):
         """A guess that is wrong by as much as a user may be wrong, in one of the four corners."""
@@ -194,14 +200,30 @@ class Replay:
         player = self.start(
             ['rosbag', 'play', '--clock', '--hz', str(CLOCK_RATE_HZ), '-r', str(PLAYBACK_RATE),
              '--quiet', '--wait-for-subscribers', '--queue', '1000']
-            + [self.bagOf(landmark) for landmark in LANDMARKS])
-        code = player.wait(timeout=PLAYBACK_DEADLINE_S)
-        if code != 0:
-            raise RuntimeError('rosbag play ended with %d' % code)
+            + [self.bagOf(landmark) for landmark in LANDMARKS] + ['__name:=player'])
+        waitFor(lambda: self.hasEnded(player), PLAYBACK_DEADLINE_S, 'the bags have been played')
+        if player.returncode != 0:
+            raise RuntimeError('rosbag play ended with %d' % player.returncode)
         waitFor(lambda: all(map(self.isComplete, LANDMARKS)), END_DEADLINE_S,
                 'every bearing is accounted for: %s' % {
                     landmark: (self.seenBy(landmark), len(self.sights[landmark]))
                     for landmark in LANDMARKS})
+
+    def hasEnded(self, player):
+        """Lets the player wait for a calibration that falls behind."""
+        pauses = any(self.sentTo(landmark) - self.seenBy(landmark) > MOST_WAITING
+                     for landmark in LANDMARKS)
+        if player.poll() is None and pauses != self.is_paused:
+            try:
+                rospy.ServiceProxy('/player/pause_playback', SetBool)(pauses)
+                self.is_paused = pauses
+            except rospy.ServiceException:
+                pass  # not yet there, or at its end
+        return player.poll() is not None
+
+    def sentTo(self, landmark):
+        """How many of the bag's bearings have been played."""
+        return bisect.bisect(self.times_s[landmark], rospy.get_time() - START_TIME_S)
 
     def seenBy(self, landmark):
         """How many of the bag's bearings the nodelet's last estimate speaks of."""

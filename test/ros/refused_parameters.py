@@ -10,8 +10,9 @@ import rospy
 import yaml
 from nodelet.srv import NodeletLoad, NodeletLoadRequest, NodeletList
 
+from calibration_world import DEADLINE_S
+
 CONFIG_FOLDER = os.path.join(os.path.dirname(__file__), '..', '..', 'config')
-DEADLINE_S = 30.0
 
 
 class RefusedParameters(unittest.TestCase):

@@ -61,9 +61,7 @@ class WatchTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('terminal_watch_test')
         cls.node = Node()
-        cls.node.drive(World(rospy.Time.now().to_sec() - 1000.0), 20.0)
-        cls.estimate = cls.node.wait_for(lambda e: e.bearings_used + e.bearings_gated == 200,
-                                         'all bearings are in')
+        cls.estimate = cls.node.feed(World(rospy.Time.now().to_sec() - 1000.0), 20.0)
 
     def test_once_prints_what_there_is_though_it_comes_late(self):
         done = subprocess.run(COMMAND + ['--once'], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
