@@ -42,7 +42,8 @@ struct CalibrationNodeConfig {
   bearing_calibration::CalibratorConfig calibrator;
   bearing_calibration::UnestimatedMount unestimated_mount;
   OutputConfig output;
-  double input_timeout_s = 0.0;              ///< a stream silent for longer is said to be missing
+  double max_step_back_s = 0.0;  ///< of ROS time and of the encoders' stamps; more begins anew
+  double input_timeout_s = 0.0;  ///< a stream silent for longer is said to be missing
   std::map<std::string, std::string> texts;  ///< every parameter's value in YAML, for the record
 };
 

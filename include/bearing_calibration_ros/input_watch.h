@@ -9,27 +9,31 @@
 
 namespace bearing_calibration_ros {
 
-/// Notices that a clock has jumped back: a bag that loops, a simulation that starts anew.
+/// Notices that a clock has jumped back: a bag that loops, a simulation that starts anew. Smaller
+/// steps are lived through: those of network time, and threads that read a running clock in any
+/// order.
 class ClockWatch {
  public:
-  /// @returns true once for each jump of ROS time to an earlier moment.
-  bool hasJumpedBack(const ros::Time& now);
+  /// @returns true once for each jump of ROS time back by more than the limit.
+  bool hasJumpedBack(const ros::Time& now, double max_step_back_s);
 
  private:
   ros::Time latest_;
 };
 
 /// Notices that a sensor's stamps have begun anew while ROS time went on: a bag that loops without
-/// --clock. One late reading is no such thing: many in a row are, when they follow each other.
+/// --clock. One late reading is no such thing: many in a row are, when they follow each other. Nor
+/// is a step back by less than the limit: readings are refused until they overtake the last one.
 class StampWatch {
  public:
   /// Tells about the next reading of the stream; @returns true once for each new beginning.
   bool hasBegunAnew(const bearing_calibration::InputOutcome& outcome,
-                    bearing_calibration::Stamp stamp);
+                    bearing_calibration::Stamp stamp, double max_step_back_s);
 
  private:
   int refused_in_a_row_ = 0;
   bearing_calibration::Stamp last_refused_;
+  double step_back_s_ = 0.0;  ///< of the first one in the row
 };
 
 /// Notices that an input is silent. All times are ROS time.

@@ -33,6 +33,7 @@ class Calibrator::Impl {
     InputOutcome outcome = checkStamp(reading.stamp, received, config_.bearings.max_future_s);
     if (outcome.accepted()) outcome = odometer_.add(reading);
     ++counts_.tick_inputs[outcome.status];
+    noteStepBack();
     if (odometer_.travel() && (track_.empty() || odometer_.travel()->stamp > track_.newest())) {
       followTravel(*odometer_.travel());
       fuseCovered();
@@ -50,6 +51,7 @@ class Calibrator::Impl {
     InputOutcome worst;
     for (const InputOutcome& refused : paired.refused) {
       ++counts_.tick_inputs[refused.status];
+      if (refused.status == InputStatus::kStampNotAfterLast) noteLate(side, count.stamp);
       if (!worst.isBadInput()) worst = refused;
     }
     for (const WheelCounts& counts : paired.pairs) {
@@ -64,9 +66,10 @@ class Calibrator::Impl {
     if (!stamp.accepted()) return countBearings(stamp);
     if (paused_) return countBearings({InputStatus::kIgnoredPaused, 0.0});
     CheckedBearings checked = checkBearings(bearings, config_.bearings);
-    if (last_fused_ && checked.bearings.stamp <= *last_fused_) {
-      return countBearings({InputStatus::kStampNotAfterLast,
-                            secondsFromDuration(*last_fused_ - checked.bearings.stamp)});
+    const std::optional<Stamp> last = std::max(last_fused_, passed_twice_);
+    if (last && checked.bearings.stamp <= *last) {
+      return countBearings(
+          {InputStatus::kStampNotAfterLast, secondsFromDuration(*last - checked.bearings.stamp)});
     }
     for (const InputOutcome& refused : checked.refused) countBearings(refused);
     if (!queue_.add(std::move(checked.bearings))) {
@@ -118,6 +121,16 @@ class Calibrator::Impl {
   }
 
  private:
+  /// The left readings give the pairs their stamps.
+  void noteLate(WheelSide side, Stamp stamp) {
+    if (side == WheelSide::kLeft) odometer_.noteLate(stamp);
+    noteStepBack();
+  }
+
+  void noteStepBack() {
+    if (odometer_.isSteppedBack()) passed_twice_ = track_.newest();
+  }
+
   InputOutcome countBearings(const InputOutcome& outcome) {
     ++counts_.bearing_inputs[outcome.status];
     return outcome;
@@ -171,7 +184,9 @@ class Calibrator::Impl {
   SeveralLights calibration_;
   std::optional<WheelTravel> last_travel_;
   std::optional<Stamp> last_fused_;  ///< on the encoders' clock
-  Pose2 start_from_fused_;           ///< the base at that moment, in its frame at the first one
+  /// The encoders' clock has stepped back from here: what is stamped earlier may be of either time.
+  std::optional<Stamp> passed_twice_;
+  Pose2 start_from_fused_;  ///< the base at that moment, in its frame at the first one
   bool paused_ = false;
   LookObserver observer_;     ///< may be empty
   CalibrationResult counts_;  ///< only what is counted up here

@@ -56,10 +56,11 @@ InputOutcome WheelOdometer::addReading(const Reading& reading) {
     return {};
   }
   if (reading.stamp <= travel_->stamp) {
+    noteLate(reading.stamp);
     return {InputStatus::kStampNotAfterLast, secondsFromDuration(travel_->stamp - reading.stamp)};
   }
   const WheelDisplacement wheels = displacement(last_, reading);
-  const double interval_s = secondsFromDuration(reading.stamp - last_.stamp);
+  const double interval_s = timeBetween(last_, reading);
   const double half_range_m =
       std::ldexp(0.5, geometry_.counter_bits) *
       std::min(geometry_.leftMetersPerTick(), geometry_.rightMetersPerTick());
@@ -73,6 +74,12 @@ InputOutcome WheelOdometer::addReading(const Reading& reading) {
     return {};
   }
   return resolveJump(reading, largest(wheels));
+}
+
+void WheelOdometer::noteLate(Stamp stamp) {
+  if (!travel_) return;
+  const bool follows = late_ && stamp > late_->last;
+  late_ = follows ? LateRow{late_->first, stamp, late_->count + 1} : LateRow{stamp, stamp, 1};
 }
 
 InputOutcome WheelOdometer::resolveJump(const Reading& reading, double jump_m) {
@@ -99,9 +106,16 @@ WheelDisplacement WheelOdometer::displacement(const Reading& from, const Reading
               (to.angles.right_rad - from.angles.right_rad) * geometry_.right_wheel_radius_m};
 }
 
+double WheelOdometer::timeBetween(const Reading& from, const Reading& to) const {
+  const double stamped_s = secondsFromDuration(to.stamp - from.stamp);
+  if (!isSteppedBack()) return stamped_s;
+  // The late readings, and the two around them, are one period apart.
+  const double period_s = secondsFromDuration(late_->last - late_->first) / (late_->count - 1);
+  return stamped_s + (late_->count + 1) * period_s;
+}
+
 double WheelOdometer::reach(const Reading& from, const Reading& to) const {
-  const double interval_s = secondsFromDuration(to.stamp - from.stamp) + kStampJitter_s;
-  return geometry_.max_wheel_speed_mps * interval_s +
+  return geometry_.max_wheel_speed_mps * (timeBetween(from, to) + kStampJitter_s) +
          kReadingSlackTicks *
              std::max(geometry_.leftMetersPerTick(), geometry_.rightMetersPerTick());
 }
@@ -112,6 +126,7 @@ void WheelOdometer::moveTo(const Reading& reading, const WheelDisplacement& whee
   travel_->right_m += wheels.right_m;
   last_ = reading;
   refused_.reset();
+  late_.reset();
 }
 
 void WheelOdometer::moveUnseenTo(const Reading& reading) {

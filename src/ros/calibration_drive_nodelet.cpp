@@ -364,7 +364,8 @@ bool CalibrationDriveNodelet::timeStandsStill(const ros::Time& now) {
   const ros::SteadyTime steady_now = ros::SteadyTime::now();
   if (now != last_time_) last_time_moved_ = steady_now;
   last_time_ = now;
-  return clock_watch_.hasJumpedBack(now) ||
+  // Until the readings' stamps overtake the last one, the wheels are not heard.
+  return clock_watch_.hasJumpedBack(now, config_.drive.timeouts.ticks_s) ||
          (steady_now - last_time_moved_).toSec() > config_.clock_timeout_s;
 }
 

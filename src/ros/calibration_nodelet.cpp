@@ -295,7 +295,7 @@ std::optional<ros::Time> CalibrationNodelet::timeOfReceipt() {
     }
     return std::nullopt;
   }
-  if (clock_watch_.hasJumpedBack(now)) followJumpBack("the clock has");
+  if (clock_watch_.hasJumpedBack(now, config_.max_step_back_s)) followJumpBack("the clock has");
   return now;
 }
 
@@ -311,7 +311,16 @@ void CalibrationNodelet::startAnew() {
 }
 
 void CalibrationNodelet::followJumpBack(const std::string& what) {
-  NODELET_WARN("%s jumped back: the calibration starts anew", what.c_str());
+  const core::CalibrationResult result = calibrator_->result();
+  std::string saved;
+  if (result.state == core::CalibrationState::kConverging ||
+      result.state == core::CalibrationState::kConverged) {
+    const std::string error = guarded("saving", [&] { saved = saveNow(result).message; });
+    saved = "; what it had found: " + (error.empty() ? saved : error);
+  }
+  NODELET_WARN(
+      "%s jumped back by more than clock/max_step_back (%g s): the calibration starts anew%s",
+      what.c_str(), config_.max_step_back_s, saved.c_str());
   publisher_->restartStamps();
   startAnew();
 }
@@ -320,11 +329,11 @@ void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::S
                                       const ros::Time& now) {
   input_watch_->sawWheels(now);
   warn(wheel_topic_, outcome);
-  if (stamp_watch_.hasBegunAnew(outcome, stamp)) {
+  if (stamp_watch_.hasBegunAnew(outcome, stamp, config_.max_step_back_s)) {
     followJumpBack("the stamps on " + wheel_topic_ + " have");
   }
   publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
-  prediction_publisher_->offer(*calibrator_, stamp);
+  if (!outcome.isBadInput()) prediction_publisher_->offer(*calibrator_, stamp);
   display_publisher_->offer(*calibrator_);
 }
 

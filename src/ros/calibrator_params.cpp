@@ -159,6 +159,7 @@ CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params) {
   config.calibrator = readCalibrator(wheels, params);
   config.unestimated_mount = readUnestimatedMount(params);
   config.output = readOutput(params);
+  config.max_step_back_s = params.number("clock/max_step_back");
   config.input_timeout_s = params.number("diagnostics/input_timeout");
   config.texts = params.texts();
 
@@ -167,6 +168,9 @@ CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params) {
   require.add(config.calibrator.validate());
   require.add(config.unestimated_mount.validate());
   require.add(config.output.validate(config.frames));
+  constexpr double kLeastStepBack_s = 0.1;  // threads read a running clock in any order
+  constexpr double kMostStepBack_s = 60.0;  // so long the robot may be without readings
+  require.between("clock/max_step_back", config.max_step_back_s, kLeastStepBack_s, kMostStepBack_s);
   require.positive("diagnostics/input_timeout", config.input_timeout_s);
   require.add(wheels.validate());
   params.addErrors(require.errors());

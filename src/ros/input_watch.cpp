@@ -7,23 +7,23 @@ namespace bearing_calibration_ros {
 
 namespace core = bearing_calibration;
 
-bool ClockWatch::hasJumpedBack(const ros::Time& now) {
-  // Threads read a running clock in any order, and network time steps by milliseconds.
-  const ros::Duration kNoJump(0.1);
-  const bool jumped = now + kNoJump < latest_;
+bool ClockWatch::hasJumpedBack(const ros::Time& now, double max_step_back_s) {
+  const bool jumped = now + ros::Duration(max_step_back_s) < latest_;
   latest_ = jumped ? now : std::max(latest_, now);
   return jumped;
 }
 
-bool StampWatch::hasBegunAnew(const core::InputOutcome& outcome, core::Stamp stamp) {
+bool StampWatch::hasBegunAnew(const core::InputOutcome& outcome, core::Stamp stamp,
+                              double max_step_back_s) {
   constexpr int kEnoughInARow = 20;  // 0.2 s of encoders at 100 Hz; a burst in disorder is shorter
   const bool follows = refused_in_a_row_ == 0 || stamp > last_refused_;
   if (outcome.status != core::InputStatus::kStampNotAfterLast || !follows) {
     refused_in_a_row_ = 0;
     return false;
   }
+  if (refused_in_a_row_ == 0) step_back_s_ = outcome.value;
   last_refused_ = stamp;
-  if (++refused_in_a_row_ < kEnoughInARow) return false;
+  if (++refused_in_a_row_ < kEnoughInARow || step_back_s_ <= max_step_back_s) return false;
   refused_in_a_row_ = 0;
   return true;
 }

@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
-"""Clocks that have not begun, that jump back, and stamps that jump back while the clock does not."""
+"""Clocks that have not begun, that step or jump back, and stamps that do so while the clock does not."""
 
+import math
+import os
+import shutil
 import sys
 import unittest
 
 import rospy
 import rostest
+import yaml
 from bearing_calibration.msg import CalibrationEstimate
 from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Clock
@@ -13,6 +17,7 @@ from rosgraph_msgs.msg import Clock
 from calibration_world import Node, World, wait_until
 
 START_S = 5000.0
+BEARING_STDDEV = math.radians(0.1)  # converges soon
 
 
 class CalibrationClockTest(unittest.TestCase):
@@ -26,6 +31,11 @@ class CalibrationClockTest(unittest.TestCase):
                          lambda message: cls.heard.add(message.header.stamp.to_nsec()))
         cls.node = Node()
         wait_until(lambda: cls.clock.get_num_connections() >= 2, 'the node and this test listen')
+        cls.folder = rospy.get_param('calibration/output/folder')
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder, ignore_errors=True)
 
     def set_clock(self, seconds):
         """Publishes the time until the node tells it."""
@@ -73,6 +83,58 @@ class CalibrationClockTest(unittest.TestCase):
         wait_until(lambda: len(self.jumps()) > 1, 'another warning')
         self.assertEqual(len(self.jumps()), 2, self.jumps())
         self.assertIn('/wheel_ticks', self.jumps()[1])
+
+    def converge(self, world):
+        for _ in range(20):
+            self.node.drive(world, 10.0)
+            if self.node.estimate().state == CalibrationEstimate.CONVERGED:
+                break
+        return self.node.wait_for(lambda e: e.state == CalibrationEstimate.CONVERGED and
+                                  e.ticks_used == world.step, 'CONVERGED')
+
+    def assert_lived_through(self, world, before, overlapping_s):
+        """What overlaps is refused and counted, and nothing else is; the estimate goes on."""
+        overlapping = math.floor(overlapping_s * World.TICK_RATE)
+        self.node.drive(world, 10.0)
+        after = self.node.wait_for(
+            lambda e: e.ticks_used + e.ticks_rejected == before.ticks_used +
+            before.ticks_rejected + 10 * World.TICK_RATE, 'every reading is used or refused')
+        self.assertEqual(self.jumps(), [])
+        self.assertEqual(after.ticks_rejected - before.ticks_rejected, overlapping)
+        self.assertEqual(after.state, CalibrationEstimate.CONVERGED, after.state_text)
+        self.assertGreaterEqual(after.bearings_used + after.bearings_gated,
+                                before.bearings_used + before.bearings_gated +
+                                round(10 * (10.0 - overlapping_s)) - 2)
+        self.assertLessEqual(after.bearings_gated - before.bearings_gated, 2, 'no motion is lost')
+        return after
+
+    # After the one above, which begins without a clock.
+    def test_small_steps(self):
+        self.set_clock(START_S + 1000.0)
+        self.node.reset()
+        world = World(START_S, bearing_stddev=BEARING_STDDEV)
+        estimate = self.converge(world)
+        self.assertEqual(estimate.rejections, '')
+
+        world.start_stamp_s -= 0.25
+        self.set_clock(START_S + 999.75)  # network time steps
+        estimate = self.assert_lived_through(world, estimate, 0.25)
+        self.assertIn('ticks stamp not after the last: 12', estimate.rejections)
+        world.start_stamp_s -= 0.875  # a driver's own clock
+        estimate = self.assert_lived_through(world, estimate, 0.875)
+        self.set_clock(START_S + 999.25)  # the clock of stamps that come from elsewhere
+        self.assert_lived_through(world, estimate, 0.0)
+
+        result = os.path.join(self.folder, 'result.yaml')
+        self.assertFalse(os.path.exists(result))
+        self.set_clock(START_S + 997.5)
+        self.node.wait_for(lambda e: e.ticks_used == 0, 'a jump beyond the limit')
+        said = wait_until(self.jumps, 'it says so')
+        self.assertEqual(len(said), 1, said)
+        self.assertIn('clock/max_step_back (1 s)', said[0])
+        self.assertIn(result, said[0])
+        with open(result) as file:
+            self.assertEqual(yaml.safe_load(file)['state'], 'CONVERGED')
 
 
 if __name__ == '__main__':

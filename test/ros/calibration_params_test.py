@@ -28,6 +28,7 @@ EXPECTED = [
     ('mount/roll_stddev', 'greater than 0'),
     ('output/publish_tf', 'true or false'),
     ('output/max_rate', 'greater than 0'),
+    ('clock/max_step_back', '0.1', '60', '0.05'),
 ]
 
 

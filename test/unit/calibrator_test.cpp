@@ -149,6 +149,58 @@ TEST(Calibrator, AKnownLateStampCostsNothing) {
   EXPECT_LT(mounts[1].covariance.trace(), 1.01 * mounts[0].covariance.trace());
 }
 
+/// As the sensors would have stamped it, had their clock stepped back after so long.
+SimulatedRecord steppedBack(SimulatedRecord record, double after_s, double step_s) {
+  const Stamp moment = record.ticks.front().stamp + durationFromSeconds(after_s);
+  const auto follow = [&](auto* stamped) {
+    if (stamped->stamp > moment) stamped->stamp -= durationFromSeconds(step_s);
+  };
+  for (WheelCounts& ticks : record.ticks) follow(&ticks);
+  for (BearingSet& bearings : record.bearings) follow(&bearings);
+  return record;
+}
+
+/// Ticks and bearings in the order in which they were measured, whatever they are stamped.
+CalibrationResult playInOrderOf(const SimulatedRecord& measured, const SimulatedRecord& stamped,
+                                Calibrator* calibrator) {
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < measured.ticks.size(); ++i) {
+    for (; next < measured.bearings.size() &&
+           measured.bearings[next].stamp <= measured.ticks[i].stamp;
+         ++next) {
+      calibrator->addBearings(stamped.bearings[next], stamped.bearings[next].stamp);
+    }
+    calibrator->addTicks(stamped.ticks[i], stamped.ticks[i].stamp);
+  }
+  return calibrator->result();
+}
+
+// Network time steps back by 0.25 or 0.9 s in the middle of a spin at 1.6 rad/s.
+TEST(Calibrator, LivesThroughAStepBackOfTheClock) {
+  constexpr double kStepped_s = 108.0;
+  const RobotConfig robot = paperRobot(4);
+  const SimulatedRecord measured = simulate(robot, 160.0);
+  const CalibrationResult undisturbed = [&] {
+    Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+    return play(measured, &calibrator);
+  }();
+  ASSERT_EQ(undisturbed.state, CalibrationState::kConverged);
+  for (const double step_s : {0.25, 0.9}) {
+    Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+    const CalibrationResult result =
+        playInOrderOf(measured, steppedBack(measured, kStepped_s, step_s), &calibrator);
+    EXPECT_EQ(result.state, CalibrationState::kConverged) << result.advice;
+    EXPECT_EQ(result.tick_inputs.badInputs(), std::lround(100.0 * step_s)) << "what overlaps";
+    EXPECT_EQ(result.tick_inputs[InputStatus::kStampNotAfterLast], std::lround(100.0 * step_s));
+    EXPECT_EQ(result.bearing_inputs.badInputs(),
+              result.bearing_inputs[InputStatus::kStampNotAfterLast]);
+    EXPECT_LE(result.bearing_inputs.badInputs(), std::lround(10.0 * step_s) + 1);
+    EXPECT_LE(result.bearings_gated, undisturbed.bearings_gated + 1U) << "no motion is lost";
+    EXPECT_LT(mountChiSquare(*result.base_from_sensor, robot.base_from_sensor),
+              chiSquareQuantile(0.999, 3.0));
+  }
+}
+
 TEST(Calibrator, PredictsTheNextBearing) {
   const RobotConfig robot = paperRobot(2);
   const SimulatedRecord record = simulate(robot, 60.0);

@@ -10,29 +10,31 @@ namespace {
 namespace core = bearing_calibration;
 
 const core::InputOutcome kGood{core::InputStatus::kAccepted, 0.0};
-const core::InputOutcome kLate{core::InputStatus::kStampNotAfterLast, 1.0};
+constexpr double kLimit_s = 1.0;
+const core::InputOutcome kLate{core::InputStatus::kStampNotAfterLast, 2.0};
 
 TEST(ClockWatch, NoticesAJumpBackOnce) {
   ClockWatch watch;
-  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.0)));
-  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(101.0)));
-  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.95))) << "a jitter";
-  EXPECT_TRUE(watch.hasJumpedBack(ros::Time(50.0)));
-  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(50.0)));
-  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(200.0))) << "a jump ahead is a pause";
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.0), kLimit_s));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(101.0), kLimit_s));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.95), kLimit_s)) << "a jitter";
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.1), kLimit_s)) << "network time";
+  EXPECT_TRUE(watch.hasJumpedBack(ros::Time(98.0), kLimit_s)) << "a bag of three seconds";
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(98.0), kLimit_s));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(200.0), kLimit_s)) << "a jump ahead is a pause";
 }
 
 TEST(ClockWatch, SmallStepsBackDoNotAddUpUnseen) {
   ClockWatch watch;
-  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.0)));
-  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(99.95)));
-  EXPECT_TRUE(watch.hasJumpedBack(ros::Time(99.85)));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(100.0), kLimit_s));
+  EXPECT_FALSE(watch.hasJumpedBack(ros::Time(99.4), kLimit_s));
+  EXPECT_TRUE(watch.hasJumpedBack(ros::Time(98.8), kLimit_s));
 }
 
 /// How many late readings in a row it takes.
 int lateReadingsUntilNoticed(StampWatch* watch, std::int64_t step_ns) {
   for (int count = 1; count < 1000; ++count) {
-    if (watch->hasBegunAnew(kLate, core::stampFromNanoseconds(1000 + count * step_ns))) {
+    if (watch->hasBegunAnew(kLate, core::stampFromNanoseconds(1000 + count * step_ns), kLimit_s)) {
       return count;
     }
   }
@@ -50,9 +52,27 @@ TEST(StampWatch, IsNotFooledByLateOrRepeatedReadings) {
   EXPECT_EQ(lateReadingsUntilNoticed(&watch, 0), -1) << "one reading repeated";
   EXPECT_EQ(lateReadingsUntilNoticed(&watch, -1), -1) << "readings in reverse order";
   for (int i = 0; i < 1000; ++i) {  // two publishers on one topic, one behind the other
-    EXPECT_FALSE(watch.hasBegunAnew(kLate, core::stampFromNanoseconds(1000 + i)));
-    EXPECT_FALSE(watch.hasBegunAnew(kGood, core::stampFromNanoseconds(2000 + i)));
+    EXPECT_FALSE(watch.hasBegunAnew(kLate, core::stampFromNanoseconds(1000 + i), kLimit_s));
+    EXPECT_FALSE(watch.hasBegunAnew(kGood, core::stampFromNanoseconds(2000 + i), kLimit_s));
   }
+}
+
+/// Whether a stream at 100 Hz that has stepped back is said to have begun anew before it overtakes.
+bool beginsAnewAfter(double step_back_s) {
+  StampWatch watch;
+  bool has_begun_anew = false;
+  for (double behind_s = step_back_s; behind_s >= 0.0; behind_s -= 0.01) {
+    const core::InputOutcome late{core::InputStatus::kStampNotAfterLast, behind_s};
+    has_begun_anew |= watch.hasBegunAnew(late, core::stampFromSeconds(1000.0 - behind_s), kLimit_s);
+  }
+  return has_begun_anew;
+}
+
+TEST(StampWatch, LivesThroughSmallSteps) {
+  EXPECT_FALSE(beginsAnewAfter(0.2));
+  EXPECT_FALSE(beginsAnewAfter(0.99));
+  EXPECT_TRUE(beginsAnewAfter(1.01)) << "though it is less when that is certain";
+  EXPECT_TRUE(beginsAnewAfter(3.0)) << "a bag of three seconds";
 }
 
 TEST(InputWatch, NamesTheSilentInput) {

@@ -191,6 +191,45 @@ TEST(WheelOdometer, RefusesWhatIsNotAReading) {
             InputStatus::kAngleNotFinite);
 }
 
+// The encoders' clock steps back by up to a second while the wheels turn at 0.9 of the fastest
+// speed.
+TEST(WheelOdometer, LosesNoMotionWhenItsClockStepsBack) {
+  for (const double rate_hz : {20.0, 100.0}) {
+    for (const double step_s : {0.0, 0.12, 0.2, 0.97}) {
+      WheelOdometer odometer(geometry(32));
+      unsigned refused = 0;
+      for (int i = 0; i <= 1000; ++i) {
+        const double time_s = i / rate_hz;
+        const std::int64_t ticks = std::lround(900.0 * time_s);
+        const InputOutcome outcome =
+            odometer.add(WheelCounts{at(i < 500 ? time_s : time_s - step_s), ticks, ticks});
+        if (outcome.status == InputStatus::kStampNotAfterLast) {
+          ++refused;
+        } else {
+          ASSERT_TRUE(outcome.accepted()) << describe(outcome) << ", reading " << i;
+        }
+      }
+      EXPECT_EQ(refused, std::floor(rate_hz * step_s + 1e-6)) << "what overlaps, and no more";
+      EXPECT_NEAR(odometer.travel()->left_m, 900e-3 * 1000 / rate_hz, 1e-9) << step_s;
+      EXPECT_EQ(odometer.travel()->unseen_variance_m2, 0.0) << step_s;
+    }
+  }
+}
+
+TEST(WheelOdometer, TellsAStepOfItsClockFromALateReading) {
+  WheelOdometer odometer(geometry(32));
+  for (int i = 0; i <= 10; ++i) odometer.add(WheelCounts{at(0.01 * i), 0, 0});
+  odometer.add(WheelCounts{at(-99.0), 0, 0});
+  EXPECT_FALSE(odometer.isSteppedBack()) << "one late reading, whatever its stamp";
+  EXPECT_EQ(odometer.add(WheelCounts{at(0.11), 200, 200}).status, InputStatus::kTicksTooFast);
+  EXPECT_TRUE(odometer.add(WheelCounts{at(0.12), 0, 0}).accepted());
+  odometer.add(WheelCounts{at(0.05), 0, 0});
+  odometer.add(WheelCounts{at(0.06), 0, 0});
+  EXPECT_TRUE(odometer.isSteppedBack());
+  EXPECT_TRUE(odometer.add(WheelCounts{at(0.13), 0, 0}).accepted());
+  EXPECT_FALSE(odometer.isSteppedBack()) << "they have overtaken";
+}
+
 TEST(WheelOdometer, TakesJointPositions) {
   WheelOdometer odometer(geometry(8));
   odometer.add(WheelAngles{at(0.0), 1000.0, -1000.0});

@@ -23,6 +23,10 @@ bool fitsCounter(std::int64_t ticks, int bits);
 /// is not motion: a jump to near zero is a reset by the driver; any other jump is refused, and
 /// followed when the next reading confirms it. Whatever motion such a break hides is unknown: it
 /// enters the travel as zero, with the variance of all that was possible.
+///
+/// A clock that steps back, as network time does, makes stamps pass twice. Readings are refused
+/// until they overtake the last one; then the counters have all the motion, and the wheels had the
+/// time of the refused readings for it, too.
 class WheelOdometer {
  public:
   explicit WheelOdometer(const DriveGeometry& geometry) : geometry_(geometry) {}
@@ -34,6 +38,12 @@ class WheelOdometer {
 
   const std::optional<WheelTravel>& travel() const { return travel_; }
 
+  /// Tells of a reading that somebody before (see WheelPairing) has refused as kStampNotAfterLast.
+  void noteLate(Stamp stamp);
+  /// Readings that follow each other lie before travel(): the clock of their stamps has stepped
+  /// back.
+  bool isSteppedBack() const { return late_ && late_->count > 1; }
+
  private:
   /// A reading of either kind; the unused one stays zero.
   struct Reading {
@@ -42,9 +52,18 @@ class WheelOdometer {
     Stamp stamp;
   };
 
+  /// Stamps of readings in a row that were refused as late, each after the one before.
+  struct LateRow {
+    Stamp first;
+    Stamp last;
+    int count = 0;
+  };
+
   InputOutcome addReading(const Reading& reading);
   InputOutcome resolveJump(const Reading& reading, double jump_m);
   WheelDisplacement displacement(const Reading& from, const Reading& to) const;
+  /// The longest that the wheels may have turned from one reading to a later one.
+  double timeBetween(const Reading& from, const Reading& to) const;
   /// The farthest that a wheel can roll from one reading to a later one, as read.
   double reach(const Reading& from, const Reading& to) const;
   void moveTo(const Reading& reading, const WheelDisplacement& wheels);
@@ -54,6 +73,7 @@ class WheelOdometer {
   std::optional<WheelTravel> travel_;
   Reading last_;                    ///< the reading that travel_ stands at
   std::optional<Reading> refused_;  ///< a jump that waits for its confirmation
+  std::optional<LateRow> late_;     ///< since the last reading that was taken
 };
 
 }  // namespace bearing_calibration
