@@ -13,8 +13,9 @@
 
 namespace bearing_calibration_ros {
 
-/// Publishes results: ~estimate, and for each newly fused bearing ~base_from_camera, ~transform
-/// and, on request, TF. All three topics are latched, so that who comes late sees the last one.
+/// Publishes results: ~estimate, and for each newly fused bearing ~base_from_camera and ~transform.
+/// All three topics are latched, so that who comes late sees the last one. On request there is TF,
+/// too.
 class ResultPublisher {
  public:
   ResultPublisher(ros::NodeHandle private_node_handle, const CalibrationNodeConfig& config);
@@ -26,8 +27,12 @@ class ResultPublisher {
   void publish(const bearing_calibration::CalibrationResult& result,
                std::uint32_t joint_states_without_wheels);
 
+  /// Sends the mount to /tf when that is asked for, an estimate is there, and `now` is a new
+  /// moment: TF takes each stamp once. Never to /tf_static: what is there cannot be taken back.
+  void sendTransform(const bearing_calibration::CalibrationResult& result, const ros::Time& now);
+
   /// The stamps begin anew with the clock.
-  void restartStamps() { last_pose_stamp_ = {}; }
+  void restartStamps();
 
  private:
   struct News {
@@ -52,6 +57,7 @@ class ResultPublisher {
   std::optional<News> last_news_;
   ros::SteadyTime last_published_;
   bearing_calibration::Stamp last_pose_stamp_;
+  ros::Time last_transform_;
 };
 
 }  // namespace bearing_calibration_ros

@@ -49,6 +49,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
   void onWheel(core::WheelSide side, const WheelCountEvent& event);
   void onBearings(const core::LightBearingsConstPtr& message);
   void onSecond(const ros::WallTimerEvent& event);
+  void onTransform();
   void savePeriodically();
   bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
@@ -104,6 +105,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
   std::vector<ros::Subscriber> wheel_subscribers_;
   ros::Subscriber bearing_subscriber_;
   ros::WallTimer timer_;
+  ros::Timer transform_timer_;
 
   static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
 };
@@ -175,6 +177,10 @@ void CalibrationNodelet::subscribe() {
   bearing_subscriber_ = node_handle.subscribe("bearings", kBearingQueue,
                                               &CalibrationNodelet::onBearings, this, hints);
   timer_ = node_handle.createWallTimer(ros::WallDuration(1.0), &CalibrationNodelet::onSecond, this);
+  if (!config_.output.publish_tf) return;
+  constexpr double kTransformPeriod_s = 0.1;  // TF's listeners interpolate
+  transform_timer_ = node_handle.createTimer(ros::Duration(kTransformPeriod_s),
+                                             [this](const ros::TimerEvent&) { onTransform(); });
 }
 
 void CalibrationNodelet::onTicks(const core::WheelTicksConstPtr& message) {
@@ -237,6 +243,13 @@ void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
     display_publisher_->offer(*calibrator_);
     diagnostics_->force_update();
     savePeriodically();
+  });
+}
+
+void CalibrationNodelet::onTransform() {
+  guarded("transform", [&] {
+    const std::optional<ros::Time> now = timeOfReceipt();
+    if (now) publisher_->sendTransform(calibrator_->result(), *now);
   });
 }
 

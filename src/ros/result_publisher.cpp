@@ -59,9 +59,19 @@ void ResultPublisher::publishPose(const core::MountEstimate& base_from_sensor, c
       poseFromMount(base_from_sensor, unestimated_mount_, stamp, frames_.base);
   pose_publisher_.publish(pose);
   transform_publisher_.publish(transformFromPose(pose, frames_.sensor));
-  if (tf_broadcaster_) {
-    tf_broadcaster_->sendTransform(transformFromPose(pose, output_.tf_child_frame));
-  }
+}
+
+void ResultPublisher::sendTransform(const core::CalibrationResult& result, const ros::Time& now) {
+  if (!tf_broadcaster_ || !result.base_from_sensor || now <= last_transform_) return;
+  last_transform_ = now;
+  tf_broadcaster_->sendTransform(transformFromPose(
+      poseFromMount(*result.base_from_sensor, unestimated_mount_, stampFromRos(now), frames_.base),
+      output_.tf_child_frame));
+}
+
+void ResultPublisher::restartStamps() {
+  last_pose_stamp_ = {};
+  last_transform_ = {};
 }
 
 }  // namespace bearing_calibration_ros

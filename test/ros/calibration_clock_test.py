@@ -13,6 +13,7 @@ import yaml
 from bearing_calibration.msg import CalibrationEstimate
 from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Clock
+from tf2_msgs.msg import TFMessage
 
 from calibration_world import Node, World, wait_until
 
@@ -30,6 +31,8 @@ class CalibrationClockTest(unittest.TestCase):
         rospy.Subscriber('/diagnostics', DiagnosticArray,
                          lambda message: cls.heard.add(message.header.stamp.to_nsec()))
         cls.node = Node()
+        cls.transforms = []
+        rospy.Subscriber('/tf', TFMessage, lambda m: cls.transforms.extend(m.transforms))
         wait_until(lambda: cls.clock.get_num_connections() >= 2, 'the node and this test listen')
         cls.folder = rospy.get_param('calibration/output/folder')
 
@@ -60,6 +63,7 @@ class CalibrationClockTest(unittest.TestCase):
         self.drive(START_S, 0.2)
         wait_until(lambda: self.node.warnings('/clock has not begun'), 'it says what it waits for')
         estimate = self.node.estimate()
+        self.assertEqual(self.transforms, [])
         self.assertEqual(estimate.state, CalibrationEstimate.WAITING_FOR_TICKS)
         self.assertEqual(estimate.rejections, '', 'input before the clock is no bad input')
 
@@ -108,7 +112,46 @@ class CalibrationClockTest(unittest.TestCase):
         self.assertLessEqual(after.bearings_gated - before.bearings_gated, 2, 'no motion is lost')
         return after
 
-    # After the one above, which begins without a clock.
+    def wait_a_second(self):
+        """~estimate comes once a second, whatever the clock says."""
+        count = len(self.node.estimates)
+        wait_until(lambda: len(self.node.estimates) >= count + 2, 'a second')
+
+    def assert_transform_at(self, seconds):
+        """One that is stamped so, and none after it while the clock stands still."""
+        wait_until(lambda: self.transforms and
+                   self.transforms[-1].header.stamp == rospy.Time.from_sec(seconds), 'TF')
+        count = len(self.transforms)
+        self.wait_a_second()
+        self.assertEqual(len(self.transforms), count, 'silent while the clock stands still')
+
+    # After test_clock, which begins without a clock.
+    def test_tf_goes_by_the_clock(self):
+        self.set_clock(START_S + 10.0)
+        self.node.reset()
+        del self.transforms[:]
+        self.drive(START_S, 2.0)
+        self.node.wait_for(lambda e: e.bearings_used == 20, 'an estimate')
+        self.set_clock(START_S + 10.5)
+        self.assert_transform_at(START_S + 10.5)
+        self.set_clock(START_S + 11.0)
+        self.assert_transform_at(START_S + 11.0)
+        count = len(self.transforms)
+        self.set_clock(START_S + 10.25)
+        self.wait_a_second()
+        self.assertEqual(len(self.transforms), count, 'a stamp is never sent twice, nor an earlier')
+        self.set_clock(START_S + 11.25)
+        self.assert_transform_at(START_S + 11.25)
+        self.set_clock(START_S + 5.0)  # a jump: the stamps begin anew with the calibration
+        self.node.wait_for(lambda e: e.bearings_used == 0, 'reset')
+        self.wait_a_second()
+        self.assertEqual(self.transforms[-1].header.stamp, rospy.Time.from_sec(START_S + 11.25))
+        self.drive(START_S, 2.0)
+        self.node.wait_for(lambda e: e.bearings_used == 20, 'an estimate')
+        self.set_clock(START_S + 5.5)
+        self.assert_transform_at(START_S + 5.5)
+
+    # After test_clock, too.
     def test_small_steps(self):
         self.set_clock(START_S + 1000.0)
         self.node.reset()

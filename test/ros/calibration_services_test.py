@@ -6,6 +6,7 @@ import shutil
 import sys
 import unittest
 
+import rosgraph
 import rospy
 import rostest
 import yaml
@@ -104,16 +105,40 @@ class CalibrationServicesTest(unittest.TestCase):
         self.assertIn('Not a directory', response.message)
         self.assertIn(rospy.get_param('/bad/calibration/output/folder'), response.message)
 
-    def test_tf_never_repeats_a_stamp(self):
+    def test_tf_goes_on_without_the_light_and_ends_with_the_estimate(self):
+        self.assertEqual(self.transforms_after(rospy.Time.now()), [], 'no estimate yet')
+        began = rospy.Time.now()
         self.drive(3.0)
+        alone = rospy.Time.now()  # no input any more
+        wait_until(lambda: len(self.transforms_after(alone)) > 20, 'TF goes on')
+        self.assert_current(self.transforms_after(began), began)
+
         self.node.reset()
-        self.world = World(self.world.start_stamp_s)  # the same stamps again, and later ones
-        self.drive(5.0)
-        wait_until(lambda: self.transforms and
-                   self.transforms[-1].header.stamp >= self.world.stamp(), 'TF')
-        stamps = [t.header.stamp for t in self.transforms]
+        self.assertEqual(self.transforms_after(rospy.Time.now()), [], 'no estimate any more')
+        again = rospy.Time.now()
+        self.world = World(self.world.start_stamp_s)  # the stamps of the first drive
+        self.drive(3.0)
+        wait_until(lambda: len(self.transforms_after(again)) > 10, 'TF of the new estimate')
+        self.assert_current(self.transforms_after(began), began)
+
+        published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        self.assertNotIn('/tf_static', [topic for topic, _ in published])
+
+    def transforms_after(self, moment):
+        """Of the last while, which is at least a second: ~estimate comes once a second."""
+        if not rospy.Time.now() - moment > rospy.Duration(1.0):
+            count = len(self.node.estimates)
+            wait_until(lambda: len(self.node.estimates) >= count + 2, 'a second')
+        return [t for t in self.transforms if t.header.stamp > moment]
+
+    def assert_current(self, transforms, began):
+        stamps = [t.header.stamp for t in transforms]
         self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])), stamps)
-        self.assertEqual({(t.header.frame_id, t.child_frame_id) for t in self.transforms},
+        self.assertTrue(began < stamps[0] and stamps[-1] <= rospy.Time.now(), stamps)
+        # the median does not mind a busy machine
+        period_s = sorted((b - a).to_sec() for a, b in zip(stamps, stamps[1:]))[len(stamps) // 2]
+        self.assertAlmostEqual(period_s, 0.1, delta=0.05)
+        self.assertEqual({(t.header.frame_id, t.child_frame_id) for t in transforms},
                          {('base_link', 'camera_calibrated')})
 
 
