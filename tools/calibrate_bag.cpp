@@ -131,7 +131,7 @@ void print(const Done& done) {
               static_cast<unsigned long long>(outcome.images), times.estimation);
   for (const std::string& warning : outcome.warnings) std::printf("  ! %s\n", warning.c_str());
   const std::string refused = ros_side::rejectionsText(result, 0);
-  if (!refused.empty()) std::printf("  ! refused: %s\n", refused.c_str());
+  if (!refused.empty()) std::printf("  ! refused or changed: %s\n", refused.c_str());
 }
 
 /// Estimates that may be compared: those that are trusted.

@@ -8,6 +8,8 @@
 #include <optional>
 #include <set>
 
+#include "bearing_calibration/common/angle.h"
+
 namespace bearing_calibration {
 namespace {
 
@@ -194,6 +196,10 @@ std::vector<SightRow> readSights(std::istream& stream, const std::string& file,
   std::optional<Stamp> last;
   while (csv.nextRow()) {
     const SightRow row{csv.stamp(time, units.start_time_s), csv.number(bearing)};
+    if (std::abs(row.bearing_rad) > 2.0 * kPi) {
+      throw csv.error(csv.describe(bearing) +
+                      " lies beyond 2 pi: is it in degrees? bearings are in radians");
+    }
     if (last && row.stamp < *last) {
       throw csv.error(csv.describe(time) + " is earlier than that of the row before");
     }

@@ -139,7 +139,7 @@ def countRows(estimate):
             '  wheel readings: %d used, %d refused' % (estimate.ticks_used,
                                                        estimate.ticks_rejected)]
     if estimate.rejections:
-        rows.append('  refused: ' + estimate.rejections)
+        rows.append('  refused or changed: ' + estimate.rejections)
     return rows
 
 

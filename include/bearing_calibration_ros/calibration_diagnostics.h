@@ -11,9 +11,9 @@ namespace bearing_calibration_ros {
 
 /// Puts a calibration's state and counts into one diagnostic status: an error when it is
 /// inconsistent; a warning when the motion is degenerate, an input is silent (`silence` says which)
-/// or inputs were refused since the last status; fine otherwise.
+/// or inputs were refused or changed since the last status; fine otherwise.
 void fillDiagnostics(const bearing_calibration::CalibrationResult& result,
                      std::uint32_t joint_states_without_wheels, const std::string& silence,
-                     bool refused_since_last, diagnostic_updater::DiagnosticStatusWrapper* status);
+                     bool remarks_since_last, diagnostic_updater::DiagnosticStatusWrapper* status);
 
 }  // namespace bearing_calibration_ros

@@ -54,8 +54,8 @@ bearing_calibration::BearingSet bearingsFromMessage(
 bearing_calibration::PredictedBearing messageFromPrediction(
     const bearing_calibration::BearingPrediction& prediction, const std::string& sensor_frame);
 
-/// "bearings stamp in the future: 3; ..." over both streams, empty when nothing was refused. Joint
-/// states without the wheels never reach the core, so they are counted beside it.
+/// "bearings stamp in the future: 3; ..." over both streams, empty when nothing was refused or
+/// changed. Joint states without the wheels never reach the core, so they are counted beside it.
 std::string rejectionsText(const bearing_calibration::CalibrationResult& result,
                            std::uint32_t joint_states_without_wheels);
 

@@ -71,12 +71,17 @@ class Calibrator::Impl {
       return countBearings(
           {InputStatus::kStampNotAfterLast, secondsFromDuration(*last - checked.bearings.stamp)});
     }
-    for (const InputOutcome& refused : checked.refused) countBearings(refused);
+    InputOutcome worst;
+    for (const InputOutcome& remark : checked.remarks) {
+      countBearings(remark);
+      if (!worst.isBadInput()) worst = remark;
+    }
     if (!queue_.add(std::move(checked.bearings))) {
       countBearings({InputStatus::kQueueFull, static_cast<double>(config_.bearings.max_waiting)});
     }
     fuseCovered();
-    return checked.refused.empty() ? countBearings({}) : checked.refused.front();
+    if (!worst.isBadInput()) countBearings({});
+    return worst;
   }
 
   std::optional<BearingPrediction> predictBearing(Stamp stamp) const {
@@ -117,6 +122,7 @@ class Calibrator::Impl {
     calibration_.describe(&result);
     if (paused_) result.state = CalibrationState::kPaused;
     if (paused_ || result.advice.empty()) result.advice = adviceFor(result.state);
+    result.advice = adviceWithSensor(counts_.bearing_inputs, result.bearings_used, result.advice);
     return result;
   }
 

@@ -11,7 +11,9 @@ std::vector<std::string> BearingInputConfig::validate() const {
   Requirements require;
   require.between("bearings/latency", latency_s, -kLongestLatency_s, kLongestLatency_s);
   require.notNegative("bearings/extra_stddev", extra_stddev_rad);
-  require.positive("bearings/max_stddev", max_stddev_rad);
+  require.positive("bearings/min_stddev", min_stddev_rad);
+  require.that(max_stddev_rad > min_stddev_rad,
+               "bearings/max_stddev must be greater than bearings/min_stddev");
   require.notNegative("bearings/max_future", max_future_s);
   require.notNegative("bearings/reorder_window", reorder_window_s);
   require.positive("bearings/max_waiting", max_waiting);

@@ -2,7 +2,17 @@
 
 #include <numeric>
 
+#include "bearing_calibration/common/formatted.h"
+
 namespace bearing_calibration {
+namespace {
+
+std::uint32_t sumFrom(InputStatus first, const InputCounts& counts) {
+  return std::accumulate(counts.by_status.begin() + static_cast<std::ptrdiff_t>(first),
+                         counts.by_status.end(), 0U);
+}
+
+}  // namespace
 
 const char* nameOf(InputStatus status) {
   switch (status) {
@@ -10,6 +20,8 @@ const char* nameOf(InputStatus status) {
       return "accepted";
     case InputStatus::kIgnoredPaused:
       return "ignored while paused";
+    case InputStatus::kVarianceRaised:
+      return "variance raised to that of bearings/min_stddev";
     case InputStatus::kNoStamp:
       return "stamp is zero";
     case InputStatus::kStampInFuture:
@@ -18,6 +30,8 @@ const char* nameOf(InputStatus status) {
       return "stamp not after the last";
     case InputStatus::kAzimuthNotFinite:
       return "azimuth not finite";
+    case InputStatus::kAzimuthBeyondATurn:
+      return "azimuth beyond 2 pi (in degrees?)";
     case InputStatus::kVarianceNotPositive:
       return "variance not positive";
     case InputStatus::kVarianceAbsurd:
@@ -45,12 +59,16 @@ const char* nameOf(InputStatus status) {
 }
 
 std::string describe(const InputOutcome& outcome) {
-  const std::string value = std::to_string(outcome.value);
+  const std::string value = formatted("%.9g", outcome.value);
   switch (outcome.status) {
     case InputStatus::kAccepted:
       return "accepted";
     case InputStatus::kIgnoredPaused:
       return "the calibration is paused: ignored";
+    case InputStatus::kVarianceRaised:
+      return "a stated variance of " + value +
+             " rad^2 is below that of bearings/min_stddev: raised to it; state the spread that is "
+             "seen while the robot stands";
     case InputStatus::kNoStamp:
       return "the stamp is zero: left out";
     case InputStatus::kStampInFuture:
@@ -59,6 +77,9 @@ std::string describe(const InputOutcome& outcome) {
       return "the stamp lies " + value + " s before the last one, or repeats it: left out";
     case InputStatus::kAzimuthNotFinite:
       return "azimuth " + value + " rad is not finite: candidate left out";
+    case InputStatus::kAzimuthBeyondATurn:
+      return "azimuth " + value +
+             " lies beyond 2 pi: is it in degrees? bearings are in radians: candidate left out";
     case InputStatus::kVarianceNotPositive:
       return "azimuth variance " + value + " rad^2 is not positive: candidate left out";
     case InputStatus::kVarianceAbsurd:
@@ -89,9 +110,8 @@ std::string describe(const InputOutcome& outcome) {
   return "unknown outcome";
 }
 
-std::uint32_t InputCounts::badInputs() const {
-  return std::accumulate(by_status.begin() + static_cast<std::ptrdiff_t>(InputStatus::kNoStamp),
-                         by_status.end(), 0U);
-}
+std::uint32_t InputCounts::badInputs() const { return sumFrom(InputStatus::kNoStamp, *this); }
+
+std::uint32_t InputCounts::remarks() const { return sumFrom(InputStatus::kVarianceRaised, *this); }
 
 }  // namespace bearing_calibration

@@ -12,7 +12,7 @@ using diagnostic_msgs::DiagnosticStatus;
 
 void fillDiagnostics(const core::CalibrationResult& result,
                      std::uint32_t joint_states_without_wheels, const std::string& silence,
-                     bool refused_since_last, diagnostic_updater::DiagnosticStatusWrapper* status) {
+                     bool remarks_since_last, diagnostic_updater::DiagnosticStatusWrapper* status) {
   const std::string rejections = rejectionsText(result, joint_states_without_wheels);
   status->summary(DiagnosticStatus::OK,
                   std::string(core::nameOf(result.state)) + ": " + result.advice);
@@ -23,7 +23,9 @@ void fillDiagnostics(const core::CalibrationResult& result,
     status->mergeSummary(DiagnosticStatus::WARN, "the motion does not determine the mount");
   }
   if (!silence.empty()) status->mergeSummary(DiagnosticStatus::WARN, silence);
-  if (refused_since_last) status->mergeSummary(DiagnosticStatus::WARN, "inputs are refused");
+  if (remarks_since_last) {
+    status->mergeSummary(DiagnosticStatus::WARN, "inputs are refused or changed");
+  }
 
   if (result.base_from_sensor) {
     const Eigen::Vector3d& mean = result.base_from_sensor->mean;

@@ -97,7 +97,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
   ros::SteadyTime last_saved_ = ros::SteadyTime::now();
   LogThrottle throttle_{kWarningPeriod_s};
   std::uint32_t joint_states_without_wheels_ = 0;
-  std::uint32_t refused_before_ = 0;  ///< inputs, at the last diagnostics
+  std::uint32_t remarks_before_ = 0;  ///< on inputs, at the last diagnostics
 
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   std::string wheel_topic_, bearing_topic_;
@@ -314,7 +314,7 @@ std::optional<ros::Time> CalibrationNodelet::timeOfReceipt() {
 
 void CalibrationNodelet::startAnew() {
   calibrator_->reset();
-  joint_states_without_wheels_ = refused_before_ = 0;
+  joint_states_without_wheels_ = remarks_before_ = 0;
   prediction_publisher_->restart();
   display_publisher_->restart();
   stamp_watch_ = {};
@@ -362,7 +362,7 @@ void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message
 }
 
 void CalibrationNodelet::warn(const std::string& topic, const core::InputOutcome& outcome) {
-  if (!outcome.isBadInput() || !throttle_.isDue(topic + core::nameOf(outcome.status))) return;
+  if (!outcome.isWorthAWord() || !throttle_.isDue(topic + core::nameOf(outcome.status))) return;
   NODELET_WARN("%s: %s", topic.c_str(), core::describe(outcome).c_str());
 }
 
@@ -374,11 +374,11 @@ void CalibrationNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& s
     if (!silence.empty() && throttle_.isDue("silence")) NODELET_WARN("%s", silence.c_str());
   }
   const core::CalibrationResult result = calibrator_->result();
-  const std::uint32_t refused = result.tick_inputs.badInputs() + result.bearing_inputs.badInputs() +
+  const std::uint32_t remarks = result.tick_inputs.remarks() + result.bearing_inputs.remarks() +
                                 joint_states_without_wheels_;
-  fillDiagnostics(result, joint_states_without_wheels_, silence, refused != refused_before_,
+  fillDiagnostics(result, joint_states_without_wheels_, silence, remarks != remarks_before_,
                   &status);
-  refused_before_ = refused;
+  remarks_before_ = remarks;
 }
 
 }  // namespace bearing_calibration_ros

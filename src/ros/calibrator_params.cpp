@@ -17,6 +17,7 @@ core::BearingInputConfig readBearings(ParamReader& params) {
   core::BearingInputConfig bearings;
   bearings.latency_s = params.number("bearings/latency");
   bearings.extra_stddev_rad = params.number("bearings/extra_stddev");
+  bearings.min_stddev_rad = params.number("bearings/min_stddev");
   bearings.max_stddev_rad = params.number("bearings/max_stddev");
   bearings.max_future_s = params.number("bearings/max_future");
   bearings.reorder_window_s = params.number("bearings/reorder_window");

@@ -43,7 +43,7 @@ void appendCount(const std::string& reason, std::uint32_t count, std::string* te
 void appendCounts(const std::string& stream, const core::InputCounts& counts, std::string* text) {
   for (std::size_t i = 0; i < core::kInputStatusCount; ++i) {
     const auto status = static_cast<core::InputStatus>(i);
-    if (!core::InputOutcome{status, 0.0}.isBadInput()) continue;
+    if (!core::InputOutcome{status, 0.0}.isWorthAWord()) continue;
     appendCount(stream + " " + core::nameOf(status), counts[status], text);
   }
 }

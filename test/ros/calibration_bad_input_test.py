@@ -95,6 +95,35 @@ class CalibrationBadInputTest(unittest.TestCase):
         self.bearings(azimuth_variance=100.0)
         self.assert_refused('bearings variance too large', '/bearings', '100', 'left out')
 
+    def test_azimuth_in_degrees(self):
+        self.bearings(azimuth=-57.3)
+        self.assert_refused('bearings azimuth beyond 2 pi (in degrees?)', '/bearings', '-57.3',
+                            'is it in degrees? bearings are in radians')
+
+    def test_a_sensor_in_degrees_is_named(self):
+        for _ in range(3):
+            self.world.advance()
+            self.bearings(azimuth=math.degrees(self.world.azimuth()) + 360.0)
+        estimate = self.node.wait_for(lambda e: 'in degrees? bearings are in radians' in e.state_text,
+                                      'the advice')
+        self.assertIn('azimuth beyond 2 pi', estimate.rejections)
+
+    def test_variance_that_no_sensor_has(self):
+        """Used with the least variance that is allowed, counted, and said."""
+        self.world.advance()
+        self.node.wheels.publish(wrapped(self.world.ticks()))
+        self.node.bearings.publish(self.world.bearings(self.world.candidate(azimuth_variance=1e-12)))
+        estimate = self.node.wait_for(lambda e: e.bearings_used + e.bearings_gated == 21, 'it is used')
+        reason = 'variance raised to that of bearings/min_stddev'
+        self.assertEqual(estimate.rejections, 'bearings %s: 1' % reason)
+        self.assertEqual(estimate.bearings_rejected, 0)
+        self.assertIn('bearings/min_stddev', estimate.state_text)
+        wait_until(lambda: self.node.warnings('/bearings', '1e-12 rad^2', 'bearings/min_stddev'),
+                   'a warning')
+        wait_until(lambda: any(value.key == 'inputs refused' and reason in value.value
+                               for status in self.statuses for value in status.values),
+                   'the count in /diagnostics')
+
     def test_quality_out_of_range(self):
         self.bearings(quality=1.5)
         self.assert_refused('bearings quality not in 0 to 1', '/bearings', '1.5', 'left out')

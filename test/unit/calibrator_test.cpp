@@ -298,6 +298,11 @@ TEST_F(BadInput, AzimuthNotFinite) {
 TEST_F(BadInput, AzimuthInfinite) {
   expectRefused(bearingsAt(last_ + Duration(1), INFINITY), InputStatus::kAzimuthNotFinite);
 }
+TEST_F(BadInput, AzimuthBeyondATurn) {
+  expectRefused(bearingsAt(last_ + Duration(1), -6.3), InputStatus::kAzimuthBeyondATurn);
+  const auto turn = static_cast<double>(static_cast<float>(2.0 * kPi));  // of a driver with floats
+  EXPECT_TRUE(calibrator_.addBearings(bearingsAt(last_ + Duration(2), turn), last_).accepted());
+}
 TEST_F(BadInput, VarianceZeroNegativeAbsurd) {
   BearingSet bearings = bearingsAt(last_ + Duration(1), 0.0);
   bearings.candidates[0].azimuth_variance_rad2 = 100.0;
@@ -340,6 +345,91 @@ TEST_F(BadInput, TicksThatJump) {
   const WheelCounts jump{last_ + durationFromSeconds(0.01), 1000000000, 1000000000};
   EXPECT_EQ(calibrator_.addTicks(jump, last_).status, InputStatus::kTicksTooFast);
   expectNothingChanged();
+}
+
+// ---- sensors that are wrong about themselves ----
+
+/// A record of which every n-th image is spoilt.
+SimulatedRecord spoilt(SimulatedRecord record, std::size_t n, void (*spoil)(Bearing*)) {
+  for (std::size_t i = 0; i < record.bearings.size(); i += n) {
+    for (Bearing& candidate : record.bearings[i].candidates) spoil(&candidate);
+  }
+  return record;
+}
+
+bool speaksOf(const CalibrationResult& result, const std::string& words) {
+  return result.advice.find(words) != std::string::npos;
+}
+
+TEST(ASensorInDegrees, IsNamedBeforeAnythingElse) {
+  const SimulatedRecord record = spoilt(simulate(paperRobot(1), 30.0), 1, [](Bearing* bearing) {
+    bearing->azimuth_rad = degreesFromRadians(bearing->azimuth_rad);
+  });
+  Calibrator calibrator(calibratorConfig());
+  for (const auto& [from_s, to_s] : {std::pair(0.0, 1.0), std::pair(1.0, 30.0)}) {
+    const CalibrationResult result = play(record, &calibrator, {0.0}, from_s, to_s);
+    EXPECT_TRUE(speaksOf(result, "is the sensor in degrees? bearings are in radians"))
+        << result.advice;
+    EXPECT_FALSE(speaksOf(result, "swapped")) << result.advice;
+  }
+}
+
+// The light hardly leaves the line ahead: four of five values look like radians.
+TEST(ASensorInDegrees, IsNamedWhereFewOfItsValuesTell) {
+  SimulatedRecord record = simulate(paperRobot(1), 10.0);
+  for (std::size_t i = 0; i < record.bearings.size(); ++i) {
+    for (Bearing& bearing : record.bearings[i].candidates) {
+      bearing.azimuth_rad = i % 5 == 0 ? 7.0 : 3.0;
+    }
+  }
+  Calibrator calibrator(calibratorConfig());
+  EXPECT_TRUE(speaksOf(play(record, &calibrator), "is the sensor in degrees?"));
+}
+
+TEST(ASensorInDegrees, IsNotSuspectedForAGlitch) {
+  const SimulatedRecord record = spoilt(simulate(paperRobot(1), 60.0), 400,
+                                        [](Bearing* bearing) { bearing->azimuth_rad = 100.0; });
+  Calibrator calibrator(calibratorConfig());
+  EXPECT_FALSE(speaksOf(play(record, &calibrator), "degrees?"));
+}
+
+// One bearing in ten states what no sensor knows: it counts as the best that a sensor may be.
+TEST(AVarianceThatNoSensorHas, IsRaisedCountedAndSaid) {
+  constexpr std::size_t kOneIn = 10;
+  const SimulatedRecord record = simulate(paperRobot(1), 60.0);
+  Calibrator stated(calibratorConfig());
+  Calibrator raised(calibratorConfig());
+  const CalibrationResult a =
+      play(spoilt(record, kOneIn, [](Bearing* bearing) { bearing->azimuth_variance_rad2 = 1e-12; }),
+           &stated);
+  const CalibrationResult b =
+      play(spoilt(record, kOneIn,
+                  [](Bearing* bearing) { bearing->azimuth_variance_rad2 = 1e-4 * 1e-4; }),
+           &raised);
+  ASSERT_TRUE(a.base_from_sensor && b.base_from_sensor);
+  EXPECT_EQ((a.base_from_sensor->mean - b.base_from_sensor->mean).norm(), 0.0);
+  EXPECT_EQ((a.base_from_sensor->covariance - b.base_from_sensor->covariance).norm(), 0.0);
+  EXPECT_EQ(a.bearings_used, b.bearings_used);
+  EXPECT_TRUE(speaksOf(a, "bearings/min_stddev")) << a.advice;
+  EXPECT_FALSE(speaksOf(b, "bearings/min_stddev")) << b.advice;
+  EXPECT_EQ(a.bearing_inputs[InputStatus::kVarianceRaised], (record.bearings.size() + 9) / kOneIn);
+  EXPECT_EQ(a.bearing_inputs[InputStatus::kAccepted], record.bearings.size());
+  EXPECT_EQ(a.bearing_inputs.badInputs(), 0U);
+}
+
+TEST(AVarianceThatNoSensorHas, IsRaisedForElevationsToo) {
+  Calibrator calibrator(calibratorConfig());
+  std::vector<double> seen;
+  calibrator.observe(
+      [&](const Look& look) { seen.push_back(look.sight.elevation->variance_rad2); });
+  play(spoilt(simulate(paperRobot(1), 1.0), 1,
+              [](Bearing* bearing) {
+                bearing->elevation_rad = 0.1;
+                bearing->elevation_variance_rad2 = 1e-12;
+              }),
+       &calibrator);
+  ASSERT_FALSE(seen.empty());
+  for (double variance : seen) EXPECT_DOUBLE_EQ(variance, 1e-8);
 }
 
 TEST(Calibrator, BearingsWithoutTicksAreBounded) {

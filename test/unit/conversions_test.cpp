@@ -246,6 +246,7 @@ TEST(Estimate, CountsBothStreamsWithTheirReasons) {
   core::CalibrationResult result;
   result.bearing_inputs[core::InputStatus::kAccepted] = 100;
   result.bearing_inputs[core::InputStatus::kIgnoredPaused] = 50;
+  result.bearing_inputs[core::InputStatus::kVarianceRaised] = 7;
   result.bearing_inputs[core::InputStatus::kNoStamp] = 2;
   result.bearing_inputs[core::InputStatus::kTicksLost] = 1;
   result.tick_inputs[core::InputStatus::kCounterReset] = 4;
@@ -253,8 +254,9 @@ TEST(Estimate, CountsBothStreamsWithTheirReasons) {
   EXPECT_EQ(message.bearings_rejected, 3U);
   EXPECT_EQ(message.ticks_rejected, 12U);
   EXPECT_EQ(message.rejections,
-            "ticks counter reset: 4; bearings stamp is zero: 2; bearings no ticks for the "
-            "bearing's stamp: 1; joint states without the wheels: 8");
+            "ticks counter reset: 4; bearings variance raised to that of bearings/min_stddev: 7; "
+            "bearings stamp is zero: 2; bearings no ticks for the bearing's stamp: 1; joint states "
+            "without the wheels: 8");
 }
 
 TEST(Pose, HasTheConfiguredPartAtItsPlaces) {

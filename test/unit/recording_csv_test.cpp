@@ -165,6 +165,9 @@ TEST(ReadSights, ErrorsNameFileAndLine) {
             "sights.csv:3: t_s '0.5' is earlier than that of the row before");
   EXPECT_EQ(sightError("t_s,landmark_id,bearing_rad\n1,8,x\n"),
             "sights.csv:2: bearing_rad 'x' is not a number");
+  EXPECT_EQ(sightError("t_s,landmark_id,bearing_rad\n1,7,3.1\n2,8,-57.3\n"),
+            "sights.csv:3: bearing_rad '-57.3' lies beyond 2 pi: is it in degrees? bearings are in "
+            "radians");
   EXPECT_EQ(sightError("t_s,landmark_id,bearing_rad\n1,8.5,0\n"),
             "sights.csv:2: landmark_id '8.5' is not a whole number");
   EXPECT_EQ(sightError("t_s,landmark_id,bearing_rad\n1,9,0\n1,8,0\n"),

@@ -42,7 +42,7 @@ def warningsOf(record):
         found.append('%s: %s.' % (details['state'], details['advice']))
     found += ['%s.' % warning for warning in details['warnings']]
     if details['rejections']:
-        found.append('Some inputs were refused (%s).' % details['rejections'])
+        found.append('Some inputs were refused or changed (%s).' % details['rejections'])
     if not details['has_estimate']:
         return found
     if not details['settled']:

@@ -16,6 +16,7 @@ struct BearingInputConfig {
   double latency_s = 0.0;
   /// What the sensor's own variance does not contain (mount, mirror, light): added to each [rad].
   double extra_stddev_rad = 0.0;
+  double min_stddev_rad = 0.0;  ///< a stated one below it, of azimuth or elevation, is raised to it
   double max_stddev_rad = 0.0;  ///< a candidate with a larger one is refused
   double max_future_s = 0.0;    ///< a stamp later than its receipt by more is refused
   /// Bearings wait this long after their stamp for earlier ones of other sensors [s].

@@ -7,15 +7,18 @@
 
 namespace bearing_calibration {
 
-/// What became of one input. Everything from kNoStamp on is bad input: refused, counted, and
-/// without any other effect but the one that its comment names.
+/// What became of one input. Everything from kVarianceRaised on is to be heard of; from kNoStamp on
+/// it is bad input: refused, counted, and without any other effect but the one that its comment
+/// names.
 enum class InputStatus : std::uint8_t {
   kAccepted,           ///< taken; bearings may still wait for the ticks that cover them
   kIgnoredPaused,      ///< the calibration is paused (ticks are still followed)
+  kVarianceRaised,     ///< a stated variance was below the least: taken with that one
   kNoStamp,            ///< the stamp is zero
   kStampInFuture,      ///< the stamp lies after the time of receipt by more than allowed
   kStampNotAfterLast,  ///< the stamp is not later than the last one of its stream
   kAzimuthNotFinite,
+  kAzimuthBeyondATurn,   ///< more than 2 pi: most likely in degrees
   kVarianceNotPositive,  ///< zero, negative or not finite
   kVarianceAbsurd,       ///< larger than the largest allowed, no information
   kQualityOutOfRange,    ///< not in [0, 1]
@@ -38,6 +41,7 @@ struct InputOutcome {
 
   bool accepted() const { return status == InputStatus::kAccepted; }
   bool isBadInput() const { return status >= InputStatus::kNoStamp; }
+  bool isWorthAWord() const { return status >= InputStatus::kVarianceRaised; }
 };
 
 /// A short name for counters and diagnostics, such as "variance not positive".
@@ -58,6 +62,7 @@ struct InputCounts {
     return by_status[static_cast<std::size_t>(status)];
   }
   std::uint32_t badInputs() const;
+  std::uint32_t remarks() const;  ///< all that is worth a word: those, and what was changed
 };
 
 }  // namespace bearing_calibration
