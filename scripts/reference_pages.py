@@ -11,9 +11,9 @@ import sys
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..'))
 
 CONFIGURATIONS = (
-    ('calibration.yaml', 'Calibration', 'calibrate.launch, replay.launch, demo.launch, calibrate_bag'),
-    ('detection.yaml', 'Light detection', 'detect.launch, replay.launch, demo.launch, calibrate_bag'),
-    ('drive.yaml', 'Calibration drive', 'drive.launch, with the group `wheels` of the calibration'),
+    ('calibration.yaml', 'Calibration', 'live.launch, calibrate.launch, replay.launch, demo.launch, calibrate_bag'),
+    ('detection.yaml', 'Light detection', 'live.launch, detect.launch, replay.launch, demo.launch, calibrate_bag'),
+    ('drive.yaml', 'Calibration drive', 'live.launch and drive.launch, with the group `wheels` of the calibration'),
     ('simulation.yaml', 'Simulation', 'demo.launch, simulate_bag, render_scene'),
 )
 INTERFACES = (

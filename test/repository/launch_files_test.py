@@ -3,6 +3,7 @@
 import glob
 import os
 import re
+import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
 
@@ -16,10 +17,11 @@ REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..')
 LAUNCH_FILES = sorted(glob.glob(os.path.join(REPOSITORY, 'launch', '*.launch')))
 CONFIG_FILES = sorted(glob.glob(os.path.join(REPOSITORY, 'config', '*.yaml')))
 EXPECTED_LAUNCH_FILES = {'calibrate.launch', 'demo.launch', 'detect.launch', 'drive.launch',
-                         'replay.launch'}
+                         'live.launch', 'manager.launch', 'replay.launch'}
 
 # Arguments that have no default because only the user knows them.
-REQUIRED_ARGUMENTS = {'replay.launch': ['bag:=/tmp/some.bag']}
+REQUIRED_ARGUMENTS = {'manager.launch': ['manager:=some_manager'],
+                      'replay.launch': ['bag:=/tmp/some.bag']}
 
 # "name: value  # comment"; a group's name has no value.
 PARAMETER = re.compile(r'^ *[A-Za-z_]\w*:\s*(?P<value>[^#]*?)\s*(#\s*(?P<comment>.*))?$')
@@ -65,6 +67,38 @@ class LaunchFiles(unittest.TestCase):
             self.assertNotIn('calibration_drive', names)
         with self.assertRaises(roslaunch.core.RLException):
             load(demo, 'drive:=fast')
+
+    def testTheirManagersAreRequiredAndHaveNamesOfTheirOwn(self):
+        names = []
+        for path in LAUNCH_FILES:
+            config = load(path)
+            for node in config.nodes:
+                if node.args == 'manager':
+                    names.append(node.name)
+                    self.assertTrue(node.required, path)
+                    self.assertIn('/%s/num_worker_threads' % node.name, config.params)
+        self.assertGreater(len(names), 4)
+        self.assertEqual(len(names), len(set(names)), names)
+
+    def testLiveGivesItsPartsWhatTheyAreToHave(self):
+        with tempfile.TemporaryDirectory() as folder:
+            arguments = ['drive:=true', 'wheel_separation:=0.4', 'sensor_frame:=eye']
+            for name, text in (('overrides', 'wheels: {max_apart: 0.11}'),
+                               ('detection_overrides', 'blink: {rate: 7.5}'),
+                               ('drive_overrides', 'limits: {wheel_speed: 0.05}')):
+                path = os.path.join(folder, name + '.yaml')
+                arguments.append('%s:=%s' % (name, path))
+                with open(path, 'w') as file:
+                    file.write(text)
+            params = load(os.path.join(REPOSITORY, 'launch', 'live.launch'), *arguments).params
+        expected = {'/calibration/wheels/separation': 0.4, '/calibration/wheels/max_apart': 0.11,
+                    '/calibration_drive/wheels/separation': 0.4,
+                    '/calibration_drive/wheels/max_apart': 0.11,
+                    '/calibration_drive/limits/wheel_speed': 0.05,
+                    '/calibration/frames/sensor': 'eye', '/light_detection/frames/sensor': 'eye',
+                    '/light_detection/blink/rate': 7.5}
+        self.assertEqual({name: params[name].value for name in expected}, expected)
+        self.assertNotIn('/light_detection/wheels/separation', params)
 
     def testTheirNodeletsAreDeclared(self):
         loaded = set()

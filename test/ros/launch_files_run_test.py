@@ -2,31 +2,19 @@
 
 import glob
 import os
-import re
-import signal
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
 
-import roslaunch.config
-import roslaunch.xmlloader
 import rosbag
-import rosgraph
 import rospy
 
 from bearing_calibration.msg import WheelTicks
+from running_launch import CRASH, START_DEADLINE_S, STAY_S, STOP_DEADLINE_S, RunningLaunch
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
-sys.path.insert(0, os.path.join(REPOSITORY, 'tools'))
-import demo_monitor  # noqa: E402  (lies in tools)
-
-START_DEADLINE_S = 120
-STAY_S = 2  # a node that refuses its parameters is gone by then
-STOP_DEADLINE_S = 60
-
-CRASH = re.compile(r'terminate called|Aborted|Segmentation|Traceback|has died|exit code')
 
 
 class HiddenScreen:
@@ -47,67 +35,6 @@ class HiddenScreen:
     def close(self):
         self.process.terminate()
         self.process.wait(timeout=STOP_DEADLINE_S)
-
-
-class RunningLaunch:
-    """A launch file of this package with a master of its own."""
-
-    def __init__(self, name, arguments, folder, more_environment=()):
-        self.path = os.path.join(REPOSITORY, 'launch', name)
-        self.arguments = arguments
-        port = demo_monitor.freePort(demo_monitor.masterPorts())
-        self.master_uri = 'http://localhost:%d' % port
-        self.log_path = os.path.join(folder, name + '.log')
-        environment = dict(os.environ, ROS_MASTER_URI=self.master_uri, ROS_LOG_DIR=folder,
-                           **dict(more_environment))
-        with open(self.log_path, 'w') as log:
-            self.process = subprocess.Popen(
-                ['roslaunch', '-p', str(port), self.path] + arguments,
-                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=environment,
-                start_new_session=True)
-
-    def expectedNodes(self):
-        config = roslaunch.config.ROSLaunchConfig()
-        roslaunch.xmlloader.XmlLoader().load(self.path, config, argv=self.arguments, verbose=False)
-        return {node.namespace + node.name for node in config.nodes}
-
-    def presentNodes(self):
-        master = rosgraph.Master('/launch_files_run_test', master_uri=self.master_uri)
-        try:
-            return {node for kind in master.getSystemState() for _, nodes in kind for node in nodes}
-        except (OSError, rosgraph.MasterException):
-            return set()  # not up yet
-
-    def topicsOf(self, node):
-        """What a node has subscribed to."""
-        subscribers = rosgraph.Master(
-            '/launch_files_run_test', master_uri=self.master_uri).getSystemState()[1]
-        return {topic for topic, nodes in subscribers if node in nodes}
-
-    def missingNodes(self):
-        return self.expectedNodes() - self.presentNodes()
-
-    def waitForNodes(self):
-        deadline = time.monotonic() + START_DEADLINE_S
-        while self.missingNodes() and self.process.poll() is None:
-            if time.monotonic() > deadline:
-                break
-            time.sleep(0.2)
-
-    def stop(self):
-        """Ctrl-C; its return code, or None when it had to be killed."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-        try:
-            return self.process.wait(timeout=STOP_DEADLINE_S)
-        except subprocess.TimeoutExpired:
-            os.killpg(self.process.pid, signal.SIGKILL)
-            self.process.wait()
-            return None
-
-    def output(self):
-        with open(self.log_path) as log:
-            return log.read()
 
 
 class LaunchFilesRun(unittest.TestCase):
@@ -179,7 +106,7 @@ class LaunchFilesRun(unittest.TestCase):
         self.assertRuns('demo.launch')
 
     def testDrive(self):
-        self.assertRuns('drive.launch', 'start_manager:=true')
+        self.assertRuns('drive.launch')
 
     def testReplay(self):
         bag_path = os.path.join(self.folder, 'ticks.bag')
