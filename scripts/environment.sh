@@ -21,6 +21,12 @@ if [[ -z "${ROS_HOSTNAME:-}${ROS_IP:-}${ROS_MASTER_URI:-}" ]]; then
   export ROS_HOSTNAME=localhost
 fi
 
+# stampOf TARGET...: the file that is there once these targets have been built.
+stampOf() {
+  local IFS=-
+  printf '%s/.built-%s' "$build_folder" "$*"
+}
+
 # ROS's setup files read variables that are not set.
 source_setup() {
   set +u

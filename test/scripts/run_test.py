@@ -1,0 +1,165 @@
+"""What scripts/run installs and builds before it starts a command, and that what is built stays."""
+
+import glob
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+DOCUMENTS = [os.path.join(REPOSITORY, name) for name in ('README.md', 'CONTRIBUTING.md')] + glob.glob(
+    os.path.join(REPOSITORY, 'doc', '**', '*.md'), recursive=True)
+PROGRAMS = ['programs']
+MEASURING = {'monte_carlo', 'drive_table', 'render_rate', 'observability_table', 'gallery_data'}
+COMMANDS = ('roscore', 'roslaunch', 'rostopic', 'rosservice', 'rosbag', 'rosrun', 'rviz', 'rostest',
+            'parallel')  # stand-ins, so that nothing is started
+
+
+class CopyOfTheScripts(unittest.TestCase):
+    """The scripts in a folder of their own, whose programs note how they were called."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.build_folder = self.path('.build', 'release')
+        self.log = self.path('log')
+        shutil.copytree(os.path.join(REPOSITORY, 'scripts'), self.path('scripts'))
+        os.mkdir(self.path('stand_ins'))
+        with open(self.path('scripts', 'environment.sh'), 'a') as file:
+            file.write('PATH="%s:$PATH"\n' % self.path('stand_ins'))
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def standIn(self, path, then='exit 0'):
+        with open(path, 'w') as file:
+            file.write('#!/bin/sh\necho "${0##*/} $*" >> "%s"\n%s\n' % (self.log, then))
+        os.chmod(path, 0o755)
+
+    def call(self, *command):
+        """Calls of the stand-ins, those of cmake without what is the same for all."""
+        if os.path.exists(self.log):
+            os.remove(self.log)
+        done = subprocess.run(command, cwd=self.folder, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              universal_newlines=True, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        with open(self.log) as file:
+            return [line.split() for line in file]
+
+
+class Run(CopyOfTheScripts):
+    """After scripts/demo, which leaves a build folder without tests."""
+
+    def setUp(self):
+        super().setUp()
+        os.makedirs(os.path.join(self.build_folder, 'devel'))
+        with open(os.path.join(self.build_folder, 'CMakeCache.txt'), 'w') as file:
+            file.write('CATKIN_ENABLE_TESTING:BOOL=OFF\nCMAKE_BUILD_TYPE:STRING=Release\n')
+        with open(os.path.join(self.build_folder, 'devel', 'setup.bash'), 'w'):
+            pass
+        for name in ('tools', 'bench'):
+            os.symlink(os.path.join(REPOSITORY, name), self.path(name))
+        self.standIn(self.path('scripts', 'install_dependencies'))
+        for name in COMMANDS + ('cmake',):
+            self.standIn(self.path('stand_ins', name))
+
+    def whatItTakes(self, command):
+        """Arguments of install_dependencies and of cmake to configure, and the targets."""
+        words = command if isinstance(command, list) else shlex.split(command)
+        packages, configured, targets = [], [], []
+        for name, *arguments in self.call(self.path('scripts', 'run'), *words):
+            if name == 'install_dependencies':
+                packages.append(arguments)
+            elif name == 'cmake' and arguments[0] == '--build':
+                targets += arguments[arguments.index('--target') + 1:]
+            elif name == 'cmake':
+                configured += arguments[arguments.index('-B') + 2:]
+        self.assertEqual(len(packages), 1)
+        return packages[0], configured, targets
+
+    def assertTakesNothingMore(self, command):
+        self.assertEqual(self.whatItTakes(command), (['--to-use'], [], PROGRAMS), command)
+
+    def testWhatAnOwnerStartsTakesNothingMoreThanTheDemo(self):
+        for command in ('roscore', 'rosbag --help', 'env', 'rosrun tf2_tools echo.py',
+                        'rosrun bearing_calibration calibrate_bag drive.bag --output result',
+                        'rosrun bearing_calibration watch --once', 'python3 --version',
+                        'roslaunch bearing_calibration calibrate.launch rviz:=false',
+                        'parallel rosrun bearing_calibration calibrate_bag {} ::: a.bag'):
+            with self.subTest(command=command):
+                self.assertTakesNothingMore(command)
+
+    def testWindowsAreInstalledAndNothingMoreIsBuilt(self):
+        for command in ('rviz', 'rosrun rviz rviz', 'rviz --help',
+                        'roslaunch bearing_calibration demo.launch rviz:=true'):
+            with self.subTest(command=command):
+                self.assertEqual(self.whatItTakes(command), ([], [], PROGRAMS))
+
+    def testAProgramThatMeasuresIsBuiltBesideThem(self):
+        for program in MEASURING:
+            with self.subTest(program=program):
+                self.assertEqual(self.whatItTakes('rosrun bearing_calibration %s --help' % program),
+                                 (['--to-use'], [], PROGRAMS + [program]))
+
+    def testTestsAndBenchesAreAddedToTheBuildThatIsThere(self):
+        for command, target in (('rostest bearing_calibration simulation.test', 'rostests'),
+                                ('rosrun bearing_calibration filter_bench', 'filter_bench')):
+            with self.subTest(command=command):
+                self.assertEqual(self.whatItTakes(command), (
+                    [], ['-DCATKIN_ENABLE_TESTING=ON'], PROGRAMS + [target]))
+
+    def testTheDocumentsCommandsBuildWhatTheyStart(self):
+        checked = 0
+        for path in DOCUMENTS:
+            with open(path) as file:
+                text = file.read().replace('\\\n', ' ')
+            for command in re.findall(r'\./scripts/run (ros\w+ bearing_calibration [^`\n]*)', text):
+                checked += 1
+                words = [re.sub(r'\W*$', '', word) for word in command.split()]
+                with self.subTest(document=os.path.relpath(path, REPOSITORY), command=command):
+                    if words[0] == 'rostest':
+                        continue
+                    _, configured, targets = self.whatItTakes(words)
+                    self.assertEqual(configured, [])
+                    self.assertEqual(targets, PROGRAMS + [name for name in words[2:3]
+                                                          if name in MEASURING])
+        self.assertGreater(checked, 20)
+
+
+class Build(CopyOfTheScripts):
+
+    def setUp(self):
+        super().setUp()
+        for name in set(os.listdir(REPOSITORY)) - {'.build', '.git', 'scripts'}:
+            os.symlink(os.path.join(REPOSITORY, name), self.path(name))
+        cmake = shutil.which('cmake')
+        self.standIn(self.path('stand_ins', 'cmake'), '[ "$1" = --build ] || exec %s "$@"' % cmake)
+
+    def commandsOfThePrograms(self):
+        """How their objects are compiled, by object."""
+        listed = subprocess.run(['ninja', '-C', self.build_folder, '-t', 'commands', 'programs'],
+                                stdout=subprocess.PIPE, universal_newlines=True, check=True,
+                                timeout=60).stdout
+        return {re.search(r' -o (\S+)', line).group(1): line
+                for line in listed.splitlines() if ' -c ' in line}
+
+    def testTestsCompileNothingAnewThatIsThereToUse(self):
+        if not shutil.which('ninja'):
+            self.skipTest('ninja is not installed: its commands cannot be listed')
+        self.call(self.path('scripts', 'build'), '--to-use')
+        to_use = self.commandsOfThePrograms()
+        self.assertGreater(len(to_use), 100)
+        calls = self.call(self.path('scripts', 'build'), '--werror', 'all', 'tests')
+        self.assertEqual([call[0:2] for call in calls], [['cmake', '-S'], ['cmake', '--build']])
+        self.assertEqual(self.commandsOfThePrograms(), to_use)
+        self.call(self.path('scripts', 'build'), '--to-use')
+        self.assertEqual(self.commandsOfThePrograms(), to_use)
+
+
+if __name__ == '__main__':
+    unittest.main()
