@@ -31,7 +31,8 @@ PARAMETERS_HEAD = """# Parameters
 
 Made from `config/*.yaml` by `scripts/reference_pages.py`: change the comments there. SI units and radians. Every
 parameter is required: the launch files load these files first, and yours (`overrides:=FILE`) over them. A
-missing, misspelt or wrong one stops the node with all errors listed. Give a file only what differs:
+missing, misspelt or wrong one stops the node with all errors listed, and so does a number beyond what any robot
+has, from one of millimetres to a truck: the error names its bounds. Give a file only what differs:
 
 ```yaml
 wheels:

@@ -185,6 +185,9 @@ std::vector<Done> runAll(const CalibrateBagArguments& arguments, const BagSetup&
 ExitStatus run(const CalibrateBagArguments& arguments) {
   const BagSetup setup =
       readBagSetup(arguments.config_files, arguments.assignments, arguments.topics);
+  if (const auto why = ros_side::whyNotWritable(arguments.output_folder)) {
+    throw boost::program_options::error("--output " + *why);
+  }
   const std::vector<Done> all = runAll(arguments, setup);
   std::set<ExitStatus> statuses;
   for (const Done& done : all) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,8 +49,16 @@ struct CalibrationNodeConfig {
   std::map<std::string, std::string> texts;  ///< every parameter's value in YAML, for the record
 };
 
+/// Whether the reader of output/folder is going to write into it.
+enum class ResultFolder : std::uint8_t { kUnused, kWritten };
+
 /// Reads config/calibration.yaml's parameters.
 /// @throws std::runtime_error with one line for each parameter that is missing, wrong or unknown.
-CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params);
+CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params,
+                                                ResultFolder folder = ResultFolder::kUnused);
+
+/// Makes a folder where it is missing and tries to write into it.
+/// @returns in words why that cannot be, with the system's reason; none when it can
+std::optional<std::string> whyNotWritable(const std::string& folder);
 
 }  // namespace bearing_calibration_ros

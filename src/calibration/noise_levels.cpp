@@ -112,8 +112,9 @@ Shape shapeAt(const Likelihood& likelihood, const Logs& logs) {
 
 std::vector<std::string> NoisePriors::validate() const {
   Requirements require;
-  require.notNegative("errors/bearing_noise_stddev", bearing_stddev);
-  require.notNegative("errors/wheel_noise_stddev", wheel_stddev);
+  constexpr double kLargest = 10.0;  // of a logarithm: a factor of 22000
+  require.between("errors/bearing_noise_stddev", bearing_stddev, 0.0, kLargest);
+  require.between("errors/wheel_noise_stddev", wheel_stddev, 0.0, kLargest);
   return require.errors();
 }
 

@@ -87,6 +87,7 @@ void ErrorPriors::setBlock(const std::string& name, double block_stddev) {
 void ErrorPriors::setLightHeight(double mean_m, double stddev_m) {
   constexpr int kHeight = placeOf<SensorTilt>() + SensorTilt::kHeight;
   light_height_m = mean_m;
+  light_height_stddev_m = stddev_m;
   if (!usesElevations()) return;
   mean(kHeight) = mean_m;
   stddev(kHeight) = stddev_m;
@@ -94,18 +95,27 @@ void ErrorPriors::setLightHeight(double mean_m, double stddev_m) {
 
 void ErrorPriors::setMirrorNearPerFar(double near_per_far_m) {
   constexpr int kHarmonic = placeOf<MirrorHarmonic>();
+  mirror_near_per_far_m = near_per_far_m;
   if (stddev(kHarmonic) > 0.0) mean(kHarmonic + MirrorHarmonic::kNearPerFar) = near_per_far_m;
 }
 
 std::vector<std::string> ErrorPriors::validate() const {
+  constexpr double kLargest = 10.0;  // s, rad, rad m or a ratio
+  constexpr double kLargestHeight_m = 100.0;
   Requirements require;
   forEachBlock<kErrorCount>([&](auto block, auto at) {
-    for (double value : partOf(stddev, block, at)) {
-      require.notNegative(std::string("errors/") + decltype(block)::kName + "_stddev", value);
+    const auto part = partOf(stddev, block, at);
+    for (int i = 0; i < part.size(); ++i) {
+      const double weight = decltype(block)::kPriorWeights[static_cast<std::size_t>(i)];
+      require.between(std::string("errors/") + decltype(block)::kName + "_stddev", part(i), 0.0,
+                      std::max(weight, 1.0) * kLargest);
     }
   });
-  require.that(std::isfinite(light_height_m), "errors/light_height must be finite");
-  require.that(mean.allFinite(), "errors/mirror_near_per_far must be finite");
+  require.between("errors/light_height", light_height_m, -kLargestHeight_m, kLargestHeight_m);
+  require.between("errors/light_height_stddev", light_height_stddev_m, 0.0, kLargestHeight_m);
+  require.between("errors/mirror_near_per_far", mirror_near_per_far_m, -kLargestHeight_m,
+                  kLargestHeight_m);
+  require.that(mean.allFinite(), "the errors' means must be finite");
   const auto tilt = stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>());
   require.that(
       !usesElevations() || tilt.minCoeff() > 0.0,

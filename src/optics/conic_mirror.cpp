@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration {
@@ -63,16 +64,21 @@ std::vector<std::string> ConicMirror::validate() const {
   // A narrower cone sees only the sky, a wider one only the robot itself.
   constexpr double kMinHalfAngleRad = 30.0 / kDegreesPerRadian;
   constexpr double kMaxHalfAngleRad = 80.0 / kDegreesPerRadian;
+  constexpr double kLeastOfALens_m = 1e-6;
+  constexpr double kLargestOfALens_m = 10.0;  // and of a mirror
+  constexpr double kSmallestPixel_m = 1e-8;
+  constexpr double kLargestPixel_m = 1e-2;
+  constexpr double kInfinity_m = 1e6;  // to focus on
   Requirements require;
-  require.positive("lens/focal_length", focal_length_m);
-  require.positive("lens/aperture", aperture_m);
-  require.positive("lens/pixel_pitch", pixel_pitch_m);
-  require.that(focus_distance_m > focal_length_m,
-               "lens/focus_distance must be greater than lens/focal_length, but is " +
-                   std::to_string(focus_distance_m));
-  require.positive("mirror/lens_to_apex", lens_to_apex_m);
+  require.between("lens/focal_length", focal_length_m, kLeastOfALens_m, kLargestOfALens_m);
+  require.between("lens/aperture", aperture_m, kLeastOfALens_m, kLargestOfALens_m);
+  require.between("lens/pixel_pitch", pixel_pitch_m, kSmallestPixel_m, kLargestPixel_m);
+  require.that(focus_distance_m > focal_length_m && focus_distance_m <= kInfinity_m,
+               "lens/focus_distance must be greater than lens/focal_length and at most " +
+                   formatted("%g, but is %.9g", kInfinity_m, focus_distance_m));
+  require.between("mirror/lens_to_apex", lens_to_apex_m, kLeastOfALens_m, kLargestOfALens_m);
   require.between("mirror/half_angle", half_angle_rad, kMinHalfAngleRad, kMaxHalfAngleRad);
-  require.positive("mirror/base_radius", base_radius_m);
+  require.between("mirror/base_radius", base_radius_m, kLeastOfALens_m, kLargestOfALens_m);
   return require.errors();
 }
 

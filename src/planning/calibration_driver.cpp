@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 #include "bearing_calibration/odometry/odometry_track.h"
@@ -21,9 +22,10 @@ bool isOver(Stamp last, double timeout_s, Stamp now) {
 
 std::vector<std::string> DriveTimeouts::validate() const {
   Requirements require;
-  require.positive("timeouts/ticks", ticks_s);
-  require.positive("timeouts/bearings", bearings_s);
-  require.positive("timeouts/estimate", estimate_s);
+  using plausible::kBriefest_s, plausible::kLongest_s;
+  require.between("timeouts/ticks", ticks_s, kBriefest_s, kLongest_s);
+  require.between("timeouts/bearings", bearings_s, kBriefest_s, kLongest_s);
+  require.between("timeouts/estimate", estimate_s, kBriefest_s, kLongest_s);
   return require.errors();
 }
 

@@ -3,15 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration {
 
 std::vector<std::string> WheelLimits::validate() const {
   Requirements require;
+  constexpr double kSlowest_mps2 = 1e-4;
+  constexpr double kFastest_mps2 = 1000.0;
   require.positive("wheels/separation", wheel_separation_m);
-  require.positive("limits/wheel_speed", max_speed_mps);
-  require.positive("limits/wheel_acceleration", max_acceleration_mps2);
+  require.between("limits/wheel_speed", max_speed_mps, plausible::kSlowest_mps,
+                  plausible::kFastest_mps);
+  require.between("limits/wheel_acceleration", max_acceleration_mps2, kSlowest_mps2, kFastest_mps2);
   return require.errors();
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -33,11 +34,11 @@ void addTurns(double course_rad, double length_m, std::vector<Hop>* hops) {
 
 std::vector<std::string> PlannerConfig::validate() const {
   Requirements require;
-  require.positive("planner/light_distance", light_distance_m);
-  require.notNegative("planner/light_sigmas", light_sigmas);
-  require.notNegative("planner/region_margin", region_margin_m);
-  require.that(std::isfinite(max_hop_m) && max_hop_m >= 2.0 * kShortestHop_m,
-               "planner/max_hop must be at least 0.1, but is " + std::to_string(max_hop_m));
+  using plausible::kFarthest_m;
+  require.between("planner/light_distance", light_distance_m, plausible::kShortest_m, kFarthest_m);
+  require.between("planner/light_sigmas", light_sigmas, 0.0, plausible::kMostSigmas);
+  require.between("planner/region_margin", region_margin_m, 0.0, kFarthest_m);
+  require.between("planner/max_hop", max_hop_m, 2.0 * kShortestHop_m, kFarthest_m);
   return require.errors();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/filter/bearing_model.h"
 
@@ -24,8 +25,10 @@ void see(double variance_rad2, CartesianEstimate* estimate) {
 std::vector<std::string> SensingModel::validate() const {
   Requirements require;
   require.add(wheel_noise.validate());
-  require.positive("planner/bearing_stddev", bearing_stddev_rad);
-  require.positive("planner/bearing_rate", bearing_rate_hz);
+  require.between("planner/bearing_stddev", bearing_stddev_rad, plausible::kLeastAngle_rad,
+                  plausible::kTurn_rad);
+  require.between("planner/bearing_rate", bearing_rate_hz, plausible::kRarest_hz,
+                  plausible::kMostFrequent_hz);
   return require.errors();
 }
 

@@ -7,6 +7,7 @@
 #include <boost/geometry/geometries/polygon.hpp>
 #include <boost/geometry/geometries/segment.hpp>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration {
@@ -31,13 +32,16 @@ Polygon polygonFrom(const std::vector<Eigen::Vector2d>& corners) {
 std::vector<std::string> Region::validate() const {
   constexpr std::size_t kLeastCorners = 3;
   Requirements require;
-  if (polygon_m.empty()) {
-    require.positive("region/radius", radius_m);
-    return require.errors();
-  }
+  const double least_m = polygon_m.empty() ? plausible::kShortest_m : 0.0;
+  require.between("region/radius", radius_m, least_m, plausible::kFarthest_m);
+  if (polygon_m.empty()) return require.errors();
   require.that(
       polygon_m.size() >= kLeastCorners,
       "region/polygon must have at least 3 corners, but has " + std::to_string(polygon_m.size()));
+  for (const Eigen::Vector2d& corner : polygon_m) {
+    require.that(corner.cwiseAbs().maxCoeff() <= plausible::kFarthest_m,
+                 "region/polygon must lie within 1000 m of the start");
+  }
   if (!require.errors().empty()) return require.errors();
   require.that(geometry::is_valid(polygonFrom(polygon_m)), "region/polygon must not cross itself");
   require.that(clearance(Eigen::Vector2d::Zero()) > 0.0,

@@ -112,7 +112,8 @@ class CalibrationNodelet : public nodelet::Nodelet {
 
 void CalibrationNodelet::onInit() {
   try {
-    config_ = readCalibrationNodeConfig(ParamReader(getPrivateNodeHandle()));
+    config_ =
+        readCalibrationNodeConfig(ParamReader(getPrivateNodeHandle()), ResultFolder::kWritten);
     calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator);
     takeUpEarlierResult();
     watchInputs();
@@ -374,8 +375,8 @@ void CalibrationNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& s
     if (!silence.empty() && throttle_.isDue("silence")) NODELET_WARN("%s", silence.c_str());
   }
   const core::CalibrationResult result = calibrator_->result();
-  const std::uint32_t remarks = result.tick_inputs.remarks() + result.bearing_inputs.remarks() +
-                                joint_states_without_wheels_;
+  const std::uint32_t remarks =
+      result.tick_inputs.remarks() + result.bearing_inputs.remarks() + joint_states_without_wheels_;
   fillDiagnostics(result, joint_states_without_wheels_, silence, remarks != remarks_before_,
                   &status);
   remarks_before_ = remarks;

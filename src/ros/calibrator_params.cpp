@@ -1,7 +1,13 @@
 #include "bearing_calibration_ros/calibrator_params.h"
 
-#include <cstdlib>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration_ros {
@@ -145,13 +151,30 @@ std::vector<std::string> OutputConfig::validate(const FrameNames& frames) const 
   require.that(
       start_frame != frames.base && start_frame != frames.sensor && start_frame != tf_child_frame,
       "output/start_frame must be a frame of its own, but is '" + start_frame + "'");
-  require.notNegative("output/save_period", save_period_s);
-  require.positive("output/max_rate", max_rate_hz);
-  require.positive("output/prediction_rate", prediction_rate_hz);
+  using namespace core::plausible;
+  require.between("output/save_period", save_period_s, 0.0, kLongest_s);
+  require.between("output/max_rate", max_rate_hz, kRarest_hz, kMostFrequent_hz);
+  require.between("output/prediction_rate", prediction_rate_hz, kRarest_hz, kMostFrequent_hz);
   return require.errors();
 }
 
-CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params) {
+std::optional<std::string> whyNotWritable(const std::string& folder) {
+  const std::filesystem::path path = std::filesystem::absolute(folder);
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) return path.string() + " cannot be made: " + error.message();
+  std::string probe = path / ".writable.XXXXXX";
+  const int descriptor = ::mkstemp(probe.data());
+  if (descriptor < 0) {
+    const std::string reason = std::generic_category().message(errno);
+    return path.string() + " cannot be written to: " + reason;
+  }
+  ::close(descriptor);
+  ::unlink(probe.c_str());
+  return std::nullopt;
+}
+
+CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params, ResultFolder folder) {
   CalibrationNodeConfig config;
   config.frames = readFrames(params);
   const WheelParams wheels = readWheels(params);
@@ -172,8 +195,13 @@ CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params) {
   constexpr double kLeastStepBack_s = 0.1;  // threads read a running clock in any order
   constexpr double kMostStepBack_s = 60.0;  // so long the robot may be without readings
   require.between("clock/max_step_back", config.max_step_back_s, kLeastStepBack_s, kMostStepBack_s);
-  require.positive("diagnostics/input_timeout", config.input_timeout_s);
+  require.between("diagnostics/input_timeout", config.input_timeout_s, core::plausible::kBriefest_s,
+                  core::plausible::kLongest_s);
   require.add(wheels.validate());
+  if (folder == ResultFolder::kWritten && !config.output.folder.empty()) {
+    const auto why = whyNotWritable(config.output.folder);
+    require.that(!why, "output/folder " + why.value_or(""));
+  }
   params.addErrors(require.errors());
   params.throwIfAnyError();
   return config;

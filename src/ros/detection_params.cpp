@@ -1,5 +1,6 @@
 #include "bearing_calibration_ros/detection_params.h"
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration_ros {
@@ -142,7 +143,8 @@ std::vector<std::string> nodeErrors(const DetectionNodeConfig& config) {
   require.that(!config.sensor_frame.empty(), "frames/sensor must not be empty");
   require.that(!(config.blink.use && config.colour.use),
                "blink/use and colour/use cannot both be set: one of them names the light");
-  require.that(config.full_scan_every >= 1, "prediction/full_scan_every must be at least 1");
+  require.between("prediction/full_scan_every", config.full_scan_every, 1,
+                  core::plausible::kMostOfAKind);
   return require.errors();
 }
 

@@ -3,6 +3,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -52,16 +53,22 @@ std::vector<std::string> DriveNodeConfig::validate() const {
   require.add(wheels.validate());
   require.add(wheels.drive.validate());
   require.add(drive.validate());
+  constexpr double kLeastControl_hz = 1.0;
+  constexpr double kMostControl_hz = 1000.0;
+  constexpr double kLongestSilence_s = 60.0;  // a longer one is no dead man's button
   using core::DriveGoal;
+  using core::plausible::kBriefest_s, core::plausible::kLongest_s,
+      core::plausible::kLongestHistory_s;
   require.between("drive/max_time", default_goal.max_time_s, DriveGoal::kLeastTime_s,
                   DriveGoal::kMostTime_s);
   require.between("drive/max_path", default_goal.max_path_m, DriveGoal::kLeastPath_m,
                   DriveGoal::kMostPath_m);
-  require.notNegative("timeouts/enable", enable_timeout_s);
-  require.notNegative("timeouts/obstacle", obstacle_timeout_s);
-  require.positive("timeouts/clock", clock_timeout_s);
-  require.positive("wheels/max_apart", wheels.max_apart_s);
-  require.positive("drive/control_rate", control_rate_hz);
+  require.between("timeouts/enable", enable_timeout_s, 0.0, kLongestSilence_s);
+  require.between("timeouts/obstacle", obstacle_timeout_s, 0.0, kLongestSilence_s);
+  require.between("timeouts/clock", clock_timeout_s, kBriefest_s, kLongest_s);
+  require.between("wheels/max_apart", wheels.max_apart_s, kBriefest_s, kLongestHistory_s);
+  require.between("wheels/history", wheels.history_s, kBriefest_s, kLongestHistory_s);
+  require.between("drive/control_rate", control_rate_hz, kLeastControl_hz, kMostControl_hz);
   require.that(!start_frame.empty(), "drive/start_frame must not be empty");
   require.that(
       drive.limits.max_speed_mps <= wheels.drive.max_wheel_speed_mps,

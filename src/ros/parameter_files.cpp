@@ -14,11 +14,13 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration_ros {
 namespace {
 
 namespace core = bearing_calibration;
+using core::formatted;
 using XmlRpc::XmlRpcValue;
 
 std::runtime_error errorAt(const std::string& origin, const YAML::Mark& mark,
@@ -43,6 +45,10 @@ XmlRpcValue integerFrom(const std::string& text) {
   return XmlRpcValue(static_cast<int>(value));
 }
 
+/// Infinite where the text says more than a double holds, as in Python: a reader names the
+/// parameter.
+double realFrom(const std::string& text) { return std::strtod(text.c_str(), nullptr); }
+
 /// What PyYAML, and with it roslaunch and rosparam, takes a plain scalar for.
 XmlRpcValue scalarFrom(const std::string& text) {
   static const std::regex kTrue("yes|Yes|YES|true|True|TRUE|on|On|ON");
@@ -52,12 +58,15 @@ XmlRpcValue scalarFrom(const std::string& text) {
       "[-+]?([0-9][0-9_]*)\\.[0-9_]*([eE][-+][0-9]+)?|\\.[0-9][0-9_]*([eE][-+][0-9]+)?");
   static const std::regex kInfinity("([-+]?)\\.(inf|Inf|INF)");
   static const std::regex kNotANumber("\\.(nan|NaN|NAN)");
-  static const std::regex kAngle("(deg|rad)\\(\\s*([-+]?[0-9.]+([eE][-+]?[0-9]+)?)\\s*\\)");
+  static const std::regex kAngle(
+      "(deg|rad)\\(\\s*([-+]?([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][-+]?[0-9]+)?)\\s*\\)");
+  constexpr std::size_t kLongestNumber = 100;  // std::regex wants its stack for each character
+  if (text.size() > kLongestNumber) return XmlRpcValue(text);
   std::smatch match;
   if (std::regex_match(text, kTrue)) return XmlRpcValue(true);
   if (std::regex_match(text, kFalse)) return XmlRpcValue(false);
   if (std::regex_match(text, kInteger)) return integerFrom(text);
-  if (std::regex_match(text, kReal)) return XmlRpcValue(std::stod(withoutUnderscores(text)));
+  if (std::regex_match(text, kReal)) return XmlRpcValue(realFrom(withoutUnderscores(text)));
   if (std::regex_match(text, match, kInfinity)) {
     const double infinity = std::numeric_limits<double>::infinity();
     return XmlRpcValue(match[1] == "-" ? -infinity : infinity);
@@ -66,43 +75,72 @@ XmlRpcValue scalarFrom(const std::string& text) {
     return XmlRpcValue(std::numeric_limits<double>::quiet_NaN());
   }
   if (std::regex_match(text, match, kAngle)) {
-    const double angle = std::stod(match[2]);
+    const double angle = realFrom(match[2]);
     return XmlRpcValue(match[1] == "deg" ? core::radiansFromDegrees(angle) : angle);
   }
   return XmlRpcValue(text);
 }
 
-XmlRpcValue valueFrom(const YAML::Node& node, const std::string& origin) {
-  try {
-    if (node.IsScalar()) {
-      const bool is_quoted = node.Tag() == "!";
-      return is_quoted ? XmlRpcValue(node.Scalar()) : scalarFrom(node.Scalar());
+/// Turns a document into parameters, and ends where it is none: aliases may stand for any number of
+/// values, and for themselves.
+class TreeReader {
+ public:
+  explicit TreeReader(const std::string& origin) : origin_(origin) {}
+
+  XmlRpcValue read(const YAML::Node& node, int depth = 0) {
+    constexpr int kMostValues = 10000;  // fifty times as many as the largest of config/
+    constexpr int kDeepest = 20;
+    if (++values_ > kMostValues || depth > kDeepest) {
+      throw errorAt(
+          origin_, node.Mark(),
+          formatted("more than %d values or %d levels, aliases counted each time: this is "
+                    "no parameter file",
+                    kMostValues, kDeepest));
     }
-  } catch (const std::runtime_error& error) {
-    throw errorAt(origin, node.Mark(), error.what());
-  }
-  XmlRpcValue value;
-  if (node.IsSequence()) {
-    value.setSize(static_cast<int>(node.size()));
-    for (std::size_t i = 0; i < node.size(); ++i) {
-      value[static_cast<int>(i)] = valueFrom(node[i], origin);
+    if (node.IsScalar()) return scalar(node);
+    XmlRpcValue value;
+    if (node.IsSequence()) {
+      value.setSize(static_cast<int>(node.size()));
+      for (std::size_t i = 0; i < node.size(); ++i) {
+        value[static_cast<int>(i)] = read(node[i], depth + 1);
+      }
+      return value;
     }
+    if (!node.IsMap()) return XmlRpcValue(std::string());  // null: a reader will name the parameter
+    for (const auto& member : node) value[member.first.Scalar()] = read(member.second, depth + 1);
     return value;
   }
-  if (!node.IsMap()) return XmlRpcValue(std::string());  // null: a reader will name the parameter
-  for (const auto& member : node) {
-    value[member.first.Scalar()] = valueFrom(member.second, origin);
+
+ private:
+  XmlRpcValue scalar(const YAML::Node& node) const {
+    const bool is_quoted = node.Tag() == "!";
+    if (is_quoted) return XmlRpcValue(node.Scalar());
+    try {
+      return scalarFrom(node.Scalar());
+    } catch (const std::runtime_error& error) {
+      throw errorAt(origin_, node.Mark(), error.what());
+    }
   }
-  return value;
+
+  std::string origin_;
+  int values_ = 0;
+};
+
+std::string readText(const std::string& path) {
+  constexpr std::size_t kMostBytes = 1U << 20U;  // a hundred times the largest of config/
+  std::ifstream file(path);
+  std::string text(kMostBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.empty()) throw std::runtime_error(path + ": cannot be read, or is empty");
+  if (text.size() > kMostBytes) {
+    throw std::runtime_error(path + ": more than 1 MB: this is no parameter file");
+  }
+  return text;
 }
 
 XmlRpcValue parametersFromFile(const std::string& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) {
-    throw std::runtime_error(path + ": cannot be read, or is empty");
-  }
-  XmlRpcValue tree = parametersFromYaml(text.str(), path);
+  XmlRpcValue tree = parametersFromYaml(readText(path), path);
   if (tree.getType() != XmlRpcValue::TypeStruct) {
     throw std::runtime_error(path + ": it is not a list of names and values");
   }
@@ -124,7 +162,7 @@ void join(XmlRpcValue* tree, XmlRpcValue& over) {
 
 XmlRpcValue parametersFromYaml(const std::string& text, const std::string& origin) {
   try {
-    return valueFrom(YAML::Load(text), origin);
+    return TreeReader(origin).read(YAML::Load(text));
   } catch (const YAML::Exception& error) {
     throw errorAt(origin, error.mark, error.msg);
   }

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration_ros/scene_params.h"
 
@@ -85,7 +87,7 @@ int stepsBetween(ParamReader& params, const std::string& name, double step_rate_
   constexpr double kRounding = 1e-6;  // of a quotient of decimal numbers
   const double rate_hz = params.number(name);
   const double steps = step_rate_hz / rate_hz;
-  if (std::isfinite(steps) && steps >= 0.5 &&
+  if (steps >= 0.5 && steps <= std::numeric_limits<int>::max() &&
       std::abs(steps - std::round(steps)) <= kRounding * steps) {
     return static_cast<int>(std::lround(steps));
   }
@@ -98,7 +100,11 @@ int stepsBetween(ParamReader& params, const std::string& name, double step_rate_
 core::Pose2 readPose(ParamReader& params, const std::string& group) {
   const double x_m = params.number(group + "/x");
   const double y_m = params.number(group + "/y");
-  return {{x_m, y_m}, core::wrapAngle(params.number(group + "/yaw"))};
+  const double yaw_rad = params.number(group + "/yaw");
+  core::Requirements require;
+  require.between(group + "/yaw", yaw_rad, -core::plausible::kTurn_rad, core::plausible::kTurn_rad);
+  params.addErrors(require.errors());
+  return {{x_m, y_m}, core::wrapAngle(yaw_rad)};
 }
 
 core::RobotConfig readRobot(ParamReader& params, std::uint64_t seed) {
@@ -121,7 +127,8 @@ core::RobotConfig readRobot(ParamReader& params, std::uint64_t seed) {
 
 std::vector<std::string> SimulatedClockConfig::validate() const {
   core::Requirements require;
-  require.positive("clock/rate", rate);
+  require.between("clock/rate", rate, core::plausible::kRarest_hz,
+                  core::plausible::kMostFrequent_hz);
   require.that(publish == ros::Time::isSimTime(),
                publish ? "clock/publish is true, but /use_sim_time is not: nobody would listen"
                        : "clock/publish is false, but /use_sim_time is true: nobody would tell "
@@ -132,8 +139,9 @@ std::vector<std::string> SimulatedClockConfig::validate() const {
 std::vector<std::string> DrivingConfig::validate() const {
   core::Requirements require;
   require.add(trajectory.validate());
-  require.notNegative("trajectory/duration", duration_s);
-  require.positive("trajectory/command_timeout", command_timeout_s);
+  require.between("trajectory/duration", duration_s, 0.0, core::plausible::kLongest_s);
+  require.between("trajectory/command_timeout", command_timeout_s, core::plausible::kBriefest_s,
+                  core::plausible::kLongest_s);
   require.that(!stops_at_end || duration_s > 0.0,
                "trajectory/at_end is stop, but trajectory/duration is 0: there is no end");
   return require.errors();
@@ -167,6 +175,8 @@ SimulationNodeConfig readSimulationNodeConfig(ParamReader params) {
   require.add(config.frames.validate());
   require.add(config.driving.validate());
   require.add(config.robot.validate());
+  require.between("mount/z", config.mount_height_m, -core::plausible::kFarthest_m,
+                  core::plausible::kFarthest_m);
   require.add(config.scene.validate());
   require.add(config.renderer.validate());
   params.addErrors(require.errors());

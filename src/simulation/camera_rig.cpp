@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration {
@@ -12,25 +13,30 @@ double CameraRig::imageDistance() const {
 }
 
 std::vector<std::string> CameraRig::validate() const {
-  constexpr int kLargestSize = 16384;   // pixels; beyond, a wrong unit is likelier than a camera
   constexpr double kLargestLean = 0.2;  // of the mirror's axis; 11 degrees are no misalignment
   Requirements require;
-  require.between("camera/width", width_px, 1, kLargestSize);
-  require.between("camera/height", height_px, 1, kLargestSize);
-  require.that(centre_px.allFinite(), "camera/centre_u and camera/centre_v must be finite");
-  require.positive("camera/pixel", pixel_m);
-  require.positive("camera/focal_length", focal_length_m);
-  require.positive("camera/aperture", aperture_m);
-  require.that(std::isfinite(focus_distance_m) && focus_distance_m > focal_length_m,
-               "camera/focus_distance must be larger than camera/focal_length, but is " +
-                   std::to_string(focus_distance_m));
+  constexpr double kSmallestPixel_m = 1e-8;
+  constexpr double kLargestPixel_m = 1e-2;
+  constexpr double kLeast_m = 1e-6;  // of a lens or a mirror
+  constexpr double kLargest_m = 10.0;
+  constexpr double kInfinity_m = 1e6;  // to focus on
+  using plausible::kLargestSide_px;
+  require.between("camera/width", width_px, 1, kLargestSide_px);
+  require.between("camera/height", height_px, 1, kLargestSide_px);
+  require.between("camera/centre_u", centre_px.x(), -kLargestSide_px, 2.0 * kLargestSide_px);
+  require.between("camera/centre_v", centre_px.y(), -kLargestSide_px, 2.0 * kLargestSide_px);
+  require.between("camera/pixel", pixel_m, kSmallestPixel_m, kLargestPixel_m);
+  require.between("camera/focal_length", focal_length_m, kLeast_m, kLargest_m);
+  require.between("camera/aperture", aperture_m, kLeast_m, kLargest_m);
+  require.that(focus_distance_m > focal_length_m && focus_distance_m <= kInfinity_m,
+               "camera/focus_distance must be greater than camera/focal_length and at most 1e6");
   require.that(handedness == 1 || handedness == -1,
                "camera/handedness must be 1 or -1, but is " + std::to_string(handedness));
-  require.positive("mirror/lens_to_apex", lens_to_apex_m);
+  require.between("mirror/lens_to_apex", lens_to_apex_m, kLeast_m, kLargest_m);
   require.that(cone_half_angle_rad > 0.0 && cone_half_angle_rad < 0.5 * kPi,
                "mirror/cone_half_angle must lie between 0 and pi/2, but is " +
                    std::to_string(cone_half_angle_rad));
-  require.positive("mirror/radius", mirror_radius_m);
+  require.between("mirror/radius", mirror_radius_m, kLeast_m, kLargest_m);
   require.that(axis_lean.norm() <= kLargestLean,
                "mirror/lean_x and mirror/lean_y together must not exceed 0.2");
   require.that(apex_offset_m.norm() < mirror_radius_m,

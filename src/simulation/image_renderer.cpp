@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -84,18 +85,21 @@ Panorama::Extent extentOf(const RendererConfig& config, const ConeTracer& tracer
 }  // namespace
 
 std::vector<std::string> RendererConfig::validate() const {
-  constexpr int kMostRays = 1 << 20;  // a second of work for one light
+  constexpr int kMostRays = 1 << 20;     // a second of work for one light
+  constexpr double kBrightest = 1000.0;  // full wells
   Requirements require;
   require.add(rig.validate());
   require.add(pixels.validate());
   require.add(shutter.validate());
   require.add(encoding.validate());
   require.between("exposure/reference_value", reference_value, 1.0, PixelNoise::kLargestValue);
-  require.positive("exposure/reference_distance", reference_distance_m);
-  require.that(std::isfinite(reference_height_m), "exposure/reference_height must be finite");
-  require.notNegative("surroundings/outside_mirror", outside_mirror);
-  require.notNegative("surroundings/centre_radius", centre_radius_px);
-  require.notNegative("surroundings/centre_brightness", centre_brightness);
+  using plausible::kFarthest_m;
+  require.between("exposure/reference_distance", reference_distance_m, plausible::kShortest_m,
+                  kFarthest_m);
+  require.between("exposure/reference_height", reference_height_m, -kFarthest_m, kFarthest_m);
+  require.between("surroundings/outside_mirror", outside_mirror, 0.0, kBrightest);
+  require.between("surroundings/centre_radius", centre_radius_px, 0.0, plausible::kLargestSide_px);
+  require.between("surroundings/centre_brightness", centre_brightness, 0.0, kBrightest);
   require.between("camera/rays_per_light", rays_per_light, 1, kMostRays);
   return require.errors();
 }

@@ -10,9 +10,10 @@ namespace bearing_calibration {
 
 std::vector<std::string> LedRing::validate() const {
   constexpr int kMostLeds = 64;  // each of them costs as much as a light
+  constexpr double kLargest_m = 10.0;
   Requirements require;
   require.between("ring/leds", leds, 0, kMostLeds);
-  require.notNegative("ring/radius", radius_m);
+  require.between("ring/radius", radius_m, 0.0, kLargest_m);
   require.between("ring/brightness_spread", brightness_spread, 0.0, 1.0);
   return require.errors();
 }

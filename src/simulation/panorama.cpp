@@ -87,8 +87,9 @@ Panorama::Place Panorama::placeOf(double azimuth_rad, double elevation_rad) cons
 }
 
 std::vector<std::string> RoomLook::validate() const {
+  constexpr double kBrightest = 1000.0;  // full wells
   Requirements require;
-  require.notNegative("surroundings/brightness", brightness);
+  require.between("surroundings/brightness", brightness, 0.0, kBrightest);
   require.between("surroundings/contrast", contrast, 0.0, 1.0);
   return require.errors();
 }

@@ -50,8 +50,9 @@ std::vector<float> gaussianQuantiles() {
 
 std::vector<std::string> PixelConfig::validate() const {
   Requirements require;
-  require.positive("camera/full_well", full_well_electrons);
-  require.notNegative("camera/read_noise", read_noise_electrons);
+  constexpr double kMostElectrons = 1e9;
+  require.between("camera/full_well", full_well_electrons, 1.0, kMostElectrons);
+  require.between("camera/read_noise", read_noise_electrons, 0.0, kMostElectrons);
   return require.errors();
 }
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -16,16 +17,50 @@ bool anyContains(const std::vector<TimeSpan>& spans, double time_s) {
                      [time_s](const TimeSpan& span) { return span.contains(time_s); });
 }
 
+void requireSpan(const std::string& name, const TimeSpan& span, Requirements* require) {
+  require->between(name + ": a start", span.start_s, 0.0, plausible::kLongest_s);
+  require->between(name + ": a duration", span.duration_s, 0.0, plausible::kLongest_s);
+}
+
+void requirePlace(const std::string& group, const Pose2& pose, Requirements* require) {
+  using plausible::kFarthest_m;
+  require->between(group + "/x", pose.position_m.x(), -kFarthest_m, kFarthest_m);
+  require->between(group + "/y", pose.position_m.y(), -kFarthest_m, kFarthest_m);
+}
+
 }  // namespace
 
+std::vector<std::string> RobotFaults::validate() const {
+  Requirements require;
+  for (const TimeSpan& span : occlusions) requireSpan("faults/occlusions", span, &require);
+  for (const TimeSpan& span : lost_ticks) requireSpan("faults/lost_ticks", span, &require);
+  for (const double moment_s : counter_resets_s) {
+    require.between("faults/counter_resets", moment_s, 0.0, plausible::kLongest_s);
+  }
+  for (const WheelSlip& slip : slips) {
+    const bool is_left = slip.wheel == WheelSlip::Wheel::kLeft;
+    const std::string name = is_left ? "faults/left_slips" : "faults/right_slips";
+    requireSpan(name, slip.when, &require);
+    require.between(name + ": an excess", slip.excess, -plausible::kLargestRatio,
+                    plausible::kLargestRatio);
+  }
+  return require.errors();
+}
+
 std::vector<std::string> RobotConfig::validate() const {
+  constexpr double kShortestStep_s = 1e-5;
+  constexpr double kLongestStep_s = 1.0;
+  using plausible::kLargestRatio, plausible::kLongest_s;
   Requirements require;
   require.add(encoders.validate());
   require.add(sensor.validate());
-  require.positive("faults/separation_factor", separation_factor);
-  require.that(std::isfinite(stamp_latency_s), "faults/stamp_latency must be finite");
-  require.that(std::isfinite(step_s) && durationFromSeconds(step_s) > Duration::zero(),
-               "the step (1 / trajectory/step_rate) must last some time");
+  require.add(faults.validate());
+  requirePlace("mount", base_from_sensor, &require);
+  requirePlace("start", world_from_start, &require);
+  require.between("faults/separation_factor", separation_factor, 1.0 / kLargestRatio,
+                  kLargestRatio);
+  require.between("faults/stamp_latency", stamp_latency_s, -kLongest_s, kLongest_s);
+  require.between("the step (1 / trajectory/step_rate)", step_s, kShortestStep_s, kLongestStep_s);
   require.that(steps_per_reading > 0, "there must be at least one step in a reading's period");
   require.that(steps_per_bearing > 0, "there must be at least one step in a bearing's period");
   require.that(isStamped(start), "the start must have a stamp greater than zero");

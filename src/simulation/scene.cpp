@@ -1,5 +1,6 @@
 #include "bearing_calibration/simulation/scene.h"
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -7,9 +8,15 @@ namespace bearing_calibration {
 
 std::vector<std::string> SceneConfig::validate() const {
   Requirements require;
+  constexpr double kDarkest = 1e-6;
+  constexpr double kBrightest = 1e6;
+  constexpr double kLargest_m = 10.0;
   for (const Light& light : lights) {
-    require.positive("world/lights: the brightness", light.brightness);
-    require.notNegative("world/lights: the radius", light.radius_m);
+    const Eigen::Vector3d place_m(light.position_m.x(), light.position_m.y(), light.height_m);
+    require.between("world/lights: the distance", place_m.cwiseAbs().maxCoeff(), 0.0,
+                    plausible::kFarthest_m);
+    require.between("world/lights: the brightness", light.brightness, kDarkest, kBrightest);
+    require.between("world/lights: the radius", light.radius_m, 0.0, kLargest_m);
   }
   require.add(ring.validate());
   require.add(room.validate());

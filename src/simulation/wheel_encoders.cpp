@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -23,10 +24,13 @@ std::int64_t wrapCounter(std::int64_t count, int bits, bool is_signed) {
 std::vector<std::string> EncoderConfig::validate() const {
   Requirements require;
   require.add(drive.validate());
-  require.notNegative("wheels/noise_independent", noise.independent_k_m);
-  require.notNegative("wheels/noise_common", noise.common_k_m);
-  require.positive("faults/left_radius_factor", left_radius_factor);
-  require.positive("faults/right_radius_factor", right_radius_factor);
+  constexpr double kNoisiest_m = 1.0;  // a metre off after a metre
+  require.between("wheels/noise_independent", noise.independent_k_m, 0.0, kNoisiest_m);
+  require.between("wheels/noise_common", noise.common_k_m, 0.0, kNoisiest_m);
+  require.between("faults/left_radius_factor", left_radius_factor, 1.0 / plausible::kLargestRatio,
+                  plausible::kLargestRatio);
+  require.between("faults/right_radius_factor", right_radius_factor, 1.0 / plausible::kLargestRatio,
+                  plausible::kLargestRatio);
   return require.errors();
 }
 

@@ -65,6 +65,7 @@ cv::Rect boxAround(const SpotAxes& axes, const cv::Size& image) {
 }  // namespace
 
 std::vector<std::string> ColourConfig::validate() const {
+  constexpr double kBrightest = 1e6;  // in any unit
   Requirements require;
   require.that(!use || !lights.empty(), "colour/lights must name a light for colour/use");
   require.between("colour/tolerance", tolerance, 0.0, 1.0);
@@ -72,11 +73,11 @@ std::vector<std::string> ColourConfig::validate() const {
     require.that(light.light_id >= 0,
                  "colour/lights: a light_id must not be negative, but one is " +
                      std::to_string(light.light_id));
-    const bool shines =
-        light.colour.allFinite() && light.colour.minCoeff() >= 0.0 && light.colour.sum() > 0.0;
+    const bool shines = light.colour.allFinite() && light.colour.minCoeff() >= 0.0 &&
+                        light.colour.maxCoeff() <= kBrightest && light.colour.sum() > 0.0;
     require.that(shines, "colour/lights: red, green and blue of light " +
                              std::to_string(light.light_id) +
-                             " must not be negative, nor all of them 0");
+                             " must not be negative, nor above 1e6, nor all of them 0");
   }
   return require.errors();
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration {
@@ -16,7 +17,7 @@ std::vector<std::string> ShutterConfig::validate() const {
   Requirements require;
   require.between("time/stamp_to_mid_exposure", stamp_to_mid_exposure_s, -kLongest_s, kLongest_s);
   require.between("time/row_time", row_time_s, -1.0, 1.0);
-  require.notNegative("time/max_turn_rate", max_turn_rate_radps);
+  require.between("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
   return require.errors();
 }
 

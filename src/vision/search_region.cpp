@@ -4,19 +4,21 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration {
 
 std::vector<std::string> SearchConfig::validate() const {
   constexpr double kWidest_rad = radiansFromDegrees(89.0);  // a wedge is narrower than a half plane
+  constexpr double kFastest_pxps = 1e6;
   Requirements require;
-  require.notNegative("prediction/sigmas", sigmas);
-  require.positive("prediction/margin", margin_rad);
+  require.between("prediction/sigmas", sigmas, 0.0, plausible::kMostSigmas);
+  require.between("prediction/margin", margin_rad, plausible::kLeastAngle_rad, kPi);
   require.between("prediction/max_half_width", max_half_width_rad, 0.0, kWidest_rad);
-  require.notNegative("prediction/max_age", max_age_s);
-  require.notNegative("prediction/max_turn_rate", max_turn_rate_radps);
-  require.notNegative("prediction/max_radius_rate", max_radius_rate_pxps);
+  require.between("prediction/max_age", max_age_s, 0.0, plausible::kLongest_s);
+  require.between("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
+  require.between("prediction/max_radius_rate", max_radius_rate_pxps, 0.0, kFastest_pxps);
   return require.errors();
 }
 

@@ -16,7 +16,7 @@ CLASS = 'bearing_calibration/CalibrationNodelet'
 # parts of one sentence for each fault in calibration_params.test
 EXPECTED = [
     ('frames/base', 'without slash'),
-    ('wheels/separation', 'greater than 0', '-0.25'),
+    ('wheels/separation', 'must lie in [0.0001, 100]', '-0.25'),
     ('wheels/counter_bits', '17'),
     ('wheels/seperation', 'not known'),
     ('wheels/source', 'ticks, joint_states, separate_ticks', "'encoder'"),
@@ -24,11 +24,12 @@ EXPECTED = [
     ('start/from', 'is missing'),
     ('filter/gate_probability', '1.5'),
     ('knocked/start_anew', 'true or false'),
-    ('mount/z_stddev', 'greater than 0'),
-    ('mount/roll_stddev', 'greater than 0'),
+    ('mount/z_stddev', 'must lie in'),
+    ('mount/roll_stddev', 'must lie in'),
     ('output/publish_tf', 'true or false'),
-    ('output/max_rate', 'greater than 0'),
+    ('output/max_rate', 'must lie in'),
     ('clock/max_step_back', '0.1', '60', '0.05'),
+    ('output/folder', '/proc/nope cannot be made: No such file or directory'),
 ]
 
 

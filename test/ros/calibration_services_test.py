@@ -100,10 +100,15 @@ class CalibrationServicesTest(unittest.TestCase):
         other = Node('/bad/calibration', wheels='/bad/wheel_ticks', bearings='/bad/bearings')
         other.drive(self.world, 1.0)
         other.wait_for(lambda e: e.bearings_used > 0, 'an estimate')
+        folder = rospy.get_param('/bad/calibration/output/folder')
+        parent = os.path.dirname(folder)
+        shutil.rmtree(parent)
+        with open(parent, 'w'):
+            self.addCleanup(os.remove, parent)
         response = other.save_service()
         self.assertFalse(response.success)
         self.assertIn('Not a directory', response.message)
-        self.assertIn(rospy.get_param('/bad/calibration/output/folder'), response.message)
+        self.assertIn(folder, response.message)
 
     def test_tf_goes_on_without_the_light_and_ends_with_the_estimate(self):
         self.assertEqual(self.transforms_after(rospy.Time.now()), [], 'no estimate yet')

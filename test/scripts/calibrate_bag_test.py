@@ -239,6 +239,27 @@ class CalibrateBag(Drives):
         self.assertIn('absent: FAILED', done.stdout)
         self.assertIn('drive_1: CONVERGED', done.stdout)
 
+    def testAnOutputThatCannotBeWrittenIsSaidBeforeAnythingIsRead(self):
+        done = subprocess.run([self.program, self.drives[0], '--output', '/proc/nope'],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=120)
+        self.assertStatus(done, USAGE)
+        self.assertIn('--output /proc/nope cannot be made: No such file or directory', done.stderr)
+
+    def testABombOfAliasesEndsAtOnce(self):
+        with open(self.path('bomb.yaml'), 'w') as file:
+            file.write('a0: &a0 [x, x, x, x, x, x, x, x, x]\n')
+            for i in range(1, 9):
+                file.write('a%d: &a%d [%s]\n' % (i, i, ', '.join(9 * ['*a%d' % (i - 1)])))
+        done = self.run_(self.drives[0], '--config', self.path('bomb.yaml'))
+        self.assertStatus(done, USAGE)
+        self.assertRegex(done.stderr, r'bomb.yaml: line 1: more than \d+ values')
+
+    def testANumberThatNoDoubleHoldsNamesItsParameter(self):
+        done = self.run_(self.drives[0], '--set', 'wheels/separation=1.0e+999')
+        self.assertStatus(done, USAGE)
+        self.assertIn('wheels/separation must be a finite number', done.stderr)
+
     def testABagWithoutTheTopicsSaysWhatItHolds(self):
         bag = self.record('drive.bag', worldOf(), seconds=1.0)
         done = self.run_(bag, '--set', 'wheels/source=joint_states')

@@ -63,9 +63,9 @@ TEST(DriveParams, AllErrorsComeAtOnce) {
       "region: {polygon: [[1, 1], [2, 1], [2, 2]]}\n"
       "timeouts: {ticks: soon}\n");
   for (const char* part :
-       {"limits/wheel_speed must be greater than 0", "limits/wheel_speeed is not known",
-        "planner/block must be one of (mount, position, yaw)", "must contain the start",
-        "timeouts/ticks must be a finite number"}) {
+       {"limits/wheel_speed must lie in [0.0001, 100], but is -0.1",
+        "limits/wheel_speeed is not known", "planner/block must be one of (mount, position, yaw)",
+        "must contain the start", "timeouts/ticks must be a finite number"}) {
     EXPECT_NE(errors.find(part), std::string::npos) << part << " is not in:\n" << errors;
   }
 }

@@ -208,6 +208,47 @@ TEST_F(NodesFiles, SaysAWrongKindAsANodeDoes) {
              "wants a point and no quotes: 1.0e-6)");
 }
 
+TEST_F(NodesFiles, SaysWhichNumberIsTooLargeForADouble) {
+  for (const char* text : {"1.0e+999", "-1.0e+999", "deg(1e999)"}) {
+    ParameterFiles files = files_;
+    files.set(std::string("wheels/radius=") + text);
+    ParamReader robot = files.reader("robot");
+    robot.number("wheels/radius");
+    expectSaid(errorOf([&] { robot.throwIfAnyError(); }),
+               "parameter wheels/radius must be a finite number");
+  }
+  files_.set("wheels/radius=1.0e-999");
+  EXPECT_EQ(files_.reader("robot").number("wheels/radius"), 0.0);
+  for (const std::string& text : {std::string("deg(.)"), std::string(5000, '7')}) {
+    files_.set("wheels/radius=" + text);
+    ParamReader robot = files_.reader("robot");
+    robot.number("wheels/radius");
+    expectSaid(errorOf([&] { robot.throwIfAnyError(); }),
+               "parameter wheels/radius must be a finite number, but is the string '" + text);
+  }
+}
+
+// Each of them would fill the memory, the stack, or go on for ever.
+TEST_F(NodesFiles, EndsAtOnceWithWhatIsNoParameterFile) {
+  std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 9; ++i) {
+    const std::string before = "*a" + std::to_string(i - 1);
+    bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + before;
+    for (int j = 1; j < 9; ++j) bomb += ", " + before;
+    bomb += "]\n";
+  }
+  expectSaid(errorOf([&] { files_.overlay(write("bomb.yaml", bomb)); }),
+             "bomb.yaml: line 1: more than 10000 values or 20 levels");
+  expectSaid(errorOf([&] { files_.overlay(write("ring.yaml", "a: &a {b: *a}")); }),
+             "ring.yaml: line 1: more than 10000 values or 20 levels");
+  const std::string deep = "a: " + std::string(100, '[') + std::string(100, ']');
+  expectSaid(errorOf([&] { files_.overlay(write("deep.yaml", deep)); }), "levels");
+  const std::string large = "a: " + std::string(2000000, 'x');
+  expectSaid(errorOf([&] { files_.overlay(write("large.yaml", large)); }),
+             "large.yaml: more than 1 MB");
+  expectSaid(errorOf([&] { files_.overlay("/dev/zero"); }), "/dev/zero: more than 1 MB");
+}
+
 TEST_F(NodesFiles, RefusesWhatIsNoAssignmentAndNoFile) {
   for (const char* text : {"", "wheels/radius", "=3", "wheels/radius="}) {
     expectSaid(errorOf([&] { files_.set(text); }), "NAME=VALUE");

@@ -41,6 +41,8 @@ struct ErrorPriors {
   ErrorVector stddev = ErrorVector::Zero();  ///< zero: that error is known to be the mean
   ErrorVector mean = ErrorVector::Zero();    ///< zero but for what is looked for about it
   double light_height_m = 0.0;               ///< as stated, looked for or not
+  double light_height_stddev_m = 0.0;        ///< the same
+  double mirror_near_per_far_m = 0.0;        ///< the same
 
   /// Sets the standard deviation of a whole block, times its weights for each of its numbers.
   /// @throws std::invalid_argument when no block is called so

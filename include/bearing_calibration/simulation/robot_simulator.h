@@ -38,6 +38,8 @@ struct RobotFaults {
   std::vector<TimeSpan> occlusions;      ///< no light is seen
   std::vector<TimeSpan> lost_ticks;      ///< readings that never arrive; the counters count on
   std::vector<double> counter_resets_s;  ///< moments at which the driver counts from zero again
+
+  std::vector<std::string> validate() const;
 };
 
 /// A differential-drive robot with a bearing sensor.
