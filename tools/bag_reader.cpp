@@ -1,6 +1,10 @@
 #include "tools/bag_reader.h"
 
+#include <cerrno>
+#include <fstream>
 #include <mutex>
+#include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "tools/timing.h"
@@ -23,14 +27,44 @@ std::optional<BagMessage> readAs(const rosbag::MessageInstance& message) {
   return BagMessage{message.getTime(), boost::shared_ptr<const Message>(std::move(content))};
 }
 
+/// What is wrong with a bag of which rosbag says `what`, and what to do about it.
+std::runtime_error unreadable(const std::string& path, const std::string& what) {
+  return std::runtime_error(
+      path + " is cut short or damaged (" + what +
+      "). Copy it again; or save what is whole, up to there: rosbag reindex " + path +
+      " (it keeps the old file as .orig)");
+}
+
+void open(const std::string& path, rosbag::Bag* bag) {
+  constexpr char kBegin[] = "#ROSBAG";
+  errno = 0;
+  std::ifstream file(path);
+  if (!file) throw std::runtime_error(path + ": " + std::generic_category().message(errno));
+  std::string begin(sizeof(kBegin) - 1, ' ');
+  if (!file.read(begin.data(), static_cast<std::streamsize>(begin.size())) || begin != kBegin) {
+    throw std::runtime_error(path + " is no bag, or an empty one: it does not begin with " +
+                             kBegin);
+  }
+  try {
+    bag->open(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagUnindexedException&) {
+    throw std::runtime_error(path +
+                             " has no index: its recording has not ended, or was broken off. When "
+                             "nothing records into it any more, run: rosbag reindex " +
+                             path + " (it keeps the old file as .orig)");
+  } catch (const std::exception& error) {
+    throw unreadable(path, error.what());
+  }
+}
+
 }  // namespace
 
 BagReader::BagReader(const std::string& path, const BagTopics& wanted, WheelSource source)
-    : source_(source), queue_(kBatchesAhead) {
+    : path_(path), source_(source), queue_(kBatchesAhead) {
   // opening loads rosbag's plugins, which is not made for several threads
   static std::mutex opening;
   const std::lock_guard<std::mutex> lock(opening);
-  bag_.open(path, rosbag::bagmode::Read);
+  open(path, &bag_);
   rosbag::View whole(bag_);
   topics_ = findTopics(whole, wanted, source);
   view_.addQuery(bag_, rosbag::TopicQuery(topics_.names()));
@@ -52,6 +86,8 @@ std::vector<BagMessage> BagReader::next() {
 void BagReader::read() {
   try {
     readAll();
+  } catch (const std::exception& error) {
+    error_ = std::make_exception_ptr(unreadable(path_, error.what()));
   } catch (...) {
     error_ = std::current_exception();
   }

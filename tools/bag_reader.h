@@ -43,7 +43,7 @@ struct BagMessage {
 class BagReader {
  public:
   /// Opens the bag; nothing is read yet.
-  /// @throws std::runtime_error for a bag that cannot be read, or lacks a topic
+  /// @throws std::runtime_error for a bag that lacks a topic, or cannot be read: with its cure
   BagReader(const std::string& path, const BagTopics& wanted,
             bearing_calibration_ros::WheelSource source);
   ~BagReader();
@@ -54,7 +54,8 @@ class BagReader {
   /// Messages on these topics.
   std::uint64_t size() { return view_.size(); }
 
-  /// The next messages, a handful; none at the end. @throws what reading has thrown
+  /// The next messages, a handful; none at the end.
+  /// @throws std::runtime_error for a bag that cannot be read on: with its cure
   std::vector<BagMessage> next();
 
   /// Time of reading so far, without waiting [s]; whole after the last next().
@@ -65,6 +66,7 @@ class BagReader {
   void readAll();
   std::optional<BagMessage> readMessage(const rosbag::MessageInstance& message) const;
 
+  std::string path_;
   bearing_calibration_ros::WheelSource source_;
   rosbag::Bag bag_;
   rosbag::View view_;

@@ -48,7 +48,7 @@ class CsvReader {
   }
 
   std::size_t column(const std::string& name) const {
-    if (!hasColumn(name)) throw error("column '" + name + "' is missing: it has " + line_);
+    if (!hasColumn(name)) throw formError("column '" + name + "' is missing: it has " + line_);
     return static_cast<std::size_t>(std::find(columns_.begin(), columns_.end(), name) -
                                     columns_.begin());
   }
@@ -57,8 +57,10 @@ class CsvReader {
   bool nextRow() {
     if (!nextLine()) return false;
     if (cells_.size() != columns_.size()) {
-      throw error("has " + std::to_string(cells_.size()) + " cells where the first line names " +
-                  std::to_string(columns_.size()) + " columns");
+      const bool is_split = cells_.size() > columns_.size();
+      throw formError("has " + std::to_string(cells_.size()) +
+                      " cells where the first line names " + std::to_string(columns_.size()) +
+                      " columns" + (is_split ? ": a decimal comma? numbers have points" : ""));
     }
     return true;
   }
@@ -67,7 +69,7 @@ class CsvReader {
     const std::string& cell = cells_[column];
     char* end = nullptr;
     const double value = std::strtod(cell.c_str(), &end);
-    if (cell.empty() || *end != '\0') throw error(describe(column) + " is not a number");
+    if (cell.empty() || *end != '\0') throw formError(describe(column) + " is not a number");
     if (!std::isfinite(value)) throw error(describe(column) + " is not finite");
     return value;
   }
@@ -77,7 +79,7 @@ class CsvReader {
     char* end = nullptr;
     errno = 0;
     const std::int64_t value = std::strtoll(cell.c_str(), &end, 10);
-    if (cell.empty() || *end != '\0') throw error(describe(column) + " is not a whole number");
+    if (cell.empty() || *end != '\0') throw formError(describe(column) + " is not a whole number");
     if (errno == ERANGE) throw error(describe(column) + " does not fit 64 bits");
     return value;
   }
@@ -99,9 +101,34 @@ class CsvReader {
   }
 
  private:
+  void removeByteOrderMark() {
+    constexpr char kMark[] = "\xEF\xBB\xBF";  // of UTF-8
+    if (line_.compare(0, sizeof(kMark) - 1, kMark) == 0) line_.erase(0, sizeof(kMark) - 1);
+  }
+
+  /// An error in a line that is as spreadsheets write it, or else the sentence.
+  RecordingError formError(const std::string& sentence) const {
+    const auto holds = [this](const auto& what) { return line_.find(what) != std::string::npos; };
+    const std::string begin = line_.substr(0, 2);
+    if (begin == "\xFF\xFE" || begin == "\xFE\xFF" || holds('\0')) {
+      return error("the file is in UTF-16: save it as UTF-8");
+    }
+    if (holds(';')) {
+      return error(
+          "cells are separated by semicolons: separate them by commas, and write numbers "
+          "with points");
+    }
+    if (holds('"')) return error("has quotes: write the cells without them, numbers with points");
+    if (holds('\t') && !holds(',')) {
+      return error("cells are separated by tabs: separate them by commas");
+    }
+    return error(sentence);
+  }
+
   bool nextLine() {
     while (std::getline(stream_, line_)) {
       ++line_number_;
+      if (line_number_ == 1) removeByteOrderMark();
       if (!line_.empty() && line_.back() == '\r') line_.pop_back();
       cells_ = cellsOf(line_);
       if (cells_.size() > 1 || !cells_.front().empty()) return true;

@@ -115,9 +115,9 @@ class World:
         return message
 
 
-def recordBag(path, world, seconds=120.0, joints=False, look=None):
+def recordBag(path, world, seconds=120.0, joints=False, look=None, **options):
     """A bag of the world as it drives; `look(world)` gives the candidates of an image."""
-    with rosbag.Bag(path, 'w') as bag:
+    with rosbag.Bag(path, 'w', **options) as bag:
         for step in range(int(seconds * world.TICK_RATE)):
             stamp = world.stamp()
             if joints:

@@ -239,6 +239,57 @@ class CalibrateBag(Drives):
         self.assertIn('absent: FAILED', done.stdout)
         self.assertIn('drive_1: CONVERGED', done.stdout)
 
+    def cureOf(self, bag, what):
+        """Runs the command that calibrate_bag names for a bag that it cannot read."""
+        done = self.run_(bag, '--set', NOISE)
+        self.assertStatus(done, FAILED)
+        self.assertIn('%s %s' % (bag, what), done.stdout)
+        command = re.search(r'rosbag reindex \S+', done.stdout).group(0)
+        subprocess.run(command.split(), check=True, stdout=subprocess.DEVNULL, timeout=60)
+
+    def testABagThatIsCutShortNamesItsCure(self):
+        bag = self.record('cut.bag', worldOf(), chunk_threshold=8192)
+        with open(bag, 'r+b') as file:
+            file.truncate(os.path.getsize(bag) * 9 // 10)
+        self.cureOf(bag, 'is cut short or damaged')
+        self.assertStatus(self.run_(bag, '--set', NOISE), CONVERGED)
+        self.assertRight(self.result(), worldOf())
+
+    def testABagWithoutAnIndexNamesItsCure(self):
+        """As a recorder leaves it that was killed: the index is not there and not spoken of."""
+        bag = self.record('killed.bag', worldOf(), chunk_threshold=8192)
+        with rosbag.Bag(bag) as read:
+            index = read._index_data_pos
+        active = self.path('drive.bag.active')
+        with open(bag, 'rb') as whole, open(active, 'wb') as file:
+            content = whole.read(index)
+            field = content.index(b'index_pos=') + len(b'index_pos=')
+            file.write(content[:field] + bytes(8) + content[field + 8:])
+        self.cureOf(active, 'has no index')
+        self.assertStatus(self.run_(active, '--set', NOISE), CONVERGED)
+        self.assertRight(self.result(), worldOf())
+
+    def testABagThatIsDamagedInsideNamesItsCure(self):
+        bag = self.record('damaged.bag', worldOf(), chunk_threshold=8192)
+        with open(bag, 'r+b') as file:
+            file.seek(os.path.getsize(bag) // 2)
+            file.write(bytes(4000))
+        done = self.run_(bag)
+        self.assertStatus(done, FAILED)
+        self.assertIn('damaged.bag is cut short or damaged', done.stdout)
+        self.assertIn('rosbag reindex ' + bag, done.stdout)
+
+    def testWhatIsNoBagIsSaid(self):
+        for name, content in (('empty.bag', ''), ('text.bag', 'no bag')):
+            with open(self.path(name), 'w') as file:
+                file.write(content)
+            done = self.run_(self.path(name))
+            self.assertStatus(done, FAILED)
+            self.assertIn('%s is no bag, or an empty one' % self.path(name), done.stdout)
+        done = self.run_(self.path('absent.bag'))
+        self.assertStatus(done, FAILED)
+        self.assertIn('absent.bag: No such file or directory', done.stdout)
+
     def testAnOutputThatCannotBeWrittenIsSaidBeforeAnythingIsRead(self):
         done = subprocess.run([self.program, self.drives[0], '--output', '/proc/nope'],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,

@@ -24,8 +24,8 @@ class CsvToBag(unittest.TestCase):
 
     def write(self, name, text):
         path = os.path.join(self.folder, name)
-        with open(path, 'w') as file:
-            file.write(text)
+        with open(path, 'wb') as file:
+            file.write(text if isinstance(text, bytes) else text.encode())
         return path
 
     def convert(self, *arguments, wheels=WHEELS, sights=SIGHTS):
@@ -86,6 +86,25 @@ class CsvToBag(unittest.TestCase):
             with self.subTest(sights=sights):
                 done = self.convert('--landmark', '3', '--output', self.output, sights=sights)
                 self.assertRefused(done, 1, *words)
+
+    def testAFileFromASpreadsheetIsReadOrNamed(self):
+        messages = self.messagesOf('--landmark', '3', wheels=WHEELS.encode('utf-8-sig'),
+                                   sights=SIGHTS.encode('utf-8-sig'))
+        self.assertEqual(len(messages), 5)
+        os.remove(self.output)
+        for wheels, words in (
+                (WHEELS.encode('utf-16'), ('wheels.csv:1:', 'UTF-16', 'UTF-8')),
+                (WHEELS.replace(',', ';'), ('wheels.csv:1:', 'semicolons')),
+                (WHEELS.replace('0.02', '"0,02"'), ('wheels.csv:2:', 'quotes')),
+                (WHEELS.replace('0.02', '0,02'), ('wheels.csv:2:', 'decimal comma'))):
+            with self.subTest(wheels=wheels):
+                done = self.convert('--landmark', '3', '--output', self.output, wheels=wheels)
+                self.assertRefused(done, 1, *words)
+
+    def testBearingsInDegreesAreRefused(self):
+        done = self.convert('--landmark', '3', '--output', self.output,
+                            sights=SIGHTS.replace('0.25', '25.0'))
+        self.assertRefused(done, 1, 'sights.csv:4:', "bearing_rad '25.0'", 'in degrees?', 'radians')
 
     def testUnknownLandmarkNamesThoseThereAre(self):
         done = self.convert('--landmark', '5', '--output', self.output)

@@ -122,6 +122,37 @@ TEST(ReadCounters, ErrorsNameFileAndLine) {
             "wheels.csv:2: right_ticks '99999999999999999999' does not fit 64 bits");
 }
 
+TEST(ReadCounters, AByteOrderMarkIsNoPartOfTheFirstName) {
+  const auto rows = counters("\xEF\xBB\xBFt_s,left_ticks,right_ticks\r\n0,3,4\r\n");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].left_ticks, 3);
+}
+
+TEST(ReadCounters, WhatSpreadsheetsWriteIsNamed) {
+  const std::string utf_16 = "wheels.csv:1: the file is in UTF-16: save it as UTF-8";
+  using namespace std::string_literals;
+  EXPECT_EQ(counterError("\xFF\xFEt\0_\0s\0,\0l\0\n\0"s), utf_16);
+  EXPECT_EQ(counterError("\xFE\xFF\0t\0_\0s\0,\0l\0\n"s), utf_16);
+  EXPECT_EQ(counterError("t\0_\0s\0,\0l\0\n\0"s), utf_16);
+  const std::string semicolons =
+      "cells are separated by semicolons: separate them by commas, and write numbers with points";
+  EXPECT_EQ(counterError("t_s;left_m;right_m\n0;0,1;0\n"), "wheels.csv:1: " + semicolons);
+  EXPECT_EQ(counterError("t_s,left_m,right_m\n0,0,0\n1;0,1;0\n"), "wheels.csv:3: " + semicolons);
+  EXPECT_EQ(counterError("t_s\tleft_m\tright_m\n0\t1\t0\n"),
+            "wheels.csv:1: cells are separated by tabs: separate them by commas");
+  const std::string quotes = "has quotes: write the cells without them, numbers with points";
+  EXPECT_EQ(counterError("\"t_s\",\"left_m\",\"right_m\"\n0,0,0\n"), "wheels.csv:1: " + quotes);
+  EXPECT_EQ(counterError("t_s,left_m,right_m\n0,0,0\n\"0,1\",\"0,1\",\"0\"\n"),
+            "wheels.csv:3: " + quotes);
+  EXPECT_EQ(counterError("t_s,left_m,right_m\n0,1,0,25,0,25\n"),
+            "wheels.csv:2: has 6 cells where the first line names 3 columns: a decimal comma? "
+            "numbers have points");
+}
+
+TEST(ReadCounters, AColumnThatNobodyReadsIsNotJudged) {
+  EXPECT_EQ(counters("t_s,left_ticks,right_ticks,note\n0,3,4,\"so; so\"\n").size(), 1U);
+}
+
 TEST(ReadCounters, TimeMustGrow) {
   EXPECT_EQ(counterError("t_s,left_m,right_m\n1,0,0\n\n0.9,0,0\n"),
             "wheels.csv:4: t_s '0.9' is not later than that of the row before");
