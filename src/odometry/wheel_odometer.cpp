@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace bearing_calibration {
 namespace {
@@ -52,7 +53,7 @@ InputOutcome WheelOdometer::addReading(const Reading& reading) {
   if (!isStamped(reading.stamp)) return {InputStatus::kNoStamp, 0.0};
   if (!travel_) {
     travel_ = WheelTravel{reading.stamp, 0.0, 0.0, 0.0};
-    last_ = reading;
+    moveTo(reading, {});
     return {};
   }
   if (reading.stamp <= travel_->stamp) {
@@ -61,11 +62,7 @@ InputOutcome WheelOdometer::addReading(const Reading& reading) {
   }
   const WheelDisplacement wheels = displacement(last_, reading);
   const double interval_s = timeBetween(last_, reading);
-  const double half_range_m =
-      std::ldexp(0.5, geometry_.counter_bits) *
-      std::min(geometry_.leftMetersPerTick(), geometry_.rightMetersPerTick());
-  const bool wraps = reading.angles.left_rad == 0.0 && reading.angles.right_rad == 0.0;
-  if (wraps && geometry_.max_wheel_speed_mps * interval_s > half_range_m) {
+  if (geometry_.max_wheel_speed_mps * interval_s > farthestCertain(last_, reading)) {
     moveUnseenTo(reading);
     return {InputStatus::kTicksGap, interval_s};
   }
@@ -101,9 +98,26 @@ WheelDisplacement WheelOdometer::displacement(const Reading& from, const Reading
   const auto right_ticks =
       wrappedTickDifference(from.ticks.right_ticks, to.ticks.right_ticks, bits);
   return {static_cast<double>(left_ticks) * geometry_.leftMetersPerTick() +
-              (to.angles.left_rad - from.angles.left_rad) * geometry_.left_wheel_radius_m,
+              left_joint_.turn(from.angles.left_rad, to.angles.left_rad) *
+                  geometry_.left_wheel_radius_m,
           static_cast<double>(right_ticks) * geometry_.rightMetersPerTick() +
-              (to.angles.right_rad - from.angles.right_rad) * geometry_.right_wheel_radius_m};
+              right_joint_.turn(from.angles.right_rad, to.angles.right_rad) *
+                  geometry_.right_wheel_radius_m};
+}
+
+double WheelOdometer::farthestCertain(const Reading& from, const Reading& to) const {
+  if (isStamped(to.ticks.stamp)) {
+    return std::ldexp(0.5, geometry_.counter_bits) *
+           std::min(geometry_.leftMetersPerTick(), geometry_.rightMetersPerTick());
+  }
+  double farthest_m = std::numeric_limits<double>::infinity();
+  if (left_joint_.seemsToWrap(from.angles.left_rad, to.angles.left_rad)) {
+    farthest_m = kPi * geometry_.left_wheel_radius_m;
+  }
+  if (right_joint_.seemsToWrap(from.angles.right_rad, to.angles.right_rad)) {
+    farthest_m = std::min(farthest_m, kPi * geometry_.right_wheel_radius_m);
+  }
+  return farthest_m;
 }
 
 double WheelOdometer::timeBetween(const Reading& from, const Reading& to) const {
@@ -124,6 +138,8 @@ void WheelOdometer::moveTo(const Reading& reading, const WheelDisplacement& whee
   travel_->stamp = reading.stamp;
   travel_->left_m += wheels.left_m;
   travel_->right_m += wheels.right_m;
+  left_joint_.add(reading.angles.left_rad);
+  right_joint_.add(reading.angles.right_rad);
   last_ = reading;
   refused_.reset();
   late_.reset();

@@ -24,7 +24,7 @@ class CalibrationEstimateTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('calibration_estimate_test')
         wheels = rospy.get_param('~wheels')
-        cls.reading = World.ticks if wheels == 'wheel_ticks' else World.joint_state
+        cls.reading = getattr(World, rospy.get_param('~reading'))
         cls.node = Node(wheels=wheels)
         cls.first_estimate = cls.node.estimate()
         cls.predictions = []

@@ -93,6 +93,12 @@ class World:
         message.header.stamp = self.stamp()
         return message
 
+    def wrapping_joint_state(self):
+        """Continuous joints, as a simulator has them: within +-pi."""
+        message = self.joint_state()
+        message.position = [wrap(position) for position in message.position]
+        return message
+
     def azimuth(self):
         cosine, sine = math.cos(self.heading), math.sin(self.heading)
         sensor_x = self.x + cosine * self.sensor[0] - sine * self.sensor[1]

@@ -238,6 +238,63 @@ TEST(WheelOdometer, TakesJointPositions) {
   EXPECT_NEAR(odometer.travel()->right_m, -0.5, 1e-12);
 }
 
+// A wheel of one metre a turn, read at 10 Hz; at 1 m/s it turns by a tenth from one reading to the
+// next.
+TEST(WheelOdometer, RecoversTheTravelOfJointsThatWrap) {
+  for (const double least_rad : {-kPi, 0.0}) {
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> step_m(-0.08, 0.1);
+    WheelOdometer odometer(geometry(32));
+    const auto position = [&](double way_m) {  // as a driver that counts in floats
+      const double position_rad = 2.0 * kPi * way_m - least_rad;
+      return static_cast<double>(static_cast<float>(
+          position_rad - 2.0 * kPi * std::floor(position_rad / (2.0 * kPi)) + least_rad));
+    };
+    double left_m = 0.49;  // about to wrap
+    double right_m = -0.01;
+    odometer.add(WheelAngles{at(0.0), position(left_m), position(right_m)});
+    for (int i = 1; i <= 1000; ++i) {
+      left_m += step_m(random);
+      right_m += step_m(random);
+      const InputOutcome outcome =
+          odometer.add(WheelAngles{at(0.1 * i), position(left_m), position(right_m)});
+      ASSERT_TRUE(outcome.accepted()) << describe(outcome) << ", reading " << i;
+    }
+    EXPECT_GT(left_m, 5.0) << "it has wrapped often";
+    EXPECT_NEAR(odometer.travel()->left_m, left_m - 0.49, 1e-6);
+    EXPECT_NEAR(odometer.travel()->right_m, right_m + 0.01, 1e-6);
+    EXPECT_EQ(odometer.travel()->unseen_variance_m2, 0.0);
+  }
+}
+
+TEST(WheelOdometer, TellsAResetOfAJointFromAWrap) {
+  for (const double turns : {3.0, 0.4}) {  // a cumulative joint; any joint, far from where it wraps
+    WheelOdometer odometer(geometry(32));
+    const double position_rad = 2.0 * kPi * turns;
+    odometer.add(WheelAngles{at(0.0), position_rad, position_rad + 0.1});
+    EXPECT_EQ(odometer.add(WheelAngles{at(0.1), 0.0, 0.0}).status, InputStatus::kCounterReset)
+        << turns;
+    EXPECT_EQ(odometer.travel()->left_m, 0.0);
+    EXPECT_TRUE(odometer.add(WheelAngles{at(0.2), 0.05, 0.0}).accepted());
+  }
+}
+
+TEST(WheelOdometer, TakesAFastJointAtItsWordOnceItHasLeftOneTurn) {
+  WheelOdometer odometer(geometry(32));
+  for (int i = 0; i <= 10; ++i) odometer.add(WheelAngles{at(0.25 * i), 0.5 * kPi * i, 0.0});
+  EXPECT_TRUE(odometer.add(WheelAngles{at(3.5), 5.0 * kPi + 1.8 * kPi, 0.0}).accepted());
+  EXPECT_NEAR(odometer.travel()->left_m, 3.4, 1e-12);
+}
+
+TEST(WheelOdometer, SaysWhenAGapMayHideAWrapOfAJoint) {
+  WheelOdometer odometer(geometry(32));  // half a turn in half a second at the fastest
+  odometer.add(WheelAngles{at(0.0), 3.0, 0.0});
+  EXPECT_TRUE(odometer.add(WheelAngles{at(0.4), -3.0, 0.0}).accepted());
+  EXPECT_NEAR(odometer.travel()->left_m, 1.0 - 6.0 / (2.0 * kPi), 1e-12);
+  EXPECT_EQ(odometer.add(WheelAngles{at(1.0), 3.0, 0.0}).status, InputStatus::kTicksGap);
+  EXPECT_TRUE(odometer.add(WheelAngles{at(2.0), 1.0, 0.0}).accepted()) << "no wrap to be seen";
+}
+
 // ---- motion between two moments ----
 
 class Track : public ::testing::Test {

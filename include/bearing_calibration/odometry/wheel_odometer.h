@@ -5,6 +5,7 @@
 
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
+#include "bearing_calibration/odometry/joint_range.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 
@@ -22,7 +23,9 @@ bool fitsCounter(std::int64_t ticks, int bits);
 /// What the wheels cannot have done since the last reading, at DriveGeometry::max_wheel_speed_mps,
 /// is not motion: a jump to near zero is a reset by the driver; any other jump is refused, and
 /// followed when the next reading confirms it. Whatever motion such a break hides is unknown: it
-/// enters the travel as zero, with the variance of all that was possible.
+/// enters the travel as zero, with the variance of all that was possible. A joint's jump of nearly
+/// one turn that leaves motion is a wrap, as long as the joint has never left one turn (see
+/// JointRange).
 ///
 /// A clock that steps back, as network time does, makes stamps pass twice. Readings are refused
 /// until they overtake the last one; then the counters have all the motion, and the wheels had the
@@ -62,6 +65,8 @@ class WheelOdometer {
   InputOutcome addReading(const Reading& reading);
   InputOutcome resolveJump(const Reading& reading, double jump_m);
   WheelDisplacement displacement(const Reading& from, const Reading& to) const;
+  /// Farther, and a counter or a joint may have wrapped unseen [m].
+  double farthestCertain(const Reading& from, const Reading& to) const;
   /// The longest that the wheels may have turned from one reading to a later one.
   double timeBetween(const Reading& from, const Reading& to) const;
   /// The farthest that a wheel can roll from one reading to a later one, as read.
@@ -71,6 +76,8 @@ class WheelOdometer {
 
   DriveGeometry geometry_;
   std::optional<WheelTravel> travel_;
+  JointRange left_joint_;
+  JointRange right_joint_;
   Reading last_;                    ///< the reading that travel_ stands at
   std::optional<Reading> refused_;  ///< a jump that waits for its confirmation
   std::optional<LateRow> late_;     ///< since the last reading that was taken

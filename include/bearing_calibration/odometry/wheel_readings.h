@@ -14,7 +14,7 @@ struct WheelCounts {
   std::int64_t right_ticks = 0;
 };
 
-/// Positions of the two wheel joints: cumulative and unbounded.
+/// Positions of the two wheel joints: cumulative, or wrapping at one turn.
 struct WheelAngles {
   Stamp stamp;
   double left_rad = 0.0;
