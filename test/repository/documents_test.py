@@ -66,7 +66,7 @@ class Commands(unittest.TestCase):
             path = roslib.packages.find_node('bearing_calibration', program)[0]
             done = subprocess.run([path, '--help'], stdin=subprocess.DEVNULL,
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                  universal_newlines=True, timeout=30)
+                                  universal_newlines=True, timeout=600)
             self.helps[program] = done.stdout
         return self.helps[program]
 
@@ -170,7 +170,7 @@ class QuickStart(unittest.TestCase):
                 program = roslib.packages.find_node('bearing_calibration', words[3])[0]
                 done = subprocess.run([program] + words[4:], cwd=folder, stdin=subprocess.DEVNULL,
                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                      universal_newlines=True, timeout=120)
+                                      universal_newlines=True, timeout=600)
                 self.assertEqual(done.returncode, 0, done.stdout)
                 ran.append(words[3])
             self.assertEqual(ran, ['simulate_bag', 'calibrate_bag', 'calibration_report'])

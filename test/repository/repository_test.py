@@ -95,7 +95,7 @@ class Package(unittest.TestCase):
         ignored = [word for check in IGNORED_CHECKS for word in ('--ignore', check)]
         done = subprocess.run(['catkin_lint', '--strict'] + ignored + [REPOSITORY],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              universal_newlines=True, timeout=60)
+                              universal_newlines=True, timeout=600)
         self.assertEqual(done.returncode, 0, done.stdout)
 
 

@@ -59,11 +59,11 @@ class Demo(unittest.TestCase):
         self.assertEqual(len(commands), 2, output)
         for command in commands:
             done = subprocess.run(command.split(), cwd=self.folder, stdout=subprocess.PIPE,
-                                  stderr=subprocess.STDOUT, universal_newlines=True, timeout=120)
+                                  stderr=subprocess.STDOUT, universal_newlines=True, timeout=600)
             self.assertEqual(done.returncode, 0, done.stdout)
         result = os.path.join(self.folder, 'demo_result')
         subprocess.run(['check_urdf', os.path.join(result, 'mount.urdf')], check=True,
-                       stdout=subprocess.DEVNULL, timeout=30)
+                       stdout=subprocess.DEVNULL, timeout=600)
         self.assertGreater(os.path.getsize(os.path.join(result, 'report.html')), 100000)
 
     def testConvergesAmongClutterFromAColourCamera(self):

@@ -34,7 +34,7 @@ class ResultFiles(unittest.TestCase):
         program = roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0]
         subprocess.run([program, bag, '--output', cls.folder, '--set', 'mount/z=0.35', '--set',
                         'mount/roll=0.02', '--set', 'mount/pitch=-0.03'], check=True,
-                       stdout=subprocess.DEVNULL, timeout=120)
+                       stdout=subprocess.DEVNULL, timeout=600)
         with open(cls.path('result.yaml')) as file:
             cls.mount = yaml.safe_load(file)['base_from_camera']
 
@@ -53,7 +53,7 @@ class ResultFiles(unittest.TestCase):
 
     def testCheckUrdfTakesTheJoint(self):
         done = subprocess.run(['check_urdf', self.path('mount.urdf')], stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, universal_newlines=True, timeout=30)
+                              stderr=subprocess.STDOUT, universal_newlines=True, timeout=600)
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn('root Link: base_link has 1 child', done.stdout)
         self.assertJoint(ElementTree.parse(self.path('mount.urdf')).find('joint'))
@@ -72,7 +72,7 @@ class ResultFiles(unittest.TestCase):
             file.write('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
                        '<xacro:include filename="mount.urdf.xacro"/>'
                        '<xacro:bearing_calibration_mount/></robot>')
-        done = subprocess.run(['xacro', robot], check=True, stdout=subprocess.PIPE, timeout=60)
+        done = subprocess.run(['xacro', robot], check=True, stdout=subprocess.PIPE, timeout=600)
         self.assertJoint(ElementTree.fromstring(done.stdout).find('joint'))
 
     def testTheLaunchFilePublishesTheTransform(self):

@@ -41,7 +41,7 @@ class BenchTable(unittest.TestCase):
             paths = roslib.packages.find_node('bearing_calibration', program)
             self.assertTrue(paths, '%s is not built' % program)
             listed = subprocess.run([paths[0], '--benchmark_list_tests'], stdout=subprocess.PIPE,
-                                    universal_newlines=True, check=True, timeout=60).stdout
+                                    universal_newlines=True, check=True, timeout=600).stdout
             known |= {'%s/%s' % (program, name) for name in listed.split()}
         self.assertLessEqual(namesInTable(), known)
 
@@ -111,7 +111,7 @@ class BenchTable(unittest.TestCase):
                 with open(paths[-1], 'w') as file:
                     json.dump(content, file)
             done = subprocess.run(['python3', PATH, '--compare'] + paths, stdout=subprocess.PIPE,
-                                  universal_newlines=True, timeout=60)
+                                  universal_newlines=True, timeout=600)
         return done.returncode, done.stdout
 
     def testASlowdownOfMoreThanATenthIsSeen(self):

@@ -92,13 +92,13 @@ class CalibrationReport(unittest.TestCase):
         program = roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0]
         output = os.path.join(cls.folder, name)
         subprocess.run([program, *arguments, '--output', output], stdout=subprocess.DEVNULL,
-                       timeout=120)
+                       timeout=600)
         return output
 
     @classmethod
     def makePage(cls, folder):
         subprocess.run(REPORT + [folder], check=True, stdout=subprocess.DEVNULL,
-                       timeout=120)
+                       timeout=600)
         with open(os.path.join(folder, 'report.html'), encoding='utf-8') as file:
             return file.read()
 
@@ -152,7 +152,7 @@ class CalibrationReport(unittest.TestCase):
         self.assertNotIn('<joint', text)
 
     def testAFolderOfSomethingElseIsRefused(self):
-        done = subprocess.run(REPORT + [HERE], stderr=subprocess.PIPE, timeout=60,
+        done = subprocess.run(REPORT + [HERE], stderr=subprocess.PIPE, timeout=600,
                               universal_newlines=True)
         self.assertEqual(done.returncode, 1)
         self.assertIn('nothing that calibrate_bag has written', done.stderr)
@@ -167,7 +167,7 @@ class CalibrationReport(unittest.TestCase):
                  '--disable-background-networking', '--disable-component-update', '--disable-sync',
                  '--disable-quic', '--user-data-dir=' + profile, '--window-size=%d,1000' % width,
                  '--virtual-time-budget=5000', '--dump-dom', 'file://' + path],
-                stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=90)
+                stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=600)
         found = re.search(r'<title>PROBE ([^<]*)</title>', done.stdout)
         self.assertTrue(found, done.stderr[-2000:])
         return dict(pair.split('=') for pair in found.group(1).split())

@@ -32,7 +32,7 @@ class CsvToBag(unittest.TestCase):
         return subprocess.run(
             [self.program, self.write('wheels.csv', wheels), self.write('sights.csv', sights)]
             + list(arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            universal_newlines=True, timeout=30)
+            universal_newlines=True, timeout=600)
 
     def messagesOf(self, *arguments, **files):
         done = self.convert('--output', self.output, *arguments, **files)
@@ -113,7 +113,7 @@ class CsvToBag(unittest.TestCase):
     def testMissingFilesAreNamed(self):
         done = subprocess.run([self.program, '/no/wheels.csv', '/no/sights.csv', '--landmark', '1',
                                '--output', self.output], stderr=subprocess.PIPE,
-                              universal_newlines=True, timeout=30)
+                              universal_newlines=True, timeout=600)
         self.assertRefused(done, 1, '/no/wheels.csv')
 
     def testAnOutputThatCannotBeWrittenIsNamed(self):

@@ -9,7 +9,7 @@ import roslib.packages
 def run(name, *arguments):
     program = roslib.packages.find_node('bearing_calibration', name)[0]
     return subprocess.run([program] + list(arguments), stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, universal_newlines=True, timeout=120)
+                          stderr=subprocess.STDOUT, universal_newlines=True, timeout=600)
 
 
 class DriveInstructions(unittest.TestCase):

@@ -42,7 +42,7 @@ class FindMirror(unittest.TestCase):
 
     def findMirror(self, *arguments):
         return subprocess.run([self.program] + list(arguments), stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+                              stderr=subprocess.PIPE, universal_newlines=True, timeout=600)
 
     def assertRefused(self, done, code, *words):
         self.assertEqual(done.returncode, code, done.stderr)

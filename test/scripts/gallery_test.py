@@ -22,7 +22,7 @@ class Gallery(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             done = subprocess.run([sys.executable, PROGRAM, folder, '--images', '2'],
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                  universal_newlines=True, timeout=200)
+                                  universal_newlines=True, timeout=600)
             self.assertEqual(done.returncode, 0, done.stdout)
             self.assertEqual(sorted(os.listdir(folder)), sorted(shown))
             for name in shown:

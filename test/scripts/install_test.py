@@ -33,7 +33,7 @@ class Install(unittest.TestCase):
         cls.addClassCleanup(folder.cleanup)
         cls.folder = folder.name
         subprocess.run(['cmake', '--install', buildFolder()], check=True, stdout=subprocess.DEVNULL,
-                       env=dict(os.environ, DESTDIR=os.path.join(folder.name, 'root')), timeout=120)
+                       env=dict(os.environ, DESTDIR=os.path.join(folder.name, 'root')), timeout=600)
         cls.prefix = os.path.dirname(
             glob.glob(os.path.join(folder.name, 'root', '**', 'local_setup.bash'),
                       recursive=True)[0])
@@ -48,7 +48,7 @@ class Install(unittest.TestCase):
                  .format(NOETIC_SETUP, cls.prefix))
         done = subprocess.run(
             ['bash', '-c', shell, 'bash', *command], stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=120,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=600,
             env={'PATH': '/usr/bin:/bin', 'HOME': cls.folder, 'ROS_HOSTNAME': 'localhost'})
         if done.returncode != status:
             raise AssertionError('%s ended with %d:\n%s' % (command, done.returncode, done.stdout))

@@ -23,7 +23,7 @@ MAX_YAW_ERROR_RAD = math.radians(2.5)
 def run(name, *arguments):
     program = roslib.packages.find_node('bearing_calibration', name)[0]
     return subprocess.run([program] + list(arguments), stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, universal_newlines=True, timeout=300)
+                          stderr=subprocess.STDOUT, universal_newlines=True, timeout=600)
 
 
 @unittest.skipUnless(DATA, NO_DATA)

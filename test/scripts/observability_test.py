@@ -12,7 +12,7 @@ REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..')
 def output(command):
     """What the command prints; it must succeed."""
     return subprocess.run(command, stdout=subprocess.PIPE, universal_newlines=True, check=True,
-                          timeout=240).stdout
+                          timeout=600).stdout
 
 
 def cellsOf(text):

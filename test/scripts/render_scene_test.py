@@ -25,7 +25,7 @@ class RenderScene(unittest.TestCase):
 
     def runProgram(self, *arguments):
         return subprocess.run([self.program] + list(arguments), stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+                              stderr=subprocess.PIPE, universal_newlines=True, timeout=600)
 
     def render(self, name, *arguments):
         """The files' bytes by name, and the truth's rows."""

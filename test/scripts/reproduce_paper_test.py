@@ -29,7 +29,7 @@ def reproduce(folder, *options):
     program = roslib.packages.find_node('bearing_calibration', 'paper_numbers')[0]
     return subprocess.run([sys.executable, SCRIPT, folder, '--program', program] + list(options),
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          universal_newlines=True, timeout=200)
+                          universal_newlines=True, timeout=600)
 
 
 def contentOf(folder):

@@ -111,7 +111,7 @@ class Robots(unittest.TestCase):
         return subprocess.run(
             [roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0], path,
              '--output', self.output, '--quiet', *arguments],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=60)
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=600)
 
     def assertFindsTheMount(self, world, *arguments):
         done = self.calibrate(world, *arguments)

@@ -106,6 +106,10 @@ class Run(CopyOfTheScripts):
                 self.assertEqual(self.whatItTakes('rosrun bearing_calibration %s --help' % program),
                                  (['--to-use'], [], PROGRAMS + [program]))
 
+    def testSoIsTheOneOfAScriptThatMeasures(self):
+        self.assertEqual(self.whatItTakes('echo tools/gallery.py doc/images'),
+                         ([], [], PROGRAMS + ['gallery_data']))
+
     def testTestsAndBenchesAreAddedToTheBuildThatIsThere(self):
         for command, target in (('rostest bearing_calibration simulation.test', 'rostests'),
                                 ('rosrun bearing_calibration filter_bench', 'filter_bench')):

@@ -35,7 +35,7 @@ class SimulateBag(unittest.TestCase):
     def simulate(self, name, *arguments):
         done = subprocess.run([program('simulate_bag'), '--output', self.path(name), *arguments],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, timeout=300)
+                              universal_newlines=True, timeout=600)
         self.assertEqual(done.returncode, 0, done.stderr)
         return self.path(name)
 
@@ -44,7 +44,7 @@ class SimulateBag(unittest.TestCase):
         output = self.path('out')
         done = subprocess.run([program('calibrate_bag'), *arguments, '--output', output],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, timeout=300)
+                              universal_newlines=True, timeout=600)
         with open(os.path.join(output, 'result.yaml')) as file:
             return done, yaml.safe_load(file)
 
@@ -77,7 +77,7 @@ class SimulateBag(unittest.TestCase):
                                'sensor/width=320', '--set', 'mirror/centre_u=159.5', '--set',
                                'mask/outer_radius=150.0'],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              universal_newlines=True, timeout=60)
+                              universal_newlines=True, timeout=600)
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn('WAITING_FOR_LIGHT', done.stdout)
         self.assertRegex(done.stdout, r'images were left out \(.*640')
@@ -93,7 +93,7 @@ class SimulateBag(unittest.TestCase):
     def testWrongArgumentsAreSaid(self):
         for arguments in ([], ['--output', 'x', '--seconds', '0'], ['--output', 'x', '--seed=-1']):
             done = subprocess.run([program('simulate_bag')] + arguments, stderr=subprocess.PIPE,
-                                  universal_newlines=True, timeout=30)
+                                  universal_newlines=True, timeout=600)
             self.assertEqual(done.returncode, 2)
             self.assertIn('see --help', done.stderr)
 

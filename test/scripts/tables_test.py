@@ -10,7 +10,7 @@ import roslib.packages
 def run(name, *arguments):
     program = roslib.packages.find_node('bearing_calibration', name)[0]
     return subprocess.run([program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          universal_newlines=True, timeout=120)
+                          universal_newlines=True, timeout=600)
 
 
 class Tables(unittest.TestCase):

@@ -13,7 +13,7 @@ class TiltedMirror(unittest.TestCase):
     def testTheMountIsFoundAllTheSame(self):
         done = subprocess.run(['python3', TOOL, '--runs', '1', '--tilt', '1', '--offset', '0.5'],
                               stdout=subprocess.PIPE, universal_newlines=True, check=True,
-                              timeout=300)
+                              timeout=600)
         row = done.stdout.splitlines()[-1]
         state, _, _, rho_mm, sigmas, _ = (cell.strip() for cell in row.split('|')[2:-1])
         self.assertRegex(state, re.compile('^(CONVERGED|CONVERGING)$'), done.stdout)

@@ -137,7 +137,7 @@ class Program(unittest.TestCase):
         environment = dict(os.environ, ROS_MASTER_URI='http://localhost:%d' % port)
         return subprocess.run(['rosrun', 'bearing_calibration', 'watch'] + list(arguments),
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
-                              universal_newlines=True, timeout=30)
+                              universal_newlines=True, timeout=600)
 
     def testWithoutAMasterItSaysSoAndEnds(self):
         self.assertFalse(rosgraph.is_master_online('http://localhost:1'))
