@@ -77,7 +77,8 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         os.kill(pid, signal.SIGKILL)
         wait_until(lambda: not is_running(pid), 'the process ends')
         self.assertFalse(is_zero(self.robot.said()[-1][1]))
-        time.sleep(WATCHDOG_S + 0.5)
+        killed = rospy.get_time()
+        wait_until(lambda: rospy.get_time() > killed + 2.0 * WATCHDOG_S, 'its own time goes on')
         self.assertStands()
 
     def test_it_stops_when_time_stands_still(self):

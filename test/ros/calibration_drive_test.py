@@ -49,17 +49,20 @@ class CalibrationDriveTest(unittest.TestCase):
         self.assertEqual(self.robot.said(), [])
 
     def test_cancel_stops_it_and_the_limits_are_obeyed(self):
+        sent = time.monotonic()
         self.robot.drive()
-        since = rospy.get_time()
+        since, cancelled = rospy.get_time(), time.monotonic()
         self.robot.client.cancel_goal()
         self.assertEnds(CalibrationDriveResult.CANCELLED, since, MOST_STOPPING_S,
                         GoalStatus.PREEMPTED)
         commands = [wheels_of(twist) for _, twist in self.robot.said()]
         self.assertLessEqual(max(abs(wheel) for both in commands for wheel in both), SPEED + 1e-9)
-        # It takes four controls from standing to its speed; one that came late had more time.
-        speeds = [max(map(abs, both)) for both in commands if max(map(abs, both)) > 0.0]
-        self.assertLess(speeds[0], 0.8 * SPEED)
-        self.assertLess(speeds[-1], 0.8 * SPEED, 'it brakes before it stands')
+        # From standing to its speed, and back, takes 0.2 s, of which one control may be over at once.
+        # A busy machine makes it more.
+        least_s = 0.1
+        full = [when for when, both in zip(self.robot.arrivals, commands) if max(both) > 0.99 * SPEED]
+        self.assertGreater(full[0] - sent, least_s)
+        self.assertGreater(self.robot.arrivals[-1] - cancelled, least_s, 'it brakes')
 
     def test_it_stops_when_converged(self):
         self.robot.drive()

@@ -66,6 +66,7 @@ class DrivableRobot:
     def __init__(self):
         self.lock = threading.Lock()
         self.commands = []  # (seconds, Twist)
+        self.arrivals = []  # of the commands, in real seconds
         self.base = None
         self.cut = set()
         self.claims_convergence = False
@@ -118,6 +119,7 @@ class DrivableRobot:
     def keep_command(self, message):
         with self.lock:
             self.commands.append((rospy.get_time(), message))
+            self.arrivals.append(time.monotonic())
 
     def keep_base(self, message):
         self.base = message.pose
@@ -132,7 +134,7 @@ class DrivableRobot:
         self.enable.say(True)
         rospy.sleep(0.3)
         with self.lock:
-            del self.commands[:]
+            del self.commands[:], self.arrivals[:]
 
     def said(self):
         with self.lock:
