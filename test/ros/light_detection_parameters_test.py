@@ -15,7 +15,7 @@ class LightDetectionParametersTest(RefusedParameters):
     FAULTS = (
         (lambda c: c['mirror'].pop('half_angle'), 'mirror/half_angle is missing'),
         (lambda c: c['mirror'].update(handedness=0), 'mirror/handedness must be 1 or -1'),
-        (lambda c: c['lens'].update(focal_length='4e-3'), 'lens/focal_length must be a finite number'),
+        (lambda c: c['lens'].update(aperture='4e-3'), 'lens/aperture must be a finite number'),
         (lambda c: c['lens'].update(focus_distance=0.001),
          'lens/focus_distance must be greater than lens/focal_length'),
         (lambda c: c['sensor'].update(width=0), 'sensor/width must lie in'),

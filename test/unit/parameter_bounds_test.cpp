@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <climits>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <map>
@@ -58,6 +59,7 @@ std::function<void(const XmlRpcValue&)> readBy(Config (*read)(ParamReader)) {
 class ShippedNumbers : public testing::TestWithParam<Node> {
  protected:
   void SetUp() override {
+    setenv("ROS_MASTER_URI", "http://localhost:1", 1);  // whatever else runs here: no /use_sim_time
     std::vector<std::string> paths;
     for (const std::string& file : GetParam().files) {
       paths.push_back(std::string(BEARING_CALIBRATION_CONFIG_FOLDER) + "/" + file);
