@@ -19,6 +19,7 @@
 
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/sight_advice.h"
+#include "bearing_calibration_ros/camera_info.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/detection_conversions.h"
 #include "bearing_calibration_ros/detection_diagnostics.h"
@@ -46,7 +47,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   void subscribe();
 
   void onImage(const sensor_msgs::ImageConstPtr& message);
-  void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) { camera_info_ = message; }
+  void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message);
   void onPrediction(const core::PredictedBearingConstPtr& message);
   bool onFindMirror(core::FindMirror::Request&, core::FindMirror::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -55,6 +56,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   void sayOfThresholds(bool is_refused, const std::string& sentence);
 
   std::optional<ImageRefusal> refusalOfImage(const sensor_msgs::Image& image) const;
+  std::string describeCameraInfo() const;
   void refuse(const ImageRefusal& refusal);
   void publishAnnotated(const sensor_msgs::Image& message, const cv::Mat& grey,
                         const core::DetectionResult& result);
@@ -72,7 +74,8 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   DetectionNodeConfig config_;
   std::unique_ptr<ImageBearings> bearings_;
   std::optional<core::BearingPrediction> prediction_;
-  sensor_msgs::CameraInfoConstPtr camera_info_;
+  std::optional<DeliveredImage> camera_info_;
+  std::string camera_info_doubt_;
   sensor_msgs::ImageConstPtr last_image_;  ///< that could be used
 
   DetectionCounts counts_;
@@ -173,20 +176,34 @@ std::optional<ImageRefusal> LightDetectionNodelet::refusalOfImage(
     const sensor_msgs::Image& image) const {
   const core::ImageSensor& sensor = config_.detector.sensor;
   if (const auto refusal = refusalOf(image, sensor)) return refusal;
-  if (!camera_info_) {
-    if (!config_.camera_info_required) return std::nullopt;
-    return ImageRefusal{"no camera_info",
-                        "camera_info/required is set, but nothing came on " + camera_info_topic_};
+  if (!config_.camera_info_required || (camera_info_ && camera_info_->isOf(sensor))) {
+    return std::nullopt;
   }
-  const bool same_imager = camera_info_->width == static_cast<std::uint32_t>(sensor.width_px) &&
-                           camera_info_->height == static_cast<std::uint32_t>(sensor.height_px);
-  if (same_imager) return std::nullopt;
-  return ImageRefusal{"wrong imager",
-                      camera_info_topic_ + " speaks of an imager of " +
-                          std::to_string(camera_info_->width) + "x" +
-                          std::to_string(camera_info_->height) +
-                          ", sensor/width and sensor/height of another: the mirror's centre would "
-                          "not fit"};
+  if (camera_info_ && camera_info_->isSaid()) {
+    return ImageRefusal{"wrong imager", camera_info_topic_ + ": " + camera_info_doubt_};
+  }
+  const std::string required = "camera_info/required is set, but ";
+  if (camera_info_) {
+    return ImageRefusal{"empty camera_info", required + camera_info_topic_ + " says 0x0"};
+  }
+  return ImageRefusal{"no camera_info", required + "nothing came on " + camera_info_topic_};
+}
+
+void LightDetectionNodelet::onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) {
+  guarded("camera_info", [&] {
+    camera_info_ = deliveredImage(*message);
+    const std::string doubt = contradiction(*camera_info_, config_.detector);
+    if (!doubt.empty() && doubt != camera_info_doubt_) {
+      NODELET_WARN("%s: %s", camera_info_topic_.c_str(), doubt.c_str());
+    }
+    camera_info_doubt_ = doubt;
+  });
+}
+
+std::string LightDetectionNodelet::describeCameraInfo() const {
+  if (!camera_info_) return "none has come";
+  if (!camera_info_doubt_.empty()) return camera_info_doubt_;
+  return camera_info_->isSaid() ? "fits" : "says nothing: 0x0";
 }
 
 void LightDetectionNodelet::refuse(const ImageRefusal& refusal) {
@@ -245,6 +262,7 @@ void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper
   const std::optional<core::Advice> advice = advice_tally_.take();
   if (images_came) publishAdvice(advice);
   fillDiagnostics(counts_, counts_before_, last_sight_, advice, &status);
+  status.add("camera_info", describeCameraInfo());
   counts_before_ = counts_;
 }
 

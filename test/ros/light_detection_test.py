@@ -14,11 +14,12 @@ from bearing_calibration.msg import LightBearing, LightBearings, PredictedBearin
 from bearing_calibration.srv import FindMirror
 from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, RegionOfInterest
 from std_msgs.msg import String
 
 from calibration_world import DEADLINE_S, wait_until
-from mirror_images import CENTRE_U, CENTRE_V, HEIGHT, WIDTH, Spot, camera_info, image_of, with_rim
+from mirror_images import (CENTRE_U, CENTRE_V, HEIGHT, IMAGE_PX, WIDTH, Spot, camera_info, image_of,
+                           with_rim)
 
 ROW_TIME_S, STAMP_TO_MID_EXPOSURE_S = 5e-5, -0.01  # light_detection.test
 FULL_SCAN_EVERY = 10  # config/detection.yaml
@@ -120,7 +121,12 @@ class LightDetectionTest(unittest.TestCase):
         wait_until(lambda: is_said('wrong imager', '1280x480'), 'a warning of another imager')
         self.assertEqual(self.rolling.answers, [], 'images without the right camera_info')
 
-        self.rolling.infos.publish(camera_info(image.header.stamp))
+        self.rolling.infos.publish(camera_info(image.header.stamp, width=0, height=0))
+        wait_until(lambda: is_said('empty camera_info', '0x0'), 'a warning that it says nothing')
+        self.assertEqual(self.rolling.answers, [], 'images with an empty camera_info')
+
+        self.rolling.infos.publish(camera_info(image.header.stamp, width=2 * WIDTH,
+                                               height=2 * HEIGHT, binning_x=2, binning_y=2))
 
         def answered():
             self.rolling.images.publish(image)
@@ -132,6 +138,34 @@ class LightDetectionTest(unittest.TestCase):
         tenth_of_a_row_s = 0.1 * ROW_TIME_S
         self.assertAlmostEqual(late_s, STAMP_TO_MID_EXPOSURE_S + spot.v * ROW_TIME_S,
                                delta=tenth_of_a_row_s)
+
+    def last_value(self, detection, key):
+        """Of a key in its diagnostics; None before the first."""
+        values = [value.value for status in self.statuses
+                  if status.name.startswith(detection.namespace[1:] + '/')
+                  for value in status.values if value.key == key]
+        return values[-1] if values else None
+
+    def test_camera_info_that_is_not_required_refuses_nothing(self):
+        spot = Spot(azimuth=1.3)
+        region = RegionOfInterest(x_offset=9, width=2 * WIDTH, height=2 * HEIGHT)
+        whole = dict(width=2 * WIDTH, height=2 * HEIGHT)
+        binned = dict(whole, binning_x=2, binning_y=2)
+        doubled = [2.0 * IMAGE_PX] + 8 * [0.0]
+        for expected, fields in (
+                ('0x0', dict(width=0, height=0)),  # a driver without a calibration
+                ('fits', binned),
+                ('lens/pixel_pitch', dict(K=doubled)),
+                ('fits', dict(binned, K=doubled)),
+                ('images of 1280x960', whole),
+                ('fits', dict(binned, width=3000, height=2000, roi=region))):
+            def is_taken():
+                self.managed.infos.publish(camera_info(rospy.Time.now(), **fields))
+                return expected in (self.last_value(self.managed, 'camera_info') or '')
+            wait_until(is_taken, '"%s" in /diagnostics' % expected)
+            self.assert_seen(self.managed.answer_to(image_of([spot], rospy.Time.now())), [spot])
+        self.assert_said('/managed/camera/camera_info', 'images of 1280x960')
+        self.assert_said('/managed/camera/camera_info', 'lens/pixel_pitch')
 
     def test_the_predicted_region_comes_first(self):
         spots = [Spot(azimuth=0.7), Spot(azimuth=-2.0)]

@@ -95,8 +95,8 @@ def with_rim(image, u, v):
     return image
 
 
-def camera_info(stamp, width=WIDTH, height=HEIGHT):
-    message = CameraInfo(width=width, height=height)
+def camera_info(stamp, width=WIDTH, height=HEIGHT, **fields):
+    message = CameraInfo(width=width, height=height, **fields)
     message.header.stamp = stamp
     return message
 

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <sensor_msgs/CameraInfo.h>
+
+#include <cstdint>
+#include <string>
+
+#include "bearing_calibration/vision/detector_config.h"
+
+namespace bearing_calibration_ros {
+
+/// The images that a camera_info is about, as they are delivered. Its own numbers are those of the
+/// whole imager, of which a region is cut out and then binned (REP 104).
+struct DeliveredImage {
+  std::uint32_t width_px = 0;  ///< 0: not said, as by the driver of a camera without calibration
+  std::uint32_t height_px = 0;
+  double focal_length_px = 0.0;  ///< 0: not said
+
+  bool isSaid() const { return width_px > 0 && height_px > 0; }
+  bool isOf(const bearing_calibration::ImageSensor& sensor) const;
+};
+
+DeliveredImage deliveredImage(const sensor_msgs::CameraInfo& info);
+
+/// What of it the configuration contradicts, in a sentence; empty when nothing does.
+std::string contradiction(const DeliveredImage& image,
+                          const bearing_calibration::DetectorConfig& detector);
+
+}  // namespace bearing_calibration_ros

@@ -1,0 +1,47 @@
+#include "bearing_calibration_ros/camera_info.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bearing_calibration/optics/conic_mirror.h"
+
+namespace bearing_calibration_ros {
+
+namespace core = bearing_calibration;
+
+bool DeliveredImage::isOf(const core::ImageSensor& sensor) const {
+  return width_px == static_cast<std::uint32_t>(sensor.width_px) &&
+         height_px == static_cast<std::uint32_t>(sensor.height_px);
+}
+
+DeliveredImage deliveredImage(const sensor_msgs::CameraInfo& info) {
+  const auto& region = info.roi;  // all zero: the whole imager
+  const std::uint32_t width = region.width > 0 ? region.width : info.width;
+  const std::uint32_t height = region.height > 0 ? region.height : info.height;
+  const std::uint32_t binning_x = std::max(info.binning_x, 1U);  // 0 is the same as 1
+  const std::uint32_t binning_y = std::max(info.binning_y, 1U);
+  return {width / binning_x, height / binning_y, info.K[0] / binning_x};
+}
+
+std::string contradiction(const DeliveredImage& image, const core::DetectorConfig& detector) {
+  const core::ImageSensor& sensor = detector.sensor;
+  if (image.isSaid() && !image.isOf(sensor)) {
+    return "it speaks of images of " + std::to_string(image.width_px) + "x" +
+           std::to_string(image.height_px) + ", sensor/width and sensor/height of " +
+           std::to_string(sensor.width_px) + "x" + std::to_string(sensor.height_px) +
+           ": the mirror's centre would not fit";
+  }
+  // Data sheets and refocusing leave some per cent; a binning that was forgotten is a factor of 2.
+  constexpr double kLargestRatio = 1.25;
+  const double configured_px = core::imageDistancePx(detector.mirror);
+  const bool differs =
+      image.focal_length_px > 0.0 &&
+      std::abs(std::log(image.focal_length_px / configured_px)) > std::log(kLargestRatio);
+  if (!detector.gates.mirror || !differs) return {};
+  return "its focal length is " + std::to_string(std::lround(image.focal_length_px)) +
+         " px of the images as they come, that of lens/ " +
+         std::to_string(std::lround(configured_px)) +
+         " px: does lens/pixel_pitch count the binning?";
+}
+
+}  // namespace bearing_calibration_ros
