@@ -16,6 +16,7 @@ namespace bearing_calibration_ros {
 /// What the detection nodelet has seen since its start, for people.
 struct DetectionCounts {
   std::uint64_t images_used = 0;
+  std::uint64_t images_dropped = 0;  ///< newer ones had come before their turn
   std::uint64_t images_with_light = 0;
   std::uint64_t found_in_region = 0;
   std::uint64_t too_cluttered = 0;

@@ -15,6 +15,7 @@ namespace bearing_calibration_ros {
 struct DetectionNodeConfig {
   std::string sensor_frame;
   bool camera_info_required = false;
+  int image_queue = 0;  ///< images that wait while one is searched
   bearing_calibration::DetectorConfig detector;
   bearing_calibration::ShutterConfig shutter;
   bearing_calibration::SearchConfig search;

@@ -65,6 +65,7 @@ void fillDiagnostics(const DetectionCounts& counts, const DetectionCounts& befor
     status->summary(Status::WARN, warning);
   }
   status->add("images used", counts.images_used);
+  status->add("images dropped for newer ones", counts.images_dropped);
   status->add("images with a light", counts.images_with_light);
   status->add("images searched in the predicted region only", counts.found_in_region);
   status->add("images given up as too cluttered", counts.too_cluttered);

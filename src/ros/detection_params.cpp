@@ -139,8 +139,10 @@ core::ColourConfig readColour(ParamReader& params) {
 }
 
 std::vector<std::string> nodeErrors(const DetectionNodeConfig& config) {
+  constexpr int kLongestQueue = 1000;  // of 640x480: 300 MB
   core::Requirements require;
   require.that(!config.sensor_frame.empty(), "frames/sensor must not be empty");
+  require.between("images/queue", config.image_queue, 1, kLongestQueue);
   require.that(!(config.blink.use && config.colour.use),
                "blink/use and colour/use cannot both be set: one of them names the light");
   require.between("prediction/full_scan_every", config.full_scan_every, 1,
@@ -154,6 +156,7 @@ DetectionNodeConfig readDetectionNodeConfig(ParamReader params) {
   DetectionNodeConfig config;
   config.sensor_frame = params.text("frames/sensor");
   config.camera_info_required = params.boolean("camera_info/required");
+  config.image_queue = params.integer("images/queue");
   config.detector = readDetector(params);
   config.shutter = readShutter(params);
   config.search = readSearch(params);

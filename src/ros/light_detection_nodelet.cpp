@@ -29,6 +29,7 @@
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/mirror_service.h"
 #include "bearing_calibration_ros/threshold_server.h"
+#include "bearing_calibration_ros/waiting_work.h"
 
 namespace bearing_calibration_ros {
 
@@ -46,7 +47,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   void advertise();
   void subscribe();
 
-  void onImage(const sensor_msgs::ImageConstPtr& message);
+  void detect(const sensor_msgs::ImageConstPtr& message);
   void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message);
   void onPrediction(const core::PredictedBearingConstPtr& message);
   bool onFindMirror(core::FindMirror::Request&, core::FindMirror::Response& response);
@@ -93,6 +94,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   std::unique_ptr<ThresholdServer> thresholds_;
   image_transport::Publisher annotated_publisher_;
   std::string image_topic_, camera_info_topic_, prediction_topic_;
+  std::unique_ptr<WaitingWork> waiting_;
   image_transport::Subscriber image_subscriber_;
   ros::Subscriber camera_info_subscriber_, prediction_subscriber_;
   ros::WallTimer timer_;
@@ -142,22 +144,28 @@ void LightDetectionNodelet::advertise() {
 }
 
 void LightDetectionNodelet::subscribe() {
-  constexpr std::uint32_t kImageQueue = 10;  // a second at 10 Hz; a slow machine drops the oldest
+  // What comes while one image is searched is taken over at once: what is late is dropped there.
+  constexpr std::uint32_t kArrivingImages = 20;
   const ros::TransportHints no_delay = ros::TransportHints().tcpNoDelay();
   ros::NodeHandle& node_handle = getNodeHandle();
   camera_info_subscriber_ = node_handle.subscribe(
       camera_info_topic_, 1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
   prediction_subscriber_ = node_handle.subscribe(
       "predicted_bearing", 1, &LightDetectionNodelet::onPrediction, this, no_delay);
-  image_subscriber_ =
-      images_->subscribe("image", kImageQueue, &LightDetectionNodelet::onImage, this,
-                         image_transport::TransportHints("raw", no_delay, getPrivateNodeHandle()));
+  waiting_ = std::make_unique<WaitingWork>(node_handle.getCallbackQueue(),
+                                           static_cast<std::size_t>(config_.image_queue));
+  image_subscriber_ = images_->subscribe(
+      "image", static_cast<std::uint32_t>(config_.image_queue) + kArrivingImages,
+      [this](const sensor_msgs::ImageConstPtr& message) {
+        waiting_->add([this, message] { detect(message); });
+      },
+      ros::VoidPtr(), image_transport::TransportHints("raw", no_delay, getPrivateNodeHandle()));
   timer_ = node_handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
     guarded("timer", [&] { diagnostics_->force_update(); });
   });
 }
 
-void LightDetectionNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
+void LightDetectionNodelet::detect(const sensor_msgs::ImageConstPtr& message) {
   guarded("image", [&] {
     if (const auto refusal = refusalOfImage(*message)) return refuse(*refusal);
     last_image_ = message;
@@ -261,6 +269,7 @@ void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper
   const bool images_came = counts_.images_used != counts_before_.images_used;
   const std::optional<core::Advice> advice = advice_tally_.take();
   if (images_came) publishAdvice(advice);
+  counts_.images_dropped = waiting_->dropped();
   fillDiagnostics(counts_, counts_before_, last_sight_, advice, &status);
   status.add("camera_info", describeCameraInfo());
   counts_before_ = counts_;

@@ -67,8 +67,8 @@ class LightDetectionTest(unittest.TestCase):
         rospy.Subscriber('/rosout', Log, cls.logs.append)
         rospy.Subscriber('/diagnostics', DiagnosticArray,
                          lambda message: cls.statuses.extend(message.status))
-        cls.managed, cls.rolling, cls.wide, cls.blinking = map(
-            Detection, ('managed', 'rolling', 'wide', 'blinking'))
+        cls.managed, cls.rolling, cls.wide, cls.blinking, cls.late = map(
+            Detection, ('managed', 'rolling', 'wide', 'blinking', 'late'))
 
     def assert_seen(self, answer, spots):
         self.assertEqual(len(answer.candidates), len(spots), answer)
@@ -166,6 +166,24 @@ class LightDetectionTest(unittest.TestCase):
             self.assert_seen(self.managed.answer_to(image_of([spot], rospy.Time.now())), [spot])
         self.assert_said('/managed/camera/camera_info', 'images of 1280x960')
         self.assert_said('/managed/camera/camera_info', 'lens/pixel_pitch')
+
+    def test_a_late_machine_drops_the_oldest_images_and_counts_them(self):
+        image = image_of([Spot(azimuth=0.7)], rospy.Time.now())
+        start, sent, dropped, burst = image.header.stamp, 0, 0, 20
+
+        def counted(key):
+            return int(self.last_value(self.late, key) or 0)
+        while dropped == 0:
+            self.assertLess(sent, 10 * burst, 'none is dropped')
+            for _ in range(burst):
+                sent += 1
+                image.header.stamp = start + rospy.Duration(0.01 * sent)
+                self.late.images.publish(image)
+            wait_until(lambda: counted('images used') == len(self.late.answers) and
+                       self.late.answers[-1].header.stamp == image.header.stamp,
+                       'an answer to the newest, counted with all others')
+            dropped = counted('images dropped for newer ones')
+        self.assertEqual(dropped + len(self.late.answers), sent)
 
     def test_the_predicted_region_comes_first(self):
         spots = [Spot(azimuth=0.7), Spot(azimuth=-2.0)]
