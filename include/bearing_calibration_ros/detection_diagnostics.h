@@ -36,11 +36,16 @@ struct LastSight {
 };
 LastSight lastSightFrom(const bearing_calibration::DetectionResult& result);
 
-/// A warning when no image came, when images were refused since the last status, or with the
-/// advice on focus and exposure; fine otherwise.
-void fillDiagnostics(const DetectionCounts& counts, const DetectionCounts& before,
-                     const LastSight& sight,
-                     const std::optional<bearing_calibration::Advice>& advice,
-                     diagnostic_updater::DiagnosticStatusWrapper* status);
+/// How the newest images did, of which there may be less than one for each status.
+struct ImagesOfLate {
+  bool silent = true;  ///< there are none
+  bool refused = false;
+  std::optional<bearing_calibration::Advice> advice;
+};
+
+/// A warning when no images come, when they are refused, or with the advice on focus and exposure;
+/// fine otherwise.
+void fillDiagnostics(const DetectionCounts& counts, const ImagesOfLate& images,
+                     const LastSight& sight, diagnostic_updater::DiagnosticStatusWrapper* status);
 
 }  // namespace bearing_calibration_ros

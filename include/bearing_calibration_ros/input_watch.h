@@ -2,6 +2,7 @@
 
 #include <ros/time.h>
 
+#include <optional>
 #include <string>
 
 #include "bearing_calibration/common/input_outcome.h"
@@ -34,6 +35,18 @@ class StampWatch {
   int refused_in_a_row_ = 0;
   bearing_calibration::Stamp last_refused_;
   double step_back_s_ = 0.0;  ///< of the first one in the row
+};
+
+/// Notices that a stream has ended, whatever its rate: its silence is far longer than the intervals
+/// before it. All times are of one clock that never jumps, in seconds.
+class SilenceWatch {
+ public:
+  void saw(double now_s);
+  bool isSilent(double now_s) const;
+
+ private:
+  std::optional<double> last_s_;
+  double interval_s_ = 1.0;  ///< the longest of late; at first, a guess
 };
 
 /// Notices that an input is silent. All times are ROS time.

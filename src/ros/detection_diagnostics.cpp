@@ -18,12 +18,10 @@ bool isWarning(const core::Advice& advice) {
   return advice.kind != core::AdviceKind::kNothingBright;
 }
 
-std::string warningOf(const DetectionCounts& counts, const DetectionCounts& before,
-                      const std::optional<core::Advice>& advice) {
-  const bool images_came = counts.images_used != before.images_used;
-  if (counts.refused() != before.refused()) return "images are refused";
-  if (!images_came) return "no images";
-  return advice && isWarning(*advice) ? advice->sentence : std::string();
+std::string warningOf(const ImagesOfLate& images) {
+  if (images.silent) return "no images";
+  if (images.refused) return "images are refused";
+  return images.advice && isWarning(*images.advice) ? images.advice->sentence : std::string();
 }
 
 }  // namespace
@@ -54,10 +52,9 @@ LastSight lastSightFrom(const core::DetectionResult& result) {
   return sight;
 }
 
-void fillDiagnostics(const DetectionCounts& counts, const DetectionCounts& before,
-                     const LastSight& sight, const std::optional<core::Advice>& advice,
-                     diagnostic_updater::DiagnosticStatusWrapper* status) {
-  const std::string warning = warningOf(counts, before, advice);
+void fillDiagnostics(const DetectionCounts& counts, const ImagesOfLate& images,
+                     const LastSight& sight, diagnostic_updater::DiagnosticStatusWrapper* status) {
+  const std::string warning = warningOf(images);
   const std::string state = sight.has_light ? "light in sight" : "no light in sight";
   if (warning.empty()) {
     status->summary(Status::OK, state);
@@ -77,7 +74,7 @@ void fillDiagnostics(const DetectionCounts& counts, const DetectionCounts& befor
     status->add(std::string("spots rejected: ") + core::describe(static_cast<core::Rejection>(i)),
                 counts.spots_rejected[i]);
   }
-  status->add("advice", advice ? advice->sentence : "none");
+  status->add("advice", images.advice ? images.advice->sentence : "none");
   status->add("background (levels)", sight.background.median);
   status->add("threshold (levels)", sight.threshold_levels);
   if (!sight.has_light) return;

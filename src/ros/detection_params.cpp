@@ -1,5 +1,10 @@
 #include "bearing_calibration_ros/detection_params.h"
 
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <sstream>
+
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
@@ -127,13 +132,26 @@ core::BlinkConfig readBlink(ParamReader& params) {
   return blink;
 }
 
+/// 0 on error.
+std::int32_t lightId(double number, ParamReader& params) {
+  constexpr std::int32_t kLargest = std::numeric_limits<std::int32_t>::max();
+  if (number >= 0.0 && number <= kLargest && number == std::floor(number)) {
+    return static_cast<std::int32_t>(number);
+  }
+  std::ostringstream text;
+  text << "colour/lights: a light_id must be a whole number from 0 to " << kLargest
+       << ", but one is " << number;
+  params.addError(text.str());
+  return 0;
+}
+
 core::ColourConfig readColour(ParamReader& params) {
   core::ColourConfig colour;
   colour.use = params.boolean("colour/use");
   colour.tolerance = params.number("colour/tolerance");
   constexpr std::size_t kNumbers = 4;  // light_id, red, green, blue
   for (const std::vector<double>& light : params.rows("colour/lights", kNumbers)) {
-    colour.lights.push_back({static_cast<std::int32_t>(light[0]), {light[1], light[2], light[3]}});
+    colour.lights.push_back({lightId(light[0], params), {light[1], light[2], light[3]}});
   }
   return colour;
 }

@@ -28,6 +28,18 @@ bool StampWatch::hasBegunAnew(const core::InputOutcome& outcome, core::Stamp sta
   return true;
 }
 
+void SilenceWatch::saw(double now_s) {
+  constexpr double kForget = 0.5;  // of a longer one, with each that comes
+  if (last_s_) interval_s_ = std::max(now_s - *last_s_, kForget * interval_s_);
+  last_s_ = now_s;
+}
+
+bool SilenceWatch::isSilent(double now_s) const {
+  constexpr double kIntervals = 3.0;
+  constexpr double kLeast_s = 2.0;  // a moment's stall is none
+  return !last_s_ || now_s - *last_s_ > std::max(kLeast_s, kIntervals * interval_s_);
+}
+
 InputWatch::InputWatch(const std::string& wheel_topic, const std::string& bearing_topic,
                        double timeout_s)
     : wheels_{wheel_topic, {}}, bearings_{bearing_topic, {}}, timeout_(timeout_s) {}

@@ -26,6 +26,7 @@
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/image_bearings.h"
 #include "bearing_calibration_ros/image_conversion.h"
+#include "bearing_calibration_ros/input_watch.h"
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/mirror_service.h"
 #include "bearing_calibration_ros/threshold_server.h"
@@ -84,7 +85,8 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   LastSight last_sight_;
   std::unique_ptr<core::SightAdviser> adviser_;
   core::AdviceTally advice_tally_;
-  std::optional<core::Advice> last_advice_;
+  ImagesOfLate images_of_late_;
+  SilenceWatch silence_;
   LogThrottle throttle_{kWarningPeriod_s};
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   std::unique_ptr<image_transport::ImageTransport> images_;
@@ -157,6 +159,7 @@ void LightDetectionNodelet::subscribe() {
   image_subscriber_ = images_->subscribe(
       "image", static_cast<std::uint32_t>(config_.image_queue) + kArrivingImages,
       [this](const sensor_msgs::ImageConstPtr& message) {
+        silence_.saw(ros::SteadyTime::now().toSec());
         waiting_->add([this, message] { detect(message); });
       },
       ros::VoidPtr(), image_transport::TransportHints("raw", no_delay, getPrivateNodeHandle()));
@@ -266,11 +269,14 @@ void LightDetectionNodelet::sayOfThresholds(bool is_refused, const std::string& 
 }
 
 void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  const bool images_came = counts_.images_used != counts_before_.images_used;
+  const bool used = counts_.images_used != counts_before_.images_used;
+  const bool refused = counts_.refused() != counts_before_.refused();
   const std::optional<core::Advice> advice = advice_tally_.take();
-  if (images_came) publishAdvice(advice);
+  if (used) publishAdvice(advice);
+  if (used || refused) images_of_late_.refused = refused;
+  images_of_late_.silent = silence_.isSilent(ros::SteadyTime::now().toSec());
   counts_.images_dropped = waiting_->dropped();
-  fillDiagnostics(counts_, counts_before_, last_sight_, advice, &status);
+  fillDiagnostics(counts_, images_of_late_, last_sight_, &status);
   status.add("camera_info", describeCameraInfo());
   counts_before_ = counts_;
 }
@@ -280,11 +286,12 @@ void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper
 void LightDetectionNodelet::publishAdvice(const std::optional<core::Advice>& advice) {
   std_msgs::String message;
   if (advice) message.data = advice->sentence;
-  const bool is_news = advice && !(last_advice_ && last_advice_->kind == advice->kind);
+  const std::optional<core::Advice>& before = images_of_late_.advice;
+  const bool is_news = advice && !(before && before->kind == advice->kind);
   if (is_news) NODELET_INFO("advice: %s", message.data.c_str());
-  const std::string said = last_advice_ ? last_advice_->sentence : std::string();
+  const std::string said = before ? before->sentence : std::string();
   if (message.data != said) advice_publisher_.publish(message);
-  last_advice_ = advice;
+  images_of_late_.advice = advice;
 }
 
 }  // namespace bearing_calibration_ros

@@ -68,8 +68,8 @@ PixelBox boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot
   const double radial = largest * expected.radial_stddev_px.high;
   const double tangential = largest * expected.tangential_stddev_px.high;
   const Eigen::Vector2d centre = imageFromMirrorPixel(config.view, place.centre);
-  const double cosine = std::abs(centre.x() - config.view.centre_u_px) / radius_px;
-  const double sine = std::abs(centre.y() - config.view.centre_v_px) / radius_px;
+  const double cosine = std::abs(std::cos(place.centre.azimuth_rad));
+  const double sine = std::abs(std::sin(place.centre.azimuth_rad));
   const auto half_of = [&](double outward, double sideways) {
     const double r = radial * outward;
     const double t = tangential * sideways;

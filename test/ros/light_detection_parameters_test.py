@@ -28,6 +28,9 @@ class LightDetectionParametersTest(RefusedParameters):
         (lambda c: c['prediction'].update(full_scan_every=0), 'prediction/full_scan_every must be'),
         (lambda c: c['time'].update(row_time=50.0), 'time/row_time must lie in'),
         (lambda c: c['frames'].update(sensor=''), 'frames/sensor must not be empty'),
+        (lambda c: c['images'].update(queue=0), 'images/queue must lie in'),
+        (lambda c: c['colour'].update(lights=[[1e300, 1, 0, 0], [1.5, 0, 1, 0], [2, 0, 0, 1]]),
+         'colour/lights: a light_id must be a whole number'),
     )
 
 

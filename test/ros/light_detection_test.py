@@ -185,6 +185,24 @@ class LightDetectionTest(unittest.TestCase):
             dropped = counted('images dropped for newer ones')
         self.assertEqual(dropped + len(self.late.answers), sent)
 
+    def test_a_slow_camera_is_no_silent_one(self):
+        """One image in two seconds, and a status each second."""
+        image = image_of([Spot(azimuth=0.7)], rospy.Time.now())
+        period_s, known_after, images, statuses = 2.0, 2, 20, 6
+
+        def said():
+            return [each.message for each in self.statuses if each.name.startswith('blinking/')]
+        for sent in range(images):
+            if sent <= known_after:
+                self.statuses.clear()
+            if len(said()) >= statuses:
+                break
+            self.blinking.answer_to(image)
+            time.sleep(period_s)
+        self.assertGreaterEqual(len(said()), statuses)
+        self.assertNotIn('no images', said())
+        wait_until(lambda: 'no images' in said(), 'that it is silent now')
+
     def test_the_predicted_region_comes_first(self):
         spots = [Spot(azimuth=0.7), Spot(azimuth=-2.0)]
         image = image_of(spots, rospy.Time.now())

@@ -101,6 +101,18 @@ TEST(InputWatch, BeginsAnewWithTheClock) {
   EXPECT_NE(watch.silence(ros::Time(7.0)), "");
 }
 
+TEST(SilenceWatch, KnowsTheRateOfWhatItWatches) {
+  SilenceWatch watch;
+  EXPECT_TRUE(watch.isSilent(0.0));
+  for (const double now_s : {0.0, 2.0, 4.0, 4.1, 8.0}) watch.saw(now_s);  // one is late, one early
+  EXPECT_FALSE(watch.isSilent(13.0));
+  EXPECT_TRUE(watch.isSilent(30.0));
+  double now_s = 100.0;
+  for (int i = 0; i < 20; ++i) watch.saw(now_s += 0.1);  // after a pause, at ten times the rate
+  EXPECT_FALSE(watch.isSilent(now_s + 1.0));
+  EXPECT_TRUE(watch.isSilent(now_s + 3.0));
+}
+
 TEST(LogThrottle, KnowsKindsApart) {
   LogThrottle throttle(5.0);
   EXPECT_TRUE(throttle.isDue("a", ros::SteadyTime(10.0)));

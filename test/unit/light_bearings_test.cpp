@@ -7,6 +7,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/search_region.h"
+#include "support/default_rig.h"
 
 namespace bearing_calibration {
 namespace {
@@ -86,6 +87,27 @@ TEST(SearchRegion, AnImageRadiusThatWasSeenMakesItAPlace) {
   const auto sector = searchRegion(search(), prediction, long_ago, kImageStamp);
   ASSERT_TRUE(sector);
   EXPECT_FALSE(sector->place);
+}
+
+// A light in the mirror's very middle has an azimuth, too: that of its pixel's rounding.
+TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
+  DetectorConfig config;
+  config.sensor.width_px = 640;
+  config.sensor.height_px = 480;
+  config.view = {319.5, 239.5, 1};
+  config.mirror = test::defaultMirror();
+  config.mask.outer_radius_px = 250.0;
+  config.light.min_distance_m = 0.25;
+  config.light.max_distance_m = 10.0;
+  const ExpectedPlace place{{0.0, 0.5}, 0.1, 5.0};
+  const PixelBox box = boxAround(place, ExpectedSpot(config), config);
+  EXPECT_GE(box.first_row, 0);
+  EXPECT_LT(box.first_row, 239);
+  EXPECT_GT(box.last_row, 240);
+  EXPECT_GE(box.first_column, 0);
+  EXPECT_LT(box.first_column, 319);
+  EXPECT_GT(box.last_column, 320);
+  EXPECT_LE(box.last_column, config.sensor.width_px);
 }
 
 TEST(SearchRegion, TheRadiusIsThatOfTheCandidateNearestToThePrediction) {
