@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration_ros/compressed_image.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_bearings.h"
 #include "bearing_calibration_ros/parameter_files.h"
@@ -152,6 +153,17 @@ class Replay {
       bearings = images_->detect(image, calibrator_.predictBearing(images_->middleOf(*image)));
     }
     addBearings(std::move(bearings), ros_side::stampFromRos(received));
+  }
+
+  void add(const sensor_msgs::CompressedImageConstPtr& compressed, const ros::Time& received) {
+    sensor_msgs::ImageConstPtr image;
+    {
+      const Timing timing(&outcome_->times.detection);
+      image = ros_side::decoded(*compressed);
+    }
+    if (image) return add(image, received);
+    warn("not decoded",
+         "images were left out (not decoded): " + ros_side::describeUndecoded(*compressed));
   }
 
   void noteEstimate() {

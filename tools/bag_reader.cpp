@@ -115,7 +115,10 @@ void BagReader::readAll() {
 
 std::optional<BagMessage> BagReader::readMessage(const rosbag::MessageInstance& message) const {
   const std::string& topic = message.getTopic();
-  if (topic == topics_.images) return readAs<sensor_msgs::Image>(message);
+  if (topic == topics_.images) {
+    return message.isType<sensor_msgs::Image>() ? readAs<sensor_msgs::Image>(message)
+                                                : readAs<sensor_msgs::CompressedImage>(message);
+  }
   if (topic == topics_.bearings) return readAs<LightBearings>(message);
   if (topic == topics_.plan) return readAs<geometry_msgs::PoseWithCovarianceStamped>(message);
   switch (source_) {

@@ -5,6 +5,7 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/JointState.h>
 #include <topic_tools/shape_shifter.h>
@@ -33,8 +34,8 @@ struct BagWheelCount {
 struct BagMessage {
   ros::Time received;
   std::variant<WheelTicksConstPtr, sensor_msgs::JointStateConstPtr, LightBearingsConstPtr,
-               sensor_msgs::ImageConstPtr, geometry_msgs::PoseWithCovarianceStampedConstPtr,
-               BagWheelCount>
+               sensor_msgs::ImageConstPtr, sensor_msgs::CompressedImageConstPtr,
+               geometry_msgs::PoseWithCovarianceStampedConstPtr, BagWheelCount>
       content;
 };
 

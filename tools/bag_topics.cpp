@@ -3,6 +3,7 @@
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/WheelTicks.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/JointState.h>
 
@@ -55,6 +56,27 @@ std::string findTopic(const Contents& contents, const std::string& wanted,
   throw std::runtime_error((topics.empty() ? "no topic of type " : "several topics of type ") +
                            type + ": choose one by --" + option + "; the bag holds" +
                            listOf(contents));
+}
+
+/// The same of images; where there are none as they are, of compressed ones, which a camera sends
+/// on the topic's name with "/compressed" behind it.
+std::string findImages(const Contents& contents, const std::string& wanted) {
+  const std::string raw = ros::message_traits::datatype<sensor_msgs::Image>();
+  const std::string compressed = ros::message_traits::datatype<sensor_msgs::CompressedImage>();
+  if (wanted.empty()) {
+    return topicsOfType(contents, raw).empty() && !topicsOfType(contents, compressed).empty()
+               ? findTopic<sensor_msgs::CompressedImage>(contents, wanted, "image-topic")
+               : findTopic<sensor_msgs::Image>(contents, wanted, "image-topic");
+  }
+  for (const std::string& name : {wanted, wanted + "/compressed"}) {
+    for (const auto& [topic, type] : contents) {
+      if (withoutSlash(topic) == withoutSlash(name) && (type == raw || type == compressed)) {
+        return topic;
+      }
+    }
+  }
+  throw std::runtime_error("no topic " + wanted + " of type " + raw + " or " + compressed +
+                           "; the bag holds" + listOf(contents));
 }
 
 /// The topic of that name, or else of the default's, with the count of one wheel.
@@ -117,7 +139,7 @@ BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, WheelSour
   if (wanted.images.empty() && (has_bearings || !wanted.bearings.empty())) {
     found.bearings = findTopic<LightBearings>(contents, wanted.bearings, "bearings-topic");
   } else {
-    found.images = findTopic<sensor_msgs::Image>(contents, wanted.images, "image-topic");
+    found.images = findImages(contents, wanted.images);
   }
   found.plan = findPlan(contents);
   return found;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/Image.h>
 
 #include <opencv2/core/mat.hpp>
@@ -26,20 +25,27 @@ std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
 bool hasColours(const std::string& encoding);
 
 /// Image messages as grey images of 8 or 16 bits: mono8, mono16, 8UC1, 16UC1 (shared, not copied),
-/// bgr8, rgb8, bgra8, rgba8 and bayer_*8 (converted into a buffer that is kept).
+/// bgr8, rgb8, bgra8, rgba8, bayer_*8, bayer_*16, yuv422 and yuv422_yuy2 (converted into a buffer
+/// that is kept).
 class GreyConverter {
  public:
   /// @param image refusalOf() it is nothing.
   /// @return valid until the next call.
   const cv::Mat& convert(const sensor_msgs::ImageConstPtr& image);
 
-  /// The same as CV_8UC3, blue first. @throws std::invalid_argument for an image without colours.
-  const cv::Mat& convertToColour(const sensor_msgs::ImageConstPtr& image);
+  /// The same as CV_8UC3, blue first; of 16 bits so that `full_levels` becomes 255.
+  /// @throws std::invalid_argument for an image without colours.
+  const cv::Mat& convertToColour(const sensor_msgs::ImageConstPtr& image, double full_levels);
 
  private:
-  cv_bridge::CvImageConstPtr shared_;
+  const cv::Mat& take(const sensor_msgs::ImageConstPtr& image);
+
+  sensor_msgs::ImageConstPtr shared_;  ///< whose pixels `pixels_` are
+  cv::Mat pixels_;
+  cv::Mat swapped_;
   cv::Mat converted_;
   cv::Mat colour_;
+  cv::Mat scaled_;
 };
 
 }  // namespace bearing_calibration_ros

@@ -40,7 +40,8 @@ core::BearingSet ImageBearings::detect(const sensor_msgs::ImageConstPtr& image,
   if (blink_) blink_->identify(core::brightnessOf(result_->lights), &bearings);
   if (config_.colour.use) {
     const auto colours =
-        core::coloursOf(converter_.convertToColour(image), result_->lights, config_.detector);
+        core::coloursOf(converter_.convertToColour(image, config_.detector.sensor.saturation_level),
+                        result_->lights, config_.detector);
     core::identifyByColour(config_.colour, colours, &bearings);
   }
   return bearings;

@@ -1,8 +1,7 @@
 #include "bearing_calibration_ros/image_conversion.h"
 
-#include <sensor_msgs/image_encodings.h>
-
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -10,51 +9,56 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace encodings = sensor_msgs::image_encodings;
-
 constexpr int kNoConversion = -1;
 
 struct Encoding {
-  const std::string* name;
-  std::size_t bytes_per_pixel;
+  const char* name;
+  int type;     ///< OpenCV's, of the pixels as they come
   int to_grey;  ///< OpenCV's code; kNoConversion for grey
   int to_bgr;   ///< kNoConversion for grey, and where nothing is to be done
+
+  std::size_t bytesPerPixel() const { return CV_ELEM_SIZE(type); }
+  bool isEightBits() const { return CV_MAT_DEPTH(type) == CV_8U; }
 };
 
 // OpenCV names a mosaic after the second row's second and third pixel, ROS after the first row.
-const Encoding kEncodings[] = {
-    {&encodings::MONO8, 1, kNoConversion, kNoConversion},
-    {&encodings::TYPE_8UC1, 1, kNoConversion, kNoConversion},
-    {&encodings::MONO16, 2, kNoConversion, kNoConversion},
-    {&encodings::TYPE_16UC1, 2, kNoConversion, kNoConversion},
-    {&encodings::BGR8, 3, cv::COLOR_BGR2GRAY, kNoConversion},
-    {&encodings::RGB8, 3, cv::COLOR_RGB2GRAY, cv::COLOR_RGB2BGR},
-    {&encodings::BGRA8, 4, cv::COLOR_BGRA2GRAY, cv::COLOR_BGRA2BGR},
-    {&encodings::RGBA8, 4, cv::COLOR_RGBA2GRAY, cv::COLOR_RGBA2BGR},
-    {&encodings::BAYER_RGGB8, 1, cv::COLOR_BayerBG2GRAY, cv::COLOR_BayerBG2BGR},
-    {&encodings::BAYER_BGGR8, 1, cv::COLOR_BayerRG2GRAY, cv::COLOR_BayerRG2BGR},
-    {&encodings::BAYER_GBRG8, 1, cv::COLOR_BayerGR2GRAY, cv::COLOR_BayerGR2BGR},
-    {&encodings::BAYER_GRBG8, 1, cv::COLOR_BayerGB2GRAY, cv::COLOR_BayerGB2BGR},
+// Not every sensor_msgs has a name for yuv422_yuy2.
+constexpr Encoding kEncodings[] = {
+    {"mono8", CV_8UC1, kNoConversion, kNoConversion},
+    {"8UC1", CV_8UC1, kNoConversion, kNoConversion},
+    {"mono16", CV_16UC1, kNoConversion, kNoConversion},
+    {"16UC1", CV_16UC1, kNoConversion, kNoConversion},
+    {"bgr8", CV_8UC3, cv::COLOR_BGR2GRAY, kNoConversion},
+    {"rgb8", CV_8UC3, cv::COLOR_RGB2GRAY, cv::COLOR_RGB2BGR},
+    {"bgra8", CV_8UC4, cv::COLOR_BGRA2GRAY, cv::COLOR_BGRA2BGR},
+    {"rgba8", CV_8UC4, cv::COLOR_RGBA2GRAY, cv::COLOR_RGBA2BGR},
+    {"bayer_rggb8", CV_8UC1, cv::COLOR_BayerBG2GRAY, cv::COLOR_BayerBG2BGR},
+    {"bayer_bggr8", CV_8UC1, cv::COLOR_BayerRG2GRAY, cv::COLOR_BayerRG2BGR},
+    {"bayer_gbrg8", CV_8UC1, cv::COLOR_BayerGR2GRAY, cv::COLOR_BayerGR2BGR},
+    {"bayer_grbg8", CV_8UC1, cv::COLOR_BayerGB2GRAY, cv::COLOR_BayerGB2BGR},
+    {"bayer_rggb16", CV_16UC1, cv::COLOR_BayerBG2GRAY, cv::COLOR_BayerBG2BGR},
+    {"bayer_bggr16", CV_16UC1, cv::COLOR_BayerRG2GRAY, cv::COLOR_BayerRG2BGR},
+    {"bayer_gbrg16", CV_16UC1, cv::COLOR_BayerGR2GRAY, cv::COLOR_BayerGR2BGR},
+    {"bayer_grbg16", CV_16UC1, cv::COLOR_BayerGB2GRAY, cv::COLOR_BayerGB2BGR},
+    {"yuv422", CV_8UC2, cv::COLOR_YUV2GRAY_UYVY, cv::COLOR_YUV2BGR_UYVY},
+    {"yuv422_yuy2", CV_8UC2, cv::COLOR_YUV2GRAY_YUY2, cv::COLOR_YUV2BGR_YUY2},
 };
 
 const Encoding* find(const std::string& name) {
   const auto found = std::find_if(std::begin(kEncodings), std::end(kEncodings),
-                                  [&](const Encoding& encoding) { return *encoding.name == name; });
+                                  [&](const Encoding& encoding) { return encoding.name == name; });
   return found == std::end(kEncodings) ? nullptr : found;
 }
 
 std::string supportedEncodings() {
   std::string list;
-  for (const Encoding& encoding : kEncodings) list += (list.empty() ? "" : ", ") + *encoding.name;
+  for (const Encoding& encoding : kEncodings)
+    list += std::string(list.empty() ? "" : ", ") + encoding.name;
   return list;
 }
 
 std::string sizeText(std::size_t width, std::size_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
-}
-
-bool isEightBits(const Encoding& encoding) {
-  return encoding.to_grey != kNoConversion || encoding.bytes_per_pixel == 1;
 }
 
 std::optional<ImageRefusal> layoutRefusal(const sensor_msgs::Image& image) {
@@ -68,12 +72,12 @@ std::optional<ImageRefusal> layoutRefusal(const sensor_msgs::Image& image) {
         "unsupported encoding",
         "encoding '" + image.encoding + "' is not one of (" + supportedEncodings() + ")"};
   }
-  const std::size_t row_bytes = image.width * encoding->bytes_per_pixel;
+  const std::size_t row_bytes = image.width * encoding->bytesPerPixel();
   if (image.step < row_bytes) {
     return ImageRefusal{"short rows", "step " + std::to_string(image.step) + " is less than the " +
                                           std::to_string(row_bytes) + " bytes of a row"};
   }
-  if (!isEightBits(*encoding) && image.step % 2 != 0) {
+  if (!encoding->isEightBits() && image.step % 2 != 0) {
     return ImageRefusal{"odd rows", "step " + std::to_string(image.step) +
                                         " is odd, but encoding '" + image.encoding +
                                         "' has two bytes in a pixel"};
@@ -87,13 +91,19 @@ std::optional<ImageRefusal> layoutRefusal(const sensor_msgs::Image& image) {
   return std::nullopt;
 }
 
-/// Pixels of two bytes, the high one first. (cv_bridge 1.16 makes two channels of them.)
-void readBigEndian(const sensor_msgs::Image& image, cv::Mat* grey) {
-  grey->create(static_cast<int>(image.height), static_cast<int>(image.width), CV_16UC1);
-  for (int v = 0; v < grey->rows; ++v) {
+/// The message's own pixels.
+cv::Mat pixelsOf(const sensor_msgs::Image& image, int type) {
+  return {static_cast<int>(image.height), static_cast<int>(image.width), type,
+          const_cast<std::uint8_t*>(image.data.data()), image.step};
+}
+
+/// Pixels of two bytes, the high one first.
+void readBigEndian(const sensor_msgs::Image& image, cv::Mat* pixels) {
+  pixels->create(static_cast<int>(image.height), static_cast<int>(image.width), CV_16UC1);
+  for (int v = 0; v < pixels->rows; ++v) {
     const std::uint8_t* bytes = &image.data[static_cast<std::size_t>(v) * image.step];
-    for (int u = 0; u < grey->cols; ++u, bytes += 2) {
-      grey->at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(bytes[0] << 8U | bytes[1]);
+    for (int u = 0; u < pixels->cols; ++u, bytes += 2) {
+      pixels->at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(bytes[0] << 8U | bytes[1]);
     }
   }
 }
@@ -111,7 +121,7 @@ std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
                                           sizeText(static_cast<std::size_t>(sensor.width_px),
                                                    static_cast<std::size_t>(sensor.height_px))};
   }
-  if (isEightBits(*find(image.encoding)) &&
+  if (find(image.encoding)->isEightBits() &&
       sensor.saturation_level > std::numeric_limits<std::uint8_t>::max()) {
     return ImageRefusal{"wrong depth", "encoding '" + image.encoding +
                                            "' cannot reach sensor/saturation_level " +
@@ -128,31 +138,42 @@ bool hasColours(const std::string& name) {
   return encoding != nullptr && encoding->to_grey != kNoConversion;
 }
 
-const cv::Mat& GreyConverter::convert(const sensor_msgs::ImageConstPtr& image) {
+const cv::Mat& GreyConverter::take(const sensor_msgs::ImageConstPtr& image) {
   const Encoding* encoding = find(image->encoding);
   if (encoding == nullptr) {
     throw std::invalid_argument("unsupported image encoding '" + image->encoding + "'");
   }
-  if (!isEightBits(*encoding) && image->is_bigendian != 0) {
-    readBigEndian(*image, &converted_);
-    return converted_;
+  shared_ = image;
+  if (!encoding->isEightBits() && image->is_bigendian != 0) {
+    readBigEndian(*image, &swapped_);
+    pixels_ = swapped_;
+  } else {
+    pixels_ = pixelsOf(*image, encoding->type);
   }
-  shared_ = cv_bridge::toCvShare(image);
-  if (encoding->to_grey == kNoConversion) return shared_->image;
-  cv::cvtColor(shared_->image, converted_, encoding->to_grey);
+  return pixels_;
+}
+
+const cv::Mat& GreyConverter::convert(const sensor_msgs::ImageConstPtr& image) {
+  const cv::Mat& pixels = take(image);
+  const int to_grey = find(image->encoding)->to_grey;
+  if (to_grey == kNoConversion) return pixels;
+  cv::cvtColor(pixels, converted_, to_grey);
   return converted_;
 }
 
-const cv::Mat& GreyConverter::convertToColour(const sensor_msgs::ImageConstPtr& image) {
+const cv::Mat& GreyConverter::convertToColour(const sensor_msgs::ImageConstPtr& image,
+                                              double full_levels) {
   if (!hasColours(image->encoding)) {
     throw std::invalid_argument("colour/use is set, but encoding '" + image->encoding +
                                 "' has no colours");
   }
-  shared_ = cv_bridge::toCvShare(image);
+  const cv::Mat& pixels = take(image);
   const int to_bgr = find(image->encoding)->to_bgr;
-  if (to_bgr == kNoConversion) return shared_->image;
-  cv::cvtColor(shared_->image, colour_, to_bgr);
-  return colour_;
+  if (to_bgr == kNoConversion) return pixels;
+  cv::cvtColor(pixels, colour_, to_bgr);
+  if (colour_.depth() == CV_8U) return colour_;
+  colour_.convertTo(scaled_, CV_8U, std::numeric_limits<std::uint8_t>::max() / full_levels);
+  return scaled_;
 }
 
 }  // namespace bearing_calibration_ros

@@ -26,11 +26,10 @@
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/image_bearings.h"
 #include "bearing_calibration_ros/image_conversion.h"
-#include "bearing_calibration_ros/input_watch.h"
+#include "bearing_calibration_ros/image_input.h"
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/mirror_service.h"
 #include "bearing_calibration_ros/threshold_server.h"
-#include "bearing_calibration_ros/waiting_work.h"
 
 namespace bearing_calibration_ros {
 
@@ -48,7 +47,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   void advertise();
   void subscribe();
 
-  void detect(const sensor_msgs::ImageConstPtr& message);
+  void onImage(const sensor_msgs::ImageConstPtr& message);
   void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message);
   void onPrediction(const core::PredictedBearingConstPtr& message);
   bool onFindMirror(core::FindMirror::Request&, core::FindMirror::Response& response);
@@ -86,18 +85,15 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   std::unique_ptr<core::SightAdviser> adviser_;
   core::AdviceTally advice_tally_;
   ImagesOfLate images_of_late_;
-  SilenceWatch silence_;
   LogThrottle throttle_{kWarningPeriod_s};
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
-  std::unique_ptr<image_transport::ImageTransport> images_;
   std::unique_ptr<image_transport::ImageTransport> private_images_;
   ros::Publisher bearings_publisher_, advice_publisher_;
   ros::ServiceServer mirror_service_;
   std::unique_ptr<ThresholdServer> thresholds_;
   image_transport::Publisher annotated_publisher_;
   std::string image_topic_, camera_info_topic_, prediction_topic_;
-  std::unique_ptr<WaitingWork> waiting_;
-  image_transport::Subscriber image_subscriber_;
+  std::unique_ptr<ImageInput> image_input_;
   ros::Subscriber camera_info_subscriber_, prediction_subscriber_;
   ros::WallTimer timer_;
 
@@ -127,7 +123,6 @@ void LightDetectionNodelet::nameTopics() {
 
 void LightDetectionNodelet::advertise() {
   constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
-  images_ = std::make_unique<image_transport::ImageTransport>(getNodeHandle());
   private_images_ = std::make_unique<image_transport::ImageTransport>(getPrivateNodeHandle());
   bearings_publisher_ = getNodeHandle().advertise<core::LightBearings>("bearings", kBearingQueue);
   annotated_publisher_ = private_images_->advertise("annotated", 1);
@@ -146,29 +141,22 @@ void LightDetectionNodelet::advertise() {
 }
 
 void LightDetectionNodelet::subscribe() {
-  // What comes while one image is searched is taken over at once: what is late is dropped there.
-  constexpr std::uint32_t kArrivingImages = 20;
   const ros::TransportHints no_delay = ros::TransportHints().tcpNoDelay();
   ros::NodeHandle& node_handle = getNodeHandle();
   camera_info_subscriber_ = node_handle.subscribe(
       camera_info_topic_, 1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
   prediction_subscriber_ = node_handle.subscribe(
       "predicted_bearing", 1, &LightDetectionNodelet::onPrediction, this, no_delay);
-  waiting_ = std::make_unique<WaitingWork>(node_handle.getCallbackQueue(),
-                                           static_cast<std::size_t>(config_.image_queue));
-  image_subscriber_ = images_->subscribe(
-      "image", static_cast<std::uint32_t>(config_.image_queue) + kArrivingImages,
-      [this](const sensor_msgs::ImageConstPtr& message) {
-        silence_.saw(ros::SteadyTime::now().toSec());
-        waiting_->add([this, message] { detect(message); });
-      },
-      ros::VoidPtr(), image_transport::TransportHints("raw", no_delay, getPrivateNodeHandle()));
+  image_input_ = std::make_unique<ImageInput>(
+      node_handle, getPrivateNodeHandle(), config_.image_queue,
+      [this](const sensor_msgs::ImageConstPtr& image) { onImage(image); },
+      [this](const ImageRefusal& refusal) { refuse(refusal); });
   timer_ = node_handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
     guarded("timer", [&] { diagnostics_->force_update(); });
   });
 }
 
-void LightDetectionNodelet::detect(const sensor_msgs::ImageConstPtr& message) {
+void LightDetectionNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
   guarded("image", [&] {
     if (const auto refusal = refusalOfImage(*message)) return refuse(*refusal);
     last_image_ = message;
@@ -274,8 +262,8 @@ void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper
   const std::optional<core::Advice> advice = advice_tally_.take();
   if (used) publishAdvice(advice);
   if (used || refused) images_of_late_.refused = refused;
-  images_of_late_.silent = silence_.isSilent(ros::SteadyTime::now().toSec());
-  counts_.images_dropped = waiting_->dropped();
+  images_of_late_.silent = image_input_->isSilent();
+  counts_.images_dropped = image_input_->dropped();
   fillDiagnostics(counts_, images_of_late_, last_sight_, &status);
   status.add("camera_info", describeCameraInfo());
   counts_before_ = counts_;

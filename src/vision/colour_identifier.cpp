@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <stdexcept>
 
 #include "bearing_calibration/common/requirement.h"
@@ -116,10 +118,11 @@ std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,
                                                   const std::vector<Detection>& lights,
                                                   const DetectorConfig& detector) {
   const Eigen::Vector2d mirror_centre_px(detector.view.centre_u_px, detector.view.centre_v_px);
+  constexpr double kFull = std::numeric_limits<std::uint8_t>::max();
+  const double saturation_level = std::min(detector.sensor.saturation_level, kFull);
   std::vector<std::optional<ColourParts>> colours;
   for (const Detection& light : lights) {
-    colours.push_back(
-        colourOf(bgr, light.ellipse, mirror_centre_px, detector.sensor.saturation_level));
+    colours.push_back(colourOf(bgr, light.ellipse, mirror_centre_px, saturation_level));
   }
   return colours;
 }

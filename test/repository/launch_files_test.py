@@ -100,6 +100,13 @@ class LaunchFiles(unittest.TestCase):
         self.assertEqual({name: params[name].value for name in expected}, expected)
         self.assertNotIn('/light_detection/wheels/separation', params)
 
+    def testReplayPlaysCompressedImages(self):
+        config = load(os.path.join(REPOSITORY, 'launch', 'replay.launch'),
+                      'image_transport:=compressed', 'image:=/eye/image_raw')
+        player, = [node for node in config.nodes if node.name == 'player']
+        self.assertIn('/eye/image_raw/compressed', player.args.split())
+        self.assertEqual(config.params['/light_detection/image_transport'].value, 'compressed')
+
     def testTheirNodeletsAreDeclared(self):
         loaded = set()
         for path in LAUNCH_FILES:

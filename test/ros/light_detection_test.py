@@ -14,12 +14,12 @@ from bearing_calibration.msg import LightBearing, LightBearings, PredictedBearin
 from bearing_calibration.srv import FindMirror
 from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import CameraInfo, Image, RegionOfInterest
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 from std_msgs.msg import String
 
 from calibration_world import DEADLINE_S, wait_until
 from mirror_images import (CENTRE_U, CENTRE_V, HEIGHT, IMAGE_PX, WIDTH, Spot, camera_info, image_of,
-                           with_rim)
+                           png_of, with_rim)
 
 ROW_TIME_S, STAMP_TO_MID_EXPOSURE_S = 5e-5, -0.01  # light_detection.test
 FULL_SCAN_EVERY = 10  # config/detection.yaml
@@ -28,12 +28,13 @@ FULL_SCAN_EVERY = 10  # config/detection.yaml
 class Detection:
     """The other end of one detection node."""
 
-    def __init__(self, namespace):
+    def __init__(self, namespace, transport='', image_type=Image):
         self.namespace = '/' + namespace
         self.lock = threading.Lock()
         self.answers = []
         rospy.Subscriber(self.namespace + '/bearings', LightBearings, self.store)
-        self.images = rospy.Publisher(self.namespace + '/camera/image_raw', Image, queue_size=100)
+        self.images = rospy.Publisher(self.namespace + '/camera/image_raw' + transport, image_type,
+                                      queue_size=100)
         self.infos = rospy.Publisher(self.namespace + '/camera/camera_info', CameraInfo,
                                      queue_size=100)
         self.predictions = rospy.Publisher(self.namespace + '/calibration/predicted_bearing',
@@ -69,6 +70,7 @@ class LightDetectionTest(unittest.TestCase):
                          lambda message: cls.statuses.extend(message.status))
         cls.managed, cls.rolling, cls.wide, cls.blinking, cls.late = map(
             Detection, ('managed', 'rolling', 'wide', 'blinking', 'late'))
+        cls.compressed = Detection('compressed', '/compressed', CompressedImage)
 
     def assert_seen(self, answer, spots):
         self.assertEqual(len(answer.candidates), len(spots), answer)
@@ -86,7 +88,7 @@ class LightDetectionTest(unittest.TestCase):
     def test_every_encoding(self):
         spot = Spot(azimuth=0.7)
         for encoding in ('mono8', '8UC1', 'bgr8', 'rgb8', 'bgra8', 'rgba8', 'bayer_rggb8',
-                         'bayer_bggr8', 'bayer_gbrg8', 'bayer_grbg8'):
+                         'bayer_bggr8', 'bayer_gbrg8', 'bayer_grbg8', 'yuv422', 'yuv422_yuy2'):
             image = image_of([spot], rospy.Time.now(), encoding)
             answer = self.managed.answer_to(image)
             self.assert_seen(answer, [spot])
@@ -95,7 +97,16 @@ class LightDetectionTest(unittest.TestCase):
 
     def test_sixteen_bits(self):
         spot = Spot(azimuth=-2.0)
-        self.assert_seen(self.wide.answer_to(image_of([spot], rospy.Time.now(), 'mono16')), [spot])
+        for encoding in ('mono16', 'bayer_rggb16', 'bayer_bggr16', 'bayer_gbrg16', 'bayer_grbg16'):
+            self.assert_seen(self.wide.answer_to(image_of([spot], rospy.Time.now(), encoding)), [spot])
+
+    def test_compressed_images(self):
+        spot = Spot(azimuth=-2.0)
+        broken = png_of(image_of([spot], rospy.Time.now()))
+        broken.data = broken.data[:100]
+        png = png_of(image_of([spot], rospy.Time.now()))
+        self.assert_seen(self.compressed.answer_to(broken, png), [spot])
+        self.assert_said('/compressed/camera/image_raw', 'not decoded', '100 bytes')
 
     def test_rows_with_padding(self):
         spot = Spot(azimuth=2.5)

@@ -2,8 +2,10 @@
 doc/detection.md, which are written here a second time and independently of the package."""
 
 import math
+import struct
+import zlib
 
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 WIDTH, HEIGHT = 640, 480
 CENTRE_U, CENTRE_V, HANDEDNESS = 319.5, 239.5, -1
@@ -60,26 +62,46 @@ def levels(spots, light=LIGHT):
     return rows
 
 
-BYTES_PER_LEVEL = {'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4, 'mono16': 2}
+BYTES_PER_LEVEL = {'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4, 'yuv422': 2, 'yuv422_yuy2': 2}
+NO_COLOUR = 128  # of U and V
 
 
 def image_of(spots, stamp, encoding='mono8', padding=0, light=LIGHT):
-    """A message with `padding` unused bytes after each row. In mono16 a level is 16 steps."""
+    """A message with `padding` unused bytes after each row. Of 16 bits a level is 16 steps."""
     message = Image(width=WIDTH, height=HEIGHT, encoding=encoding, is_bigendian=0)
     message.header.stamp = stamp
     message.header.frame_id = 'camera_optical'
-    bytes_per_level = BYTES_PER_LEVEL.get(encoding, 1)
+    bytes_per_level = BYTES_PER_LEVEL.get(encoding, 2 if encoding.endswith('16') else 1)
     message.step = WIDTH * bytes_per_level + padding
     data = bytearray()
     for row in levels(spots, light):
-        if encoding == 'mono16':
+        if encoding.endswith('16'):
             for level in row:
                 data += (16 * level).to_bytes(2, 'little')
+        elif encoding.startswith('yuv422'):
+            for level in row:
+                data += bytes([NO_COLOUR, level] if encoding == 'yuv422' else [level, NO_COLOUR])
         else:
             for level in row:
                 data += bytes([level]) * bytes_per_level
         data += bytes([255]) * padding
     message.data = bytes(data)
+    return message
+
+
+def png_of(image):
+    """A mono8 image as image_transport's plugin compresses it."""
+    rows = bytearray()
+    for v in range(image.height):
+        rows += b'\0' + image.data[v * image.step:][:image.width]  # no filter
+
+    def chunk(kind, content):
+        return struct.pack('>I', len(content)) + kind + content + struct.pack(
+            '>I', zlib.crc32(kind + content))
+    head = struct.pack('>IIBBBBB', image.width, image.height, 8, 0, 0, 0, 0)
+    message = CompressedImage(header=image.header, format=image.encoding + '; png compressed ')
+    message.data = (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', head) +
+                    chunk(b'IDAT', zlib.compress(bytes(rows), 1)) + chunk(b'IEND', b''))
     return message
 
 

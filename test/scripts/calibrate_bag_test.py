@@ -319,7 +319,8 @@ class CalibrateBag(Drives):
         self.assertIn('/wheel_ticks (bearing_calibration/WheelTicks)', done.stdout)
         done = self.run_(bag, '--image-topic', 'camera/image_raw')
         self.assertStatus(done, FAILED)
-        self.assertIn('no topic camera/image_raw of type sensor_msgs/Image', done.stdout)
+        self.assertIn('no topic camera/image_raw of type sensor_msgs/Image or '
+                      'sensor_msgs/CompressedImage', done.stdout)
 
     def testAnEmptyBagFailsAndSaysWhatIsMissing(self):
         with rosbag.Bag(self.path('empty.bag'), 'w'):

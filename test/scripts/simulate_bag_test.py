@@ -3,13 +3,19 @@
 import math
 import os
 import resource
+import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 
 import rosbag
 import roslib.packages
 import yaml
+
+REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+sys.path.insert(0, os.path.join(REPOSITORY, 'test', 'ros'))
+from mirror_images import png_of  # noqa: E402  (lies beside the tests of the node)
 
 TRUTH = (0.1 * math.cos(math.radians(30)), 0.1 * math.sin(math.radians(30)), math.radians(60))
 CHI_SQUARE_3_AT_999 = 16.27
@@ -53,6 +59,28 @@ class SimulateBag(unittest.TestCase):
                       for key, true in zip(('x', 'y', 'yaw'), TRUTH))
         # by the axes alone, at least a third of the true chi-square
         self.assertLess(squared, 3 * CHI_SQUARE_3_AT_999, result)
+
+    def compressed(self, path, name):
+        """The bag with its images as png."""
+        with rosbag.Bag(path) as bag, rosbag.Bag(self.path(name), 'w') as output:
+            for topic, message, received in bag:
+                if topic.endswith('camera/image_raw'):
+                    topic, message = topic + '/compressed', png_of(message)
+                output.write(topic, message, received)
+        return self.path(name)
+
+    def testCompressedImagesLeadToTheSameBits(self):
+        raw = self.simulate('raw.bag', '--seconds', '5')
+        compressed = self.compressed(raw, 'compressed.bag')
+        looks = []
+        for arguments in ((raw,), (compressed,), (compressed, '--image-topic', 'camera/image_raw')):
+            shutil.rmtree(self.path('out'), ignore_errors=True)
+            self.calibrate(*arguments)
+            with open(self.path('out/looks.csv')) as file:
+                looks.append(file.read())
+        self.assertGreater(looks[0].count('\n'), 40)
+        self.assertEqual(looks[1], looks[0])
+        self.assertEqual(looks[2], looks[0])
 
     def testBearingsLeadToTheMount(self):
         bag = self.simulate('bearings.bag', '--only-bearings')

@@ -77,6 +77,51 @@ TEST(ImageConversion, AMosaicsRedIsWhereTheEncodingSays) {
   EXPECT_NEAR(greyOfRedMosaic(encodings::BAYER_BGGR8, 1, 1).at<std::uint8_t>(3, 3), kRedGrey, 2);
 }
 
+TEST(ImageConversion, AMosaicOfSixteenBitsKeepsThem) {
+  constexpr int kRed = 4000;
+  for (const bool is_bigendian : {false, true}) {
+    sensor_msgs::Image image = imageOf(encodings::BAYER_RGGB16, {0, 0});
+    image.is_bigendian = is_bigendian ? 1 : 0;
+    for (int v = 0; v < kHeight; v += 2) {
+      for (int u = 0; u < kWidth; u += 2) {
+        std::uint8_t* pixel = &image.data[static_cast<std::size_t>(2 * (v * kWidth + u))];
+        pixel[is_bigendian ? 1 : 0] = kRed % 256;
+        pixel[is_bigendian ? 0 : 1] = kRed / 256;
+      }
+    }
+    const cv::Mat grey = greyOf(image);
+    ASSERT_EQ(grey.type(), CV_16UC1);
+    EXPECT_NEAR(grey.at<std::uint16_t>(3, 3), 0.299 * kRed, 2);
+    GreyConverter converter;
+    const cv::Vec3b colour = converter
+                                 .convertToColour(boost::make_shared<sensor_msgs::Image>(image),
+                                                  static_cast<double>(kRed))
+                                 .at<cv::Vec3b>(3, 3);
+    EXPECT_EQ(colour, cv::Vec3b(0, 0, 255)) << "as parts of a full pixel";
+  }
+}
+
+// ITU-R BT.601: Y of 81, U of 90 and V of 240 are pure red.
+TEST(ImageConversion, YuvIsInTheOrderOfTheEncoding) {
+  for (const auto& [encoding, pair] :
+       {std::pair<std::string, std::vector<std::uint8_t>>{encodings::YUV422, {90, 81, 240, 81}},
+        {"yuv422_yuy2", {81, 90, 81, 240}}}) {
+    sensor_msgs::Image image = imageOf(encoding, {0, 0});
+    for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = pair[i % 4];
+    EXPECT_EQ(refusedAs(image), "") << encoding;
+    const cv::Mat grey = greyOf(image);
+    ASSERT_EQ(grey.type(), CV_8UC1);
+    EXPECT_EQ(grey.at<std::uint8_t>(3, 3), 81) << encoding;
+    GreyConverter converter;
+    const cv::Vec3b colour =
+        converter.convertToColour(boost::make_shared<sensor_msgs::Image>(image), 255.0)
+            .at<cv::Vec3b>(3, 3);
+    EXPECT_NEAR(colour[0], 0, 2);
+    EXPECT_NEAR(colour[1], 0, 2);
+    EXPECT_NEAR(colour[2], 255, 2);
+  }
+}
+
 TEST(ImageConversion, GreyIsSharedNotCopied) {
   for (const auto& [encoding, bytes] :
        {std::pair<std::string, int>{encodings::MONO8, 1}, {encodings::MONO16, 2}}) {
@@ -138,6 +183,8 @@ TEST(ImageConversion, ADepthThatCannotSaturateIsRefused) {
   EXPECT_EQ(refusalOf(imageOf(encodings::MONO8, {7}), sensor)->kind, "wrong depth");
   EXPECT_EQ(refusalOf(imageOf(encodings::BGR8, {7, 7, 7}), sensor)->kind, "wrong depth");
   EXPECT_FALSE(refusalOf(imageOf(encodings::MONO16, {7, 0}), sensor));
+  EXPECT_EQ(refusalOf(imageOf(encodings::YUV422, {7, 7}), sensor)->kind, "wrong depth");
+  EXPECT_FALSE(refusalOf(imageOf(encodings::BAYER_GRBG16, {7, 0}), sensor));
 }
 
 }  // namespace

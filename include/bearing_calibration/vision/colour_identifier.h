@@ -45,7 +45,8 @@ std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot
 void identifyByColour(const ColourConfig& config,
                       const std::vector<std::optional<ColourParts>>& colours, BearingSet* set);
 
-/// The colours of an image's lights. @param bgr CV_8UC3
+/// The colours of an image's lights. @param bgr CV_8UC3, which is full at 255 or at what is less in
+/// the detector's configuration
 std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,
                                                   const std::vector<Detection>& lights,
                                                   const DetectorConfig& detector);
