@@ -25,7 +25,7 @@ class LightDetectionParametersTest(RefusedParameters):
         (lambda c: c['gates'].update(min_fil=0.9), 'min_fil is not known'),
         (lambda c: c['light'].update(below_apex=1), 'light/below_apex must be true or false'),
         (lambda c: c['defocus'].update(sigma=-1.0), 'defocus/sigma must lie in'),
-        (lambda c: c['prediction'].update(full_scan_every=0), 'prediction/full_scan_every must be'),
+        (lambda c: c['prediction'].update(full_scan_every=0), 'prediction/full_scan_every must lie in'),
         (lambda c: c['time'].update(row_time=50.0), 'time/row_time must lie in'),
         (lambda c: c['frames'].update(sensor=''), 'frames/sensor must not be empty'),
         (lambda c: c['images'].update(queue=0), 'images/queue must lie in'),

@@ -5,6 +5,7 @@ import math
 import subprocess
 import sys
 import threading
+import time
 import unittest
 
 import dynamic_reconfigure.client
@@ -190,7 +191,8 @@ class LightDetectionTest(unittest.TestCase):
                 sent += 1
                 image.header.stamp = start + rospy.Duration(0.01 * sent)
                 self.late.images.publish(image)
-            wait_until(lambda: counted('images used') == len(self.late.answers) and
+            wait_until(lambda: self.late.answers and
+                       counted('images used') == len(self.late.answers) and
                        self.late.answers[-1].header.stamp == image.header.stamp,
                        'an answer to the newest, counted with all others')
             dropped = counted('images dropped for newer ones')

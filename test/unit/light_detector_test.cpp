@@ -346,7 +346,7 @@ TEST(LightDetector, RefusesAConfigurationWithEveryError) {
   DetectorConfig config = defaultDetector();
   EXPECT_TRUE(config.validate().empty());
   config.view.handedness = 0;
-  config.light.min_distance_m = 0.0;
+  config.light.min_distance_m = 1e-3;  // inside of the mirror
   config.mask.last_row = 480;
   EXPECT_EQ(config.validate().size(), 3u);
 }
