@@ -1,0 +1,236 @@
+#include "bearing_calibration/common/owned_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace bearing_calibration {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kList[] = ".bearing_calibration";  ///< names of the owned files, the first one first
+constexpr char kUnready[] = ".saving";            ///< files that are being written
+constexpr char kReady[] = ".saved";               ///< whole: to be emptied into its parent
+constexpr char kSubfolder[] = "bearing_calibration";
+
+[[noreturn]] void throwSystemError(const std::string& what) {
+  throw std::system_error(errno, std::generic_category(), what);
+}
+
+class Descriptor {
+ public:
+  Descriptor(const fs::path& path, int flags)
+      : number_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+    if (number_ < 0) throwSystemError("cannot open " + path.string());
+  }
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return number_; }
+  int release() { return std::exchange(number_, -1); }
+
+ private:
+  int number_;
+};
+
+/// Returns when the text is on the disk.
+void writeFile(const fs::path& path, const std::string& text) {
+  const Descriptor file(path, O_WRONLY | O_CREAT | O_EXCL);
+  std::size_t written = 0;
+  while (written < text.size()) {
+    const ssize_t count = ::write(file.get(), text.data() + written, text.size() - written);
+    if (count < 0 && errno != EINTR) throwSystemError("cannot write " + path.string());
+    if (count > 0) written += static_cast<std::size_t>(count);
+  }
+  if (::fsync(file.get()) != 0) throwSystemError("cannot write " + path.string());
+}
+
+/// New names are on the disk only when their folder is. Not every file system can.
+void synchronise(const fs::path& folder) { ::fsync(Descriptor(folder, O_RDONLY).get()); }
+
+std::string textOf(const fs::path& path) {
+  std::ostringstream text;
+  const std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error("cannot read " + path.string());
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// Names of the files that a folder owns; none where it is not an owned one.
+std::vector<std::string> listIn(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::ifstream file(folder / kList);
+  for (std::string name; std::getline(file, name);) {
+    const bool is_outside = name.empty() || name.front() == '.' || name.find('/') != name.npos;
+    if (!is_outside) names.push_back(name);
+  }
+  return names;
+}
+
+bool isOwned(const fs::path& folder) {
+  return fs::exists(folder / kList) || fs::exists(folder / kReady);
+}
+
+/// What a killed writer left in a folder does not count.
+bool isEmpty(const fs::path& folder) {
+  return std::all_of(fs::directory_iterator(folder), {},
+                     [](const auto& entry) { return entry.path().filename() == kUnready; });
+}
+
+/// Empties what is ready into the folder; can be broken off and begun again anywhere. What it
+/// replaces goes first, so that files of two results never lie side by side; but the first new file
+/// replaces the old one of its name at a stroke.
+void takeOverReady(const fs::path& folder) {
+  const fs::path ready = folder / kReady;
+  if (fs::exists(ready / kList)) {
+    const std::string first = listIn(ready).empty() ? "" : listIn(ready).front();
+    for (const std::string& name : listIn(folder)) {
+      if (name != first) fs::remove(folder / name);
+    }
+    fs::rename(ready / kList, folder / kList);
+  }
+  for (const std::string& name : listIn(folder)) {
+    if (fs::exists(ready / name)) fs::rename(ready / name, folder / name);
+  }
+  fs::remove(ready);
+  synchronise(folder);
+}
+
+void finishWhatWasBegun(const fs::path& folder) {
+  fs::remove_all(folder / kUnready);
+  if (fs::exists(folder / kReady)) takeOverReady(folder);
+}
+
+/// Makes files ready in a hidden folder, with the list that names them.
+fs::path prepare(const fs::path& folder, const std::vector<FileText>& files) {
+  const fs::path unready = folder / kUnready;
+  fs::remove_all(unready);
+  fs::create_directory(unready);
+  std::string list;
+  for (const FileText& file : files) {
+    writeFile(unready / file.name, file.text);
+    list += file.name + "\n";
+  }
+  writeFile(unready / kList, list);
+  synchronise(unready);
+  return unready;
+}
+
+/// @returns a descriptor that holds the lock. Where the file system knows no locks there is none.
+int lock(const fs::path& folder) {
+  constexpr int kTries = 300;
+  constexpr std::chrono::milliseconds kPause{10};
+  Descriptor descriptor(folder, O_RDONLY | O_DIRECTORY);
+  for (int i = 0; ::flock(descriptor.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; ++i) {
+    if (i == kTries) throw std::runtime_error("another program writes in " + folder.string());
+    std::this_thread::sleep_for(kPause);
+  }
+  return descriptor.release();
+}
+
+int highestNumberIn(const fs::path& folder) {
+  constexpr std::size_t kMostDigits = 6;  // longer ones are a date or the like
+  int highest = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    const bool is_number =
+        name.size() <= kMostDigits && name.find_first_not_of("0123456789") == std::string::npos;
+    if (is_number) highest = std::max(highest, std::stoi(name));
+  }
+  return highest;
+}
+
+}  // namespace
+
+std::string OwnedFolder::find(const std::string& wanted) {
+  const fs::path folder = (fs::absolute(wanted) / "").lexically_normal().parent_path();
+  fs::path candidate = folder;
+  for (int i = 1; fs::is_directory(candidate) && !isOwned(candidate) && !isEmpty(candidate); ++i) {
+    candidate = folder / (i == 1 ? kSubfolder : kSubfolder + ("_" + std::to_string(i)));
+  }
+  return candidate;
+}
+
+void OwnedFolder::recover(const std::string& wanted) {
+  const std::string path = find(wanted);
+  if (fs::exists(fs::path(path) / kReady) || fs::exists(fs::path(path) / kUnready)) {
+    const OwnedFolder folder(path);
+  }
+}
+
+OwnedFolder::OwnedFolder(const std::string& wanted) : path_(find(wanted)) {
+  fs::create_directories(path_);
+  lock_ = lock(path_);
+  try {
+    finishWhatWasBegun(path_);
+  } catch (...) {
+    ::close(lock_);
+    throw;
+  }
+}
+
+OwnedFolder::~OwnedFolder() { ::close(lock_); }
+
+bool OwnedFolder::owns(const std::string& name) const {
+  const std::vector<std::string> names = listIn(path_);
+  return std::find(names.begin(), names.end(), name) != names.end() &&
+         fs::exists(fs::path(path_) / name);
+}
+
+std::string OwnedFolder::replace(const std::vector<FileText>& files) {
+  const fs::path folder(path_);
+  for (const FileText& file : files) {
+    if (fs::exists(folder / file.name) && !owns(file.name)) return writeNumbered(files);
+  }
+  fs::rename(prepare(folder, files), folder / kReady);
+  synchronise(folder);
+  takeOverReady(folder);
+  return path_;
+}
+
+std::string OwnedFolder::add(const FileText& file) {
+  std::vector<FileText> files = ownedFiles();
+  const auto same = std::find_if(files.begin(), files.end(),
+                                 [&](const FileText& each) { return each.name == file.name; });
+  if (same == files.end()) {
+    files.push_back(file);
+  } else {
+    same->text = file.text;
+  }
+  return replace(files);
+}
+
+void OwnedFolder::claim() {
+  if (!isOwned(path_)) replace({});
+}
+
+std::string OwnedFolder::writeNumbered(const std::vector<FileText>& files) {
+  const fs::path folder(path_);
+  const fs::path numbered = folder / std::to_string(highestNumberIn(folder) + 1);
+  fs::rename(prepare(folder, files), numbered);
+  synchronise(folder);
+  return numbered;
+}
+
+std::vector<FileText> OwnedFolder::ownedFiles() const {
+  std::vector<FileText> files;
+  for (const std::string& name : listIn(path_)) {
+    if (owns(name)) files.push_back({name, textOf(fs::path(path_) / name)});
+  }
+  return files;
+}
+
+}  // namespace bearing_calibration
