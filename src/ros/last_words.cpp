@@ -6,6 +6,7 @@
 
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cstddef>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include <stdexcept>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace bearing_calibration_ros {
 namespace {
@@ -25,9 +27,11 @@ constexpr std::chrono::milliseconds kDelivery{100};  // of the last message, by 
 std::atomic<int> pipe_end{-1};
 
 void handleSignal(int number) {
+  const int errno_before = errno;  // of whatever was interrupted
   const auto byte = static_cast<unsigned char>(number);
   const ssize_t written = write(pipe_end.load(), &byte, 1);
   static_cast<void>(written);  // nothing can be done here
+  errno = errno_before;
 }
 
 }  // namespace
@@ -79,7 +83,9 @@ class LastWords::Listener {
     if (read(pipe_[0], &number, 1) != 1 || number == kNoSignal) return;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      for (LastWords* words : all_) words->speak_();
+      std::vector<std::thread> speakers;  // a robot does not wait for a file
+      for (LastWords* words : all_) speakers.emplace_back(words->speak_);
+      for (std::thread& speaker : speakers) speaker.join();
     }
     std::this_thread::sleep_for(kDelivery);
     restore();
