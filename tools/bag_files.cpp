@@ -3,13 +3,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
-#include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "bearing_calibration/calibration/observability.h"
-#include "bearing_calibration/calibration/result_export.h"
 #include "bearing_calibration/calibration/result_file.h"
-#include "bearing_calibration/common/atomic_file.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/result_saving.h"
 
@@ -157,32 +155,23 @@ std::string detailsYaml(const BagJob& job, const BagSetup& setup, const BagOutco
 
 }  // namespace
 
-std::optional<std::string> writeBagFiles(const std::string& folder, const BagJob& job,
-                                         const BagSetup& setup, const BagOutcome& outcome) {
-  const std::filesystem::path path(folder);
+StoredResult storeBagFiles(const std::string& folder, const BagJob& job, const BagSetup& setup,
+                           const BagOutcome& outcome) {
   const auto& looks = outcome.review.looks;
   const Stamp start = looks.empty() ? Stamp() : looks.front().look.sight.stamp;
-  if (auto error = writeFileAtomically(path / "details.yaml", detailsYaml(job, setup, outcome))) {
-    return error;
-  }
-  if (auto error = writeFileAtomically(path / "estimates.csv", estimatesCsv(outcome, start))) {
-    return error;
-  }
-  if (auto error = writeFileAtomically(path / "looks.csv", looksCsv(outcome.review, start))) {
-    return error;
-  }
-  if (auto error = writeFileAtomically(path / "plans.csv", plansCsv(outcome, start))) {
-    return error;
-  }
-  if (!outcome.result.base_from_sensor) {
-    removeResultFolder(folder);
-    return std::nullopt;
-  }
-  const auto saved = bearing_calibration_ros::saveResult(
-      outcome.result, setup.calibration, folder, "calibrate_bag",
+  std::vector<FileText> files = {{"details.yaml", detailsYaml(job, setup, outcome)},
+                                 {"estimates.csv", estimatesCsv(outcome, start)},
+                                 {"looks.csv", looksCsv(outcome.review, start)},
+                                 {"plans.csv", plansCsv(outcome, start)}};
+  const auto saved = bearing_calibration_ros::savedFrom(
+      outcome.result, setup.calibration, "calibrate_bag",
       job.bag + ": " + outcome.topics.wheels + ", " + outcome.topics.sights());
-  if (!saved.success) return saved.message;
-  return std::nullopt;
+  if (!saved) return storeWithoutResult(folder, files);
+  SavingTerms terms;
+  terms.targets = setup.calibration.calibrator.converged;
+  terms.even_if_worse = true;
+  terms.more = std::move(files);
+  return storeResult(folder, *saved, terms);
 }
 
 }  // namespace bearing_calibration

@@ -1,17 +1,15 @@
 #pragma once
 
-#include <optional>
 #include <string>
 
+#include "bearing_calibration/calibration/result_store.h"
 #include "tools/bag_calibration.h"
 
 namespace bearing_calibration {
 
-/// Writes what the report of one calibration is made of into a folder: estimates.csv (the running
-/// estimate), looks.csv (every image) and details.yaml, beside the result's own files where there
-/// is an estimate.
-/// @returns what went wrong; nothing when all is written.
-std::optional<std::string> writeBagFiles(const std::string& folder, const BagJob& job,
-                                         const BagSetup& setup, const BagOutcome& outcome);
+/// Saves the result of one calibration, where there is an estimate, with what the report is made
+/// of: details.yaml, estimates.csv (the running estimate), looks.csv (every image), plans.csv.
+StoredResult storeBagFiles(const std::string& folder, const BagJob& job, const BagSetup& setup,
+                           const BagOutcome& outcome);
 
 }  // namespace bearing_calibration

@@ -1,12 +1,13 @@
 // Finds the mount in bags, without a ROS master: calibrate_bag --help
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <set>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/atomic_file.h"
+#include "bearing_calibration/common/owned_folder.h"
 #include "tools/bag_calibration.h"
 #include "tools/bag_files.h"
 #include "tools/calibrate_bag_arguments.h"
@@ -32,8 +33,9 @@ enum ExitStatus : int {
 /// A job with what came out of it.
 struct Done {
   BagJob job;
-  std::string folder;
+  std::string folder;  ///< as wanted
   BagOutcome outcome;
+  StoredResult stored;
   std::string error;  ///< a sentence; empty when the outcome holds
 };
 
@@ -45,25 +47,27 @@ std::vector<Done> listJobs(const std::string& bag, const CalibrateBagArguments& 
   try {
     std::vector<std::int32_t> lights(arguments.light_ids.begin(), arguments.light_ids.end());
     if (arguments.each_light) lights = listLights(bag, setup);
-    if (lights.empty()) jobs.push_back({{bag, std::nullopt, name}, {}, {}, {}});
+    if (lights.empty()) jobs.push_back({{bag, std::nullopt, name}, {}, {}, {}, {}});
     for (const std::int32_t light : lights) {
-      jobs.push_back({{bag, light, name + "_light_" + std::to_string(light)}, {}, {}, {}});
+      jobs.push_back({{bag, light, name + "_light_" + std::to_string(light)}, {}, {}, {}, {}});
     }
   } catch (const std::exception& error) {
-    jobs.push_back({{bag, std::nullopt, name}, {}, {}, error.what()});
+    jobs.push_back({{bag, std::nullopt, name}, {}, {}, {}, error.what()});
   }
   return jobs;
 }
 
 /// The only job writes into the output's folder itself, several write into folders below it.
 void nameFolders(const std::string& output, std::vector<Done>* all) {
+  if (all->size() > 1) OwnedFolder(output).claim();
+  const std::string folder = OwnedFolder::find(output);
   std::set<std::string> names;
   for (Done& done : *all) {  // bags of one name may lie in several folders
     const std::string name = done.job.name;
     for (int i = 2; !names.insert(done.job.name).second; ++i) {
       done.job.name = name + "_" + std::to_string(i);
     }
-    done.folder = all->size() == 1 ? fs::path(output) : fs::path(output) / done.job.name;
+    done.folder = all->size() == 1 ? fs::path(folder) : fs::path(folder) / done.job.name;
   }
 }
 
@@ -83,9 +87,8 @@ void calibrate(const BagSetup& setup, std::atomic<std::uint64_t>* progress, Done
   if (!done->error.empty()) return;
   try {
     done->outcome = calibrateBag(done->job, setup, progress);
-    if (const auto error = writeBagFiles(done->folder, done->job, setup, done->outcome)) {
-      done->error = *error;
-    }
+    done->stored = storeBagFiles(done->folder, done->job, setup, done->outcome);
+    if (!done->stored.success) done->error = done->stored.message;
   } catch (const std::exception& error) {
     done->error = error.what();
   }
@@ -114,9 +117,15 @@ void printMount(const MountEstimate& mount) {
               degreesFromRadians(mount.mean.z()), degreesFromRadians(stddev.z()));
 }
 
+std::string whatLiesIn(const std::string& folder) {
+  const std::string path = resultPathIn(folder);
+  return fs::exists(path) ? "; " + path + " is of an earlier run" : "";
+}
+
 void print(const Done& done) {
   if (!done.error.empty()) {
-    std::printf("%s: FAILED: %s\n", done.job.name.c_str(), done.error.c_str());
+    std::printf("%s: FAILED: %s\n  nothing was written%s\n", done.job.name.c_str(),
+                done.error.c_str(), whatLiesIn(done.folder).c_str());
     return;
   }
   const BagOutcome& outcome = done.outcome;
@@ -132,6 +141,7 @@ void print(const Done& done) {
   for (const std::string& warning : outcome.warnings) std::printf("  ! %s\n", warning.c_str());
   const std::string refused = ros_side::rejectionsText(result, 0);
   if (!refused.empty()) std::printf("  ! refused or changed: %s\n", refused.c_str());
+  std::printf("  %s\n", done.stored.message.c_str());
 }
 
 /// Estimates that may be compared: those that are trusted.
@@ -154,9 +164,10 @@ ExitStatus compare(const std::vector<Done>& all, const std::string& folder) {
   }
   const MountComparison comparison = compareMounts(mounts);
   std::printf("\n%s", format(mounts, comparison).c_str());
-  const std::string path = fs::path(folder) / "comparison.yaml";
-  if (const auto error = writeFileAtomically(path, toYaml(mounts, comparison))) {
-    std::printf("%s\n", error->c_str());
+  try {
+    OwnedFolder(folder).add({"comparison.yaml", toYaml(mounts, comparison)});
+  } catch (const std::exception& error) {
+    std::printf("%s\n", error.what());
     return kFailed;
   }
   return comparison.agrees() ? kConverged : kDisagreement;
@@ -182,6 +193,16 @@ std::vector<Done> runAll(const CalibrateBagArguments& arguments, const BagSetup&
   return all;
 }
 
+void sayHowToReport(const std::vector<Done>& all, const std::string& output) {
+  const bool any = std::any_of(all.begin(), all.end(),
+                               [](const Done& done) { return !done.stored.folder.empty(); });
+  if (!any) return;
+  const std::string folder =
+      all.size() == 1 ? all.front().stored.folder : OwnedFolder::find(output);
+  std::printf("\nIn %s; a report of it: rosrun bearing_calibration calibration_report %s\n",
+              folder.c_str(), folder.c_str());
+}
+
 ExitStatus run(const CalibrateBagArguments& arguments) {
   const BagSetup setup =
       readBagSetup(arguments.config_files, arguments.assignments, arguments.topics);
@@ -195,8 +216,7 @@ ExitStatus run(const CalibrateBagArguments& arguments) {
     statuses.insert(statusOf(done));
   }
   if (arguments.compare) statuses.insert(compare(all, arguments.output_folder));
-  std::printf("\nIn %s; a report of it: rosrun bearing_calibration calibration_report %s\n",
-              arguments.output_folder.c_str(), arguments.output_folder.c_str());
+  sayHowToReport(all, arguments.output_folder);
   return worst(statuses);
 }
 

@@ -50,6 +50,7 @@ def embedded(figure, path):
     plt.close(figure)
     with open(path, 'wb') as file:
         file.write(buffer.getvalue())
+    data.addToOwnFiles(path)
     return 'data:image/png;base64,' + base64.b64encode(buffer.getvalue()).decode()
 
 
@@ -135,6 +136,7 @@ def subtitleOf(records):
 
 def makeReport(folder):
     """@returns the page's path."""
+    folder = data.ownFolder(folder)
     records, comparison = data.readFolder(folder)
     title = ('Where the camera sits: ' + records[0].name if len(records) == 1
              else 'Where the camera sits: %d calibrations' % len(records))
@@ -147,6 +149,7 @@ def makeReport(folder):
     path = os.path.join(folder, 'report.html')
     with open(path, 'w', encoding='utf-8') as file:
         file.write(page)
+    data.addToOwnFiles(path)
     return path
 
 

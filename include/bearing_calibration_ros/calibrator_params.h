@@ -57,7 +57,8 @@ enum class ResultFolder : std::uint8_t { kUnused, kWritten };
 CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params,
                                                 ResultFolder folder = ResultFolder::kUnused);
 
-/// Makes a folder where it is missing and tries to write into it.
+/// Tries to write into the folder that this one stands for (see OwnedFolder), makes it where it is
+/// missing, and clears away what a killed writer has left.
 /// @returns in words why that cannot be, with the system's reason; none when it can
 std::optional<std::string> whyNotWritable(const std::string& folder);
 

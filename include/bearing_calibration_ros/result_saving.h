@@ -4,21 +4,16 @@
 #include <string>
 
 #include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/calibration/result_file.h"
 #include "bearing_calibration_ros/calibrator_params.h"
 
 namespace bearing_calibration_ros {
 
-/// What ~save answers.
-struct SavingOutcome {
-  bool success = false;
-  std::string message;  ///< names the file, or says why there is none
-};
-
-/// Writes result.yaml and what is made of it (see result_export.h) into a folder.
+/// A result as it is saved; none before there is an estimate.
 /// @param program,source  what calls, and where its measurements come from: provenance
-SavingOutcome saveResult(const bearing_calibration::CalibrationResult& result,
-                         const CalibrationNodeConfig& config, const std::string& folder,
-                         const std::string& program, const std::string& source);
+std::optional<bearing_calibration::SavedCalibration> savedFrom(
+    const bearing_calibration::CalibrationResult& result, const CalibrationNodeConfig& config,
+    const std::string& program, const std::string& source);
 
 /// The mount in the configured folder's result.yaml, to go on from.
 struct EarlierResult {

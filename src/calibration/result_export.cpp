@@ -3,12 +3,11 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <sstream>
 
+#include "bearing_calibration/calibration/saving_rule.h"
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/atomic_file.h"
 
 namespace bearing_calibration {
 namespace {
@@ -121,16 +120,6 @@ constexpr std::array<Form, 6> kForms{{
     {"vins_extrinsics.yaml", vinsFrom},
     {"diff_drive_controller.yaml", diffDriveFrom},
 }};
-constexpr char kResultName[] = "result.yaml";
-
-void removeForms(const std::filesystem::path& folder) {
-  std::error_code ignored;  // what is not there need not be removed; what stays, a writer will meet
-  for (const Form& form : kForms) std::filesystem::remove(folder / form.name, ignored);
-}
-
-bool mayBeTrusted(CalibrationState state) {
-  return state == CalibrationState::kConverged || state == CalibrationState::kConverging;
-}
 
 }  // namespace
 
@@ -238,23 +227,11 @@ std::string diffDriveFrom(const SavedCalibration& calibration) {
   return text;
 }
 
-std::optional<std::string> writeResultFolder(const std::string& folder,
-                                             const SavedCalibration& calibration) {
-  const std::filesystem::path path(folder);
-  if (!mayBeTrusted(calibration.state)) removeForms(path);
-  for (const Form& form : kForms) {
-    if (!mayBeTrusted(calibration.state)) break;
-    if (const auto error = writeFileAtomically(path / form.name, form.from(calibration))) {
-      return error;
-    }
-  }
-  return writeResultFile(path / kResultName, calibration);
-}
-
-void removeResultFolder(const std::string& folder) {
-  removeForms(folder);
-  std::error_code ignored;
-  std::filesystem::remove(std::filesystem::path(folder) / kResultName, ignored);
+std::vector<FileText> formsOf(const SavedCalibration& calibration) {
+  std::vector<FileText> files;
+  if (!mayBeTrusted(calibration.state)) return files;
+  for (const Form& form : kForms) files.push_back({form.name, form.from(calibration)});
+  return files;
 }
 
 }  // namespace bearing_calibration

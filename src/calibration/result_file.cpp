@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "bearing_calibration/common/atomic_file.h"
 #include "result_file_format.h"
 
 namespace bearing_calibration {
@@ -194,8 +193,7 @@ std::string shortestText(double value) {
   return shortest;
 }
 
-std::optional<std::string> writeResultFile(const std::string& path,
-                                           const SavedCalibration& calibration) {
+std::string resultText(const SavedCalibration& calibration) {
   YAML::Emitter out;
   out << YAML::Comment(
       "The sensor's pose in the base frame (x forward, y left, yaw counter-clockwise): it maps\n"
@@ -213,7 +211,7 @@ std::optional<std::string> writeResultFile(const std::string& path,
   emitOrigin(out, calibration);
   out << YAML::Key << "complete" << YAML::Value << true;  // last: a file cut short lacks it
   out << YAML::EndMap;
-  return writeFileAtomically(path, std::string(out.c_str()) + "\n");
+  return std::string(out.c_str()) + "\n";
 }
 
 }  // namespace bearing_calibration

@@ -164,15 +164,10 @@ std::string OwnedFolder::find(const std::string& wanted) {
   return candidate;
 }
 
-void OwnedFolder::recover(const std::string& wanted) {
-  const std::string path = find(wanted);
-  if (fs::exists(fs::path(path) / kReady) || fs::exists(fs::path(path) / kUnready)) {
-    const OwnedFolder folder(path);
-  }
-}
-
 OwnedFolder::OwnedFolder(const std::string& wanted) : path_(find(wanted)) {
-  fs::create_directories(path_);
+  std::error_code error;
+  fs::create_directories(path_, error);
+  if (error) throw std::runtime_error(path_ + " cannot be made: " + error.message());
   lock_ = lock(path_);
   try {
     finishWhatWasBegun(path_);
@@ -188,6 +183,14 @@ bool OwnedFolder::owns(const std::string& name) const {
   const std::vector<std::string> names = listIn(path_);
   return std::find(names.begin(), names.end(), name) != names.end() &&
          fs::exists(fs::path(path_) / name);
+}
+
+void OwnedFolder::tryToWrite() {
+  try {
+    fs::remove_all(prepare(path_, {}));
+  } catch (const std::system_error& error) {
+    throw std::runtime_error(path_ + " cannot be written to: " + error.code().message());
+  }
 }
 
 std::string OwnedFolder::replace(const std::vector<FileText>& files) {

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
@@ -20,6 +21,7 @@
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/prediction_publisher.h"
 #include "bearing_calibration_ros/result_publisher.h"
+#include "bearing_calibration_ros/result_saver.h"
 #include "bearing_calibration_ros/result_saving.h"
 #include "bearing_calibration_ros/tick_message.h"
 #include "bearing_calibration_ros/wheel_subscription.h"
@@ -31,11 +33,11 @@ namespace core = bearing_calibration;
 /// Wheel readings and bearings in, the mount of the sensor out.
 ///
 /// Threading: every subscriber, timer and service hangs on getNodeHandle()'s queue, which a nodelet
-/// manager serves with one thread at a time. So no callback runs beside another, and nothing here
-/// is locked. That queue may be served while onInit() is still under way: everything that a
-/// callback uses exists before the first of them can come, and is not touched by onInit()
-/// afterwards. An exception ends at its callback (see guarded()): the manager and its other
-/// nodelets live on.
+/// manager serves with one thread at a time. So no callback runs beside another; callback_mutex_
+/// only keeps out the thread that saves at the end (ResultSaver). That queue may be served while
+/// onInit() is still under way: everything that a callback uses exists before the first of them can
+/// come, and is not touched by onInit() afterwards. An exception ends at its callback (see
+/// guarded()): the manager and its other nodelets live on.
 class CalibrationNodelet : public nodelet::Nodelet {
  private:
   void onInit() override;
@@ -50,27 +52,23 @@ class CalibrationNodelet : public nodelet::Nodelet {
   void onBearings(const core::LightBearingsConstPtr& message);
   void onSecond(const ros::WallTimerEvent& event);
   void onTransform();
-  void savePeriodically();
   bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool onSave(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
   std::optional<ros::Time> timeOfReceipt();
-  void startAnew();
+  std::string startAnew();
   void followJumpBack(const std::string& what);
   void finishWheels(const core::InputOutcome& outcome, core::Stamp stamp, const ros::Time& now);
   void refuseJointState(const sensor_msgs::JointState& message);
   void warn(const std::string& topic, const core::InputOutcome& outcome);
   void publishNow() { publisher_->publish(calibrator_->result(), joint_states_without_wheels_); }
-  SavingOutcome saveNow(const core::CalibrationResult& result) const {
-    return saveResult(result, config_, config_.output.folder, getName(),
-                      wheel_topic_ + ", " + bearing_topic_);
-  }
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   /// @returns what went wrong; empty when all went well.
   template <typename Work>
   std::string guarded(const char* callback, Work work) {
+    const std::lock_guard<std::timed_mutex> lock(callback_mutex_);
     try {
       work();
       return {};
@@ -94,7 +92,8 @@ class CalibrationNodelet : public nodelet::Nodelet {
   std::unique_ptr<InputWatch> input_watch_;
   ClockWatch clock_watch_;
   StampWatch stamp_watch_;
-  ros::SteadyTime last_saved_ = ros::SteadyTime::now();
+  std::timed_mutex callback_mutex_;  ///< held by the callback that runs
+  std::unique_ptr<ResultSaver> saver_;
   LogThrottle throttle_{kWarningPeriod_s};
   std::uint32_t joint_states_without_wheels_ = 0;
   std::uint32_t remarks_before_ = 0;  ///< on inputs, at the last diagnostics
@@ -115,9 +114,9 @@ void CalibrationNodelet::onInit() {
     config_ =
         readCalibrationNodeConfig(ParamReader(getPrivateNodeHandle()), ResultFolder::kWritten);
     calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator);
-    takeUpEarlierResult();
     watchInputs();
     advertise();
+    takeUpEarlierResult();
     publishNow();
     subscribe();
   } catch (const std::exception& error) {
@@ -143,6 +142,9 @@ void CalibrationNodelet::advertise() {
   prediction_publisher_ = std::make_unique<PredictionPublisher>(private_node_handle, config_);
   display_publisher_ = std::make_unique<DisplayPublisher>(private_node_handle, config_);
   calibrator_->observe([this](const core::Look& look) { display_publisher_->see(look); });
+  saver_ = std::make_unique<ResultSaver>(
+      getNodeHandle(), config_, getName(), wheel_topic_ + ", " + bearing_topic_,
+      [this] { return calibrator_->result(); }, &callback_mutex_);
   diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), private_node_handle,
                                                                getName());
   diagnostics_->setHardwareID("none");
@@ -243,7 +245,7 @@ void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
     publishNow();
     display_publisher_->offer(*calibrator_);
     diagnostics_->force_update();
-    savePeriodically();
+    saver_->look();
   });
 }
 
@@ -254,29 +256,12 @@ void CalibrationNodelet::onTransform() {
   });
 }
 
-/// Only what may be trusted replaces a file that is there.
-void CalibrationNodelet::savePeriodically() {
-  const ros::SteadyTime now = ros::SteadyTime::now();
-  if (config_.output.save_period_s <= 0.0 ||
-      (now - last_saved_).toSec() < config_.output.save_period_s) {
-    return;
-  }
-  const core::CalibrationResult result = calibrator_->result();
-  if (result.state != core::CalibrationState::kConverging &&
-      result.state != core::CalibrationState::kConverged) {
-    return;
-  }
-  last_saved_ = now;
-  const SavingOutcome outcome = saveNow(result);
-  if (!outcome.success) NODELET_WARN("not saved: %s", outcome.message.c_str());
-}
-
 bool CalibrationNodelet::onReset(std_srvs::Trigger::Request&,
                                  std_srvs::Trigger::Response& response) {
   return serve("reset", &response, [&] {
-    startAnew();
+    response.message = "the calibration starts anew" + startAnew();
+    saver_->expectAnotherMount();
     response.success = true;
-    response.message = "the calibration starts anew";
     NODELET_INFO("~reset was called: %s", response.message.c_str());
   });
 }
@@ -284,6 +269,7 @@ bool CalibrationNodelet::onReset(std_srvs::Trigger::Request&,
 bool CalibrationNodelet::onPause(std_srvs::SetBool::Request& request,
                                  std_srvs::SetBool::Response& response) {
   return serve("pause", &response, [&] {
+    saver_->look();
     calibrator_->setPaused(request.data);
     publishNow();
     response.success = true;
@@ -294,7 +280,7 @@ bool CalibrationNodelet::onPause(std_srvs::SetBool::Request& request,
 bool CalibrationNodelet::onSave(std_srvs::Trigger::Request&,
                                 std_srvs::Trigger::Response& response) {
   return serve("save", &response, [&] {
-    const SavingOutcome outcome = saveNow(calibrator_->result());
+    const SavingOutcome outcome = saver_->save();
     response.success = outcome.success;
     response.message = outcome.message;
   });
@@ -313,7 +299,9 @@ std::optional<ros::Time> CalibrationNodelet::timeOfReceipt() {
   return now;
 }
 
-void CalibrationNodelet::startAnew() {
+/// @returns what became of what it had found, to end a sentence with
+std::string CalibrationNodelet::startAnew() {
+  const std::string saved = saver_->saveBeforeReset();
   calibrator_->reset();
   joint_states_without_wheels_ = remarks_before_ = 0;
   prediction_publisher_->restart();
@@ -322,21 +310,15 @@ void CalibrationNodelet::startAnew() {
   throttle_ = LogThrottle(kWarningPeriod_s);  // what was said of the old calibration is old, too
   input_watch_->restart();
   publishNow();
+  return saved.empty() ? "" : "; what it had found: " + saved;
 }
 
 void CalibrationNodelet::followJumpBack(const std::string& what) {
-  const core::CalibrationResult result = calibrator_->result();
-  std::string saved;
-  if (result.state == core::CalibrationState::kConverging ||
-      result.state == core::CalibrationState::kConverged) {
-    const std::string error = guarded("saving", [&] { saved = saveNow(result).message; });
-    saved = "; what it had found: " + (error.empty() ? saved : error);
-  }
+  publisher_->restartStamps();
+  const std::string saved = startAnew();
   NODELET_WARN(
       "%s jumped back by more than clock/max_step_back (%g s): the calibration starts anew%s",
       what.c_str(), config_.max_step_back_s, saved.c_str());
-  publisher_->restartStamps();
-  startAnew();
 }
 
 void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::Stamp stamp,

@@ -1,12 +1,9 @@
 #include "bearing_calibration_ros/calibrator_params.h"
 
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstdlib>
-#include <filesystem>
-#include <system_error>
+#include <exception>
 
+#include "bearing_calibration/common/owned_folder.h"
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
@@ -152,26 +149,23 @@ std::vector<std::string> OutputConfig::validate(const FrameNames& frames) const 
       start_frame != frames.base && start_frame != frames.sensor && start_frame != tf_child_frame,
       "output/start_frame must be a frame of its own, but is '" + start_frame + "'");
   using namespace core::plausible;
-  require.between("output/save_period", save_period_s, 0.0, kLongest_s);
+  constexpr double kShortestSavePeriod_s = 1.0;  // the writes of a card are counted
+  require.that(save_period_s == 0.0 ||
+                   (save_period_s >= kShortestSavePeriod_s && save_period_s <= kLongest_s),
+               "output/save_period must be 0 (never) or at least 1 s and at most a day, but is " +
+                   std::to_string(save_period_s));
   require.between("output/max_rate", max_rate_hz, kRarest_hz, kMostFrequent_hz);
   require.between("output/prediction_rate", prediction_rate_hz, kRarest_hz, kMostFrequent_hz);
   return require.errors();
 }
 
 std::optional<std::string> whyNotWritable(const std::string& folder) {
-  const std::filesystem::path path = std::filesystem::absolute(folder);
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) return path.string() + " cannot be made: " + error.message();
-  std::string probe = path / ".writable.XXXXXX";
-  const int descriptor = ::mkstemp(probe.data());
-  if (descriptor < 0) {
-    const std::string reason = std::generic_category().message(errno);
-    return path.string() + " cannot be written to: " + reason;
+  try {
+    core::OwnedFolder(folder).tryToWrite();
+    return std::nullopt;
+  } catch (const std::exception& error) {
+    return error.what();
   }
-  ::close(descriptor);
-  ::unlink(probe.c_str());
-  return std::nullopt;
 }
 
 CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params, ResultFolder folder) {

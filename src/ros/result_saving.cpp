@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <map>
 
-#include "bearing_calibration/calibration/result_export.h"
-#include "bearing_calibration/calibration/result_file.h"
+#include "bearing_calibration/calibration/result_store.h"
+#include "bearing_calibration/calibration/saving_rule.h"
 #include "bearing_calibration_ros/conversions.h"
 
 namespace bearing_calibration_ros {
@@ -19,10 +19,6 @@ namespace core = bearing_calibration;
 
 std::string wallTimeText() {
   return boost::posix_time::to_iso_extended_string(ros::WallTime::now().toBoost()) + "Z";
-}
-
-std::string pathOf(const CalibrationNodeConfig& config) {
-  return std::filesystem::absolute(config.output.folder) / "result.yaml";
 }
 
 /// "1.2.3" as a YAML string.
@@ -41,32 +37,14 @@ std::map<std::string, std::string> versions() {
   };
 }
 
-/// Why a saved calibration is not one of this robot; empty when it is.
-std::string whyForeign(const core::SavedCalibration& saved, const CalibrationNodeConfig& config) {
-  const core::DriveGeometry& then = saved.provenance.drive;
-  const core::DriveGeometry& now = config.calibrator.drive;
-  if (saved.base_frame != config.frames.base || saved.sensor_frame != config.frames.sensor) {
-    return "it is of " + saved.base_frame + " and " + saved.sensor_frame;
-  }
-  if (then.wheel_separation_m != now.wheel_separation_m ||
-      then.left_wheel_radius_m != now.left_wheel_radius_m ||
-      then.right_wheel_radius_m != now.right_wheel_radius_m) {
-    return "it was measured with other wheels/separation, left_radius or right_radius";
-  }
-  if (saved.state != core::CalibrationState::kConverged &&
-      saved.state != core::CalibrationState::kConverging) {
-    return std::string("it was ") + core::nameOf(saved.state) + " when it was written";
-  }
-  return {};
-}
-
 }  // namespace
 
-SavingOutcome saveResult(const core::CalibrationResult& result, const CalibrationNodeConfig& config,
-                         const std::string& folder, const std::string& program,
-                         const std::string& source) {
+std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& result,
+                                                const CalibrationNodeConfig& config,
+                                                const std::string& program,
+                                                const std::string& source) {
   if (!result.base_from_sensor || !result.paper_state || !result.cartesian_state) {
-    return {false, std::string("there is no estimate to save yet: ") + core::nameOf(result.state)};
+    return std::nullopt;
   }
   core::SavedCalibration saved;
   saved.state = result.state;
@@ -95,21 +73,23 @@ SavingOutcome saveResult(const core::CalibrationResult& result, const Calibratio
   saved.rejections = rejectionsText(result, 0);
   saved.provenance = {program,    wallTimeText(), source, config.calibrator.drive,
                       versions(), config.texts};
-
-  const std::string path = std::filesystem::absolute(folder);
-  if (const auto error = core::writeResultFolder(path, saved)) return {false, *error};
-  return {true, "written to " + path + "/result.yaml"};
+  return saved;
 }
 
 EarlierResult readEarlierResult(const CalibrationNodeConfig& config) {
-  const std::string path = pathOf(config);
+  const std::string path = core::resultPathIn(config.output.folder);
   if (!std::filesystem::exists(path)) return {std::nullopt, "nothing to take up: no " + path};
   const core::ResultFileContent content = core::readResultFile(path);
   if (!content.calibration) return {std::nullopt, "not taken up: " + content.error};
-  const std::string why = whyForeign(*content.calibration, config);
+  const core::SavedCalibration& saved = *content.calibration;
+  std::string why = core::whyOfAnotherRobot(saved, config.frames.base, config.frames.sensor,
+                                            config.calibrator.drive);
+  if (why.empty() && !core::mayBeTrusted(saved.state)) {
+    why = std::string("it was ") + core::nameOf(saved.state) + " when it was written";
+  }
   if (!why.empty()) return {std::nullopt, "not taken up: " + path + ": " + why};
-  return {content.calibration->base_from_sensor,
-          "goes on from " + path + ", written " + content.calibration->provenance.written_at};
+  return {saved.base_from_sensor,
+          "goes on from " + path + ", written " + saved.provenance.written_at};
 }
 
 }  // namespace bearing_calibration_ros

@@ -27,6 +27,7 @@ EXPECTED = [
     ('mount/z_stddev', 'must lie in'),
     ('mount/roll_stddev', 'must lie in'),
     ('output/publish_tf', 'true or false'),
+    ('output/save_period', '0 (never) or at least 1 s', '0.5'),
     ('output/max_rate', 'must lie in'),
     ('clock/max_step_back', '0.1', '60', '0.05'),
     ('output/folder', '/proc/nope cannot be made: No such file or directory'),

@@ -52,8 +52,8 @@ class CalibrationReplayTest(unittest.TestCase):
     def replay(self, *arguments):
         process = subprocess.Popen(
             ['roslaunch', 'bearing_calibration', 'replay.launch', 'bag:=' + self.bag, 'rate:=10',
-             'overrides:=' + OVERRIDES, 'result_folder:=' + self.folder, 'delay:=%g' % DELAY_S]
-            + list(arguments))
+             'overrides:=' + OVERRIDES, 'delay:=%g' % DELAY_S,
+             'result_folder:=' + os.path.join(self.folder, 'result')] + list(arguments))
         self.addCleanup(self.stop, process)
         return process
 
@@ -76,7 +76,7 @@ class CalibrationReplayTest(unittest.TestCase):
             self.assertLess(error, 3.0, '%s\n%s' % (quantity, estimate))
         response = node.save_service()  # the nodes have stayed
         self.assertTrue(response.success, response.message)
-        self.assertTrue(os.path.exists(os.path.join(self.folder, 'result.yaml')))
+        self.assertTrue(os.path.exists(os.path.join(self.folder, 'result', 'result.yaml')))
 
     def test_loop_starts_anew_with_a_warning(self):
         self.replay('detect:=false', 'loop:=true')

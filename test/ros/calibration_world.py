@@ -189,6 +189,11 @@ class Node:
         with self.lock:
             return self.estimates[-1]
 
+    def forget(self):
+        """Drops the estimates that have come."""
+        with self.lock:
+            del self.estimates[:]
+
     def wait_for(self, condition, what):
         """Waits for an estimate that fulfils the condition; says the last one when none comes."""
         try:

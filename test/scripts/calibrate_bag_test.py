@@ -69,6 +69,17 @@ class CalibrateBag(Drives):
         with open(os.path.join(self.output, *folders, 'result.yaml')) as file:
             return yaml.safe_load(file)
 
+    def filesIn(self, *folders):
+        """What each file holds, by its name; but for the hidden list of them."""
+        folder = os.path.join(self.folder, *folders)
+        texts = {}
+        for name in os.listdir(folder):
+            path = os.path.join(folder, name)
+            if os.path.isfile(path) and name != '.bearing_calibration':
+                with open(path) as file:
+                    texts[name] = file.read()
+        return texts
+
     def assertRight(self, result, world):
         """Within the estimate's own covariance of the world's truth."""
         error = [result['base_from_camera'][key] - true
@@ -124,7 +135,7 @@ class CalibrateBag(Drives):
             self.assertAlmostEqual(light['x_m'], cosine * east + sine * north, delta=0.1)
             self.assertAlmostEqual(light['y_m'], cosine * north - sine * east, delta=0.1)
         self.assertStatus(self.run_(bag, '--set', NOISE), CONVERGED)
-        one = self.result()
+        one = self.result('1')  # beside the better one
         self.assertEqual([light['id'] for light in one['lights']], [3])
         for key in ('x', 'y', 'yaw'):
             self.assertLess(both['stddev'][key], one['stddev'][key])
@@ -218,16 +229,80 @@ class CalibrateBag(Drives):
         self.assertIn('they agree', done.stdout)
         self.assertStatus(self.run_(bag, '--set', NOISE, '--light', '9'), CONVERGED)
 
-    def testAStraightLineIsDegenerateAndLeavesNoOldResult(self):
-        self.assertStatus(self.run_(self.drives[0], '--set', NOISE),
-                          CONVERGED)
+    def testAStraightLineIsDegenerateAndLeavesAnEarlierResultAlone(self):
+        self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
+        before = self.filesIn('out')
         world = worldOf()
         world.STRAIGHT_S = 100.0
-        done = self.run_(self.record('line.bag', world, seconds=20.0))
+        line = self.record('line.bag', world, seconds=20.0)
+        done = self.run_(line)
         self.assertStatus(done, DEGENERATE)
         self.assertIn('line: DEGENERATE_MOTION', done.stdout)
-        self.assertEqual(sorted(os.listdir(self.output)),
+        self.assertIn('written to %s; %s is of an earlier run' % (
+            os.path.join(self.output, '1'), os.path.join(self.output, 'result.yaml')), done.stdout)
+        self.assertIn('calibration_report ' + os.path.join(self.output, '1'), done.stdout)
+        self.assertEqual(self.filesIn('out'), before)
+        self.assertEqual(sorted(self.filesIn('out', '1')),
                          ['details.yaml', 'estimates.csv', 'looks.csv', 'plans.csv'])
+        shutil.rmtree(self.output)
+        self.run_(line)
+        self.assertEqual(sorted(self.filesIn('out')),
+                         ['details.yaml', 'estimates.csv', 'looks.csv', 'plans.csv'])
+
+    def testAFailureSaysThatWhatIsThereIsOfAnEarlierRun(self):
+        done = self.run_(self.path('absent.bag'))
+        self.assertStatus(done, FAILED)
+        self.assertRegex(done.stdout, r'nothing was written\n')
+        self.assertNotIn('a report of it', done.stdout)
+        self.assertEqual(os.listdir(self.output), [])
+        self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
+        before = self.filesIn('out')
+        done = self.run_(self.path('absent.bag'))
+        self.assertStatus(done, FAILED)
+        self.assertIn('nothing was written; %s is of an earlier run' % os.path.join(
+            self.output, 'result.yaml'), done.stdout)
+        self.assertNotIn('a report of it', done.stdout)
+        self.assertEqual(self.filesIn('out'), before)
+
+    def testAWorseResultOfTheSameMountIsWrittenBesideTheBetterOne(self):
+        self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
+        before = self.filesIn('out')
+        short = self.record('short.bag', worldOf(2), seconds=25.0)
+        done = self.run_(short, '--set', NOISE)
+        self.assertIn('%s stays: it is CONVERGED, this one CONVERGING; this one is written to %s' % (
+            os.path.join(self.output, 'result.yaml'),
+            os.path.join(self.output, '1', 'result.yaml')), done.stdout)
+        self.assertStatus(done, UNCERTAIN)
+        self.assertEqual(self.filesIn('out'), before)
+        self.assertIn('short.bag', self.result('1')['provenance']['source'])
+
+    def testAnotherMountsResultIsKept(self):
+        self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
+        before = self.filesIn('out')
+        moved = worldOf(2, sensor=(0.12, 0.08, 0.21))
+        done = self.run_(self.record('moved.bag', moved), '--set', NOISE)
+        self.assertStatus(done, CONVERGED)
+        self.assertIn('what was there before is kept in %s: it contradicts this one' %
+                      os.path.join(self.output, '1'), done.stdout)
+        self.assertRight(self.result(), moved)
+        self.assertEqual(self.filesIn('out', '1'), before)
+
+    def testBesideOthersFilesItHasAFolderOfItsOwn(self):
+        os.mkdir(self.output)
+        for name in ('result.yaml', 'mount.urdf', 'details.yaml', 'comparison.yaml', 'drive_1'):
+            with open(os.path.join(self.output, name), 'w') as file:
+                file.write("the robot's own\n")
+        before = self.filesIn('out')
+        own = os.path.join(self.output, 'bearing_calibration')
+        done = self.run_(self.drives[0], '--set', NOISE)
+        self.assertStatus(done, CONVERGED)
+        self.assertIn('written to ' + os.path.join(own, 'result.yaml'), done.stdout)
+        self.assertIn('calibration_report ' + own, done.stdout)
+        done = self.run_(*self.drives[:2], '--set', NOISE, '--compare')
+        self.assertStatus(done, CONVERGED)
+        self.assertEqual(self.filesIn('out'), before)
+        self.assertLessEqual({'comparison.yaml', 'result.yaml'}, set(os.listdir(own)))
+        self.assertRight(self.result('bearing_calibration', 'drive_2'), worldOf())
 
     def testABagThatCannotBeReadFailsAloneAndIsNamed(self):
         with open(self.path('broken.bag'), 'w') as file:

@@ -151,6 +151,31 @@ class CalibrationReport(unittest.TestCase):
         self.assertIn('Two different curvatures are needed', text)
         self.assertNotIn('<joint', text)
 
+    def testItGoesWithItsResult(self):
+        """What is kept, because another mount was found, is kept with its report."""
+        folder = os.path.join(self.folder, 'moved')
+        for name, sensor in (('before', (0.15, 0.08, 0.2)), ('after', (0.1, 0.08, 0.2))):
+            world = World(1000.0)
+            world.sensor = sensor
+            self.calibrate('moved', recordBag(os.path.join(self.folder, name + '.bag'), world,
+                                              seconds=60.0))
+            page = Page(self.makePage(folder)).text
+            self.assertIn('Where the camera sits: ' + name, page, 'it is of the newest alone')
+        for part in ('1', ''):
+            self.assertLessEqual({'report.html', *FIGURES},
+                                 set(os.listdir(os.path.join(folder, part))))
+        with open(os.path.join(folder, '1', 'report.html'), encoding='utf-8') as file:
+            self.assertIn('Where the camera sits: before', file.read())
+
+    def testIsMadeInTheSubfolderThatCalibrateBagHasTaken(self):
+        folder = os.path.join(self.folder, 'others')
+        os.mkdir(folder)
+        with open(os.path.join(folder, 'report.html'), 'w') as file:
+            file.write('not of this package')
+        self.calibrate('others', os.path.join(self.folder, 'drive_1.bag'))
+        self.assertEqual(self.makePage(folder), 'not of this package')
+        self.assertIn('report.html', os.listdir(os.path.join(folder, 'bearing_calibration')))
+
     def testAFolderOfSomethingElseIsRefused(self):
         done = subprocess.run(REPORT + [HERE], stderr=subprocess.PIPE, timeout=600,
                               universal_newlines=True)

@@ -99,7 +99,7 @@ class Install(unittest.TestCase):
         output = self.path('live')
         overrides = self.path('overrides.yaml')
         with open(overrides, 'w') as file:
-            yaml.safe_dump({'output': {'folder': output, 'save_period': 0.5}}, file)
+            yaml.safe_dump({'output': {'folder': output, 'save_period': 1.0}}, file)
         port = demo_monitor.freePort(demo_monitor.masterPorts())
         said = self.run_('roslaunch', '-p', str(port), 'bearing_calibration', 'replay.launch',
                          'bag:=' + self.bag, 'detect:=false', 'quit:=true', 'rate:=20.0',

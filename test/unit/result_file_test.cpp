@@ -13,8 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/common/atomic_file.h"
-
 namespace bearing_calibration {
 namespace {
 
@@ -87,7 +85,7 @@ SavedCalibration someCalibration() {
 
 TEST_F(ResultFileTest, ReadsBackExactlyWhatWasWritten) {
   const SavedCalibration saved = someCalibration();
-  ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
+  writeText(resultText(saved));
   const ResultFileContent content = readResultFile(path_);
   ASSERT_TRUE(content.calibration.has_value()) << content.error;
   const SavedCalibration& read = *content.calibration;
@@ -137,7 +135,7 @@ TEST_F(ResultFileTest, IsPlainYaml) {
   saved.lights[0].cartesian_state = saved.cartesian_state;
   saved.lights[0].in_estimate = true;
   saved.lights[1].note = "not found yet";
-  ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
+  writeText(resultText(saved));
   const YAML::Node root = YAML::LoadFile(path_);
   EXPECT_EQ(root["state"].as<std::string>(), "CONVERGING");
   EXPECT_EQ(root["base_from_camera"]["yaw"].as<double>(), -2.0 / 7.0);
@@ -166,7 +164,7 @@ TEST_F(ResultFileTest, EveryStateHasANameThatReadsBack) {
   for (int value = 0; value <= static_cast<int>(CalibrationState::kPaused); ++value) {
     SavedCalibration saved = someCalibration();
     saved.state = static_cast<CalibrationState>(value);
-    ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
+    writeText(resultText(saved));
     const ResultFileContent content = readResultFile(path_);
     ASSERT_TRUE(content.calibration.has_value()) << content.error;
     EXPECT_EQ(content.calibration->state, saved.state);
@@ -175,7 +173,7 @@ TEST_F(ResultFileTest, EveryStateHasANameThatReadsBack) {
 
 // Whatever the place at which the file is cut, what remains is refused and nothing is thrown.
 TEST_F(ResultFileTest, RefusesAFileCutShortAnywhere) {
-  ASSERT_EQ(writeResultFile(path_, someCalibration()), std::nullopt);
+  writeText(resultText(someCalibration()));
   const std::string whole = text();
   constexpr std::size_t kStep = 7;  // characters; every kind of place is hit, in a second
   const std::string last_value = "true\n";
@@ -195,7 +193,7 @@ struct Damage {
 };
 
 TEST_F(ResultFileTest, RefusesWhatCannotBeAndSaysWhy) {
-  ASSERT_EQ(writeResultFile(path_, someCalibration()), std::nullopt);
+  writeText(resultText(someCalibration()));
   const std::string whole = text();
   const std::vector<Damage> damages = {
       {"bearing_calibration result", "camera_calibration", "not a result file"},
@@ -232,7 +230,7 @@ TEST_F(ResultFileTest, RefusesCovariancesThatAreNone) {
   for (const Eigen::Matrix3d& none : {asymmetric, indefinite, certain}) {
     SavedCalibration saved = someCalibration();
     saved.base_from_sensor.covariance = none;
-    ASSERT_EQ(writeResultFile(path_, saved), std::nullopt);
+    writeText(resultText(saved));
     const ResultFileContent content = readResultFile(path_);
     EXPECT_FALSE(content.calibration.has_value()) << none;
     EXPECT_NE(content.error.find("is not a covariance"), std::string::npos) << content.error;
@@ -251,42 +249,6 @@ TEST_F(ResultFileTest, RefusesForeignContent) {
   }
   EXPECT_NE(readResultFile((folder_ / "none.yaml").string()).error.find("cannot be read"),
             std::string::npos);
-}
-
-TEST_F(ResultFileTest, MakesMissingFoldersAndLeavesNothingElseBehind) {
-  const fs::path deep = folder_ / "a" / "b" / "result.yaml";
-  ASSERT_EQ(writeResultFile(deep.string(), someCalibration()), std::nullopt);
-  ASSERT_EQ(writeResultFile(deep.string(), someCalibration()), std::nullopt);  // replaces
-  const auto files = std::distance(fs::directory_iterator(deep.parent_path()), {});
-  EXPECT_EQ(files, 1);
-}
-
-// Root may write anywhere, so the folder is one that cannot exist: below a file.
-TEST_F(ResultFileTest, SaysWhyAFileCannotBeWritten) {
-  writeText("a file, not a folder");
-  const auto error = writeResultFile(path_ + "/below/result.yaml", someCalibration());
-  ASSERT_TRUE(error.has_value());
-  EXPECT_NE(error->find("Not a directory"), std::string::npos) << *error;
-}
-
-TEST_F(ResultFileTest, AFailedWriteKeepsTheOldFile) {
-  fs::create_directory(path_);  // a folder of the file's name cannot be replaced by a file
-  const auto error = writeFileAtomically(path_, "new");
-  ASSERT_TRUE(error.has_value());
-  EXPECT_NE(error->find("cannot replace " + path_), std::string::npos) << *error;
-  EXPECT_TRUE(fs::is_directory(path_));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "a temporary file is left";
-}
-
-// A reader that opened the old file reads it to its end, even when it is replaced meanwhile.
-TEST_F(ResultFileTest, ReplacesInsteadOfOverwriting) {
-  ASSERT_EQ(writeFileAtomically(path_, "old"), std::nullopt);
-  std::ifstream reader(path_);
-  ASSERT_EQ(writeFileAtomically(path_, "new"), std::nullopt);
-  std::string seen;
-  reader >> seen;
-  EXPECT_EQ(seen, "old");
-  EXPECT_EQ(text(), "new");
 }
 
 }  // namespace

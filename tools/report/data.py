@@ -45,14 +45,38 @@ def readRecord(folder):
                   columnsOf(os.path.join(folder, 'plans.csv')))
 
 
+OWN_FILES = '.bearing_calibration'  # the list of them
+
+
+def ownFolder(folder):
+    """Where calibrate_bag has written when it was told this folder, and others' files lay in it."""
+    own = os.path.join(folder, 'bearing_calibration')
+    is_ours = os.path.exists(os.path.join(folder, OWN_FILES))
+    return own if not is_ours and os.path.isdir(own) else folder
+
+
+def addToOwnFiles(path):
+    """Lets a file go with the result that it shows, when that is replaced or kept."""
+    folder, name = os.path.split(path)
+    if not os.path.exists(os.path.join(folder, OWN_FILES)):
+        return
+    with open(os.path.join(folder, OWN_FILES), 'r+') as file:
+        if name not in file.read().splitlines():
+            file.write(name + '\n')
+
+
 def readFolder(folder):
     """The records of a folder, in the order of their names, and their comparison (None without).
 
+    What lies in numbered folders beside a result is of other runs.
     @throws ValueError when nothing of calibrate_bag lies there.
     """
-    folders = [folder] + sorted(os.path.join(folder, name) for name in os.listdir(folder))
-    records = [readRecord(each) for each in folders
-               if os.path.exists(os.path.join(each, 'details.yaml'))]
+    def isRecord(each):
+        return os.path.exists(os.path.join(each, 'details.yaml'))
+
+    below = [os.path.join(folder, name) for name in sorted(os.listdir(folder))
+             if not (name.isdigit() and isRecord(folder))]
+    records = [readRecord(each) for each in [folder] + below if isRecord(each)]
     if not records:
         raise ValueError('%s holds nothing that calibrate_bag has written' % folder)
     return records, readYaml(os.path.join(folder, 'comparison.yaml'))

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "bearing_calibration/calibration/result_file.h"
+#include "bearing_calibration/common/owned_folder.h"
 
 namespace bearing_calibration {
 
@@ -25,15 +26,9 @@ std::string vinsFrom(const SavedCalibration& calibration);
 /// what was not estimated.
 std::string diffDriveFrom(const SavedCalibration& calibration);
 
-/// Writes `folder`/result.yaml, and the forms above beside it where the result may be trusted
-/// (converged or converging): mount.urdf, mount.urdf.xacro, static_transform.launch,
-/// kalibr_camchain.yaml, vins_extrinsics.yaml, diff_drive_controller.yaml. Where it may not, forms
-/// of an earlier result are removed, so that nobody takes them for this one's.
-/// @returns what went wrong; nothing when all is written.
-std::optional<std::string> writeResultFolder(const std::string& folder,
-                                             const SavedCalibration& calibration);
-
-/// Removes what writeResultFolder() writes.
-void removeResultFolder(const std::string& folder);
+/// All forms as the files that lie beside result.yaml: mount.urdf, mount.urdf.xacro,
+/// static_transform.launch, kalibr_camchain.yaml, vins_extrinsics.yaml, diff_drive_controller.yaml.
+/// None where the result may not be trusted: nobody shall find a joint of it.
+std::vector<FileText> formsOf(const SavedCalibration& calibration);
 
 }  // namespace bearing_calibration

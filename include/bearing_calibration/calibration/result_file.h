@@ -52,11 +52,9 @@ struct SavedCalibration {
 /// The shortest decimal form that reads back to the same double.
 std::string shortestText(double value);
 
-/// Writes the file atomically (see atomic_file.h). Numbers are written in the shortest form that
-/// reads back to the same value.
-/// @returns what went wrong; nothing when the file is written.
-std::optional<std::string> writeResultFile(const std::string& path,
-                                           const SavedCalibration& calibration);
+/// The content of result.yaml. Numbers are written in the shortest form that reads back to the same
+/// value.
+std::string resultText(const SavedCalibration& calibration);
 
 /// A file's content, or why it was refused.
 struct ResultFileContent {
@@ -64,7 +62,7 @@ struct ResultFileContent {
   std::string error;  ///< a sentence with the path; empty when there is a calibration
 };
 
-/// Reads what writeResultFile() wrote, but for versions and parameters, which are for people. A
+/// Reads a file of resultText(), but for versions and parameters, which are for people. A
 /// file that is missing, cut short, not of this package or version, or holds values that cannot be
 /// (not finite, a covariance that is none) is refused.
 ResultFileContent readResultFile(const std::string& path);

@@ -26,8 +26,6 @@ class OwnedFolder {
   /// The folder that `wanted` stands for: itself where it does not exist, is empty or is owned;
   /// otherwise the first such of wanted/bearing_calibration, wanted/bearing_calibration_2, ...
   static std::string find(const std::string& wanted);
-  /// Ends what a killed writer has begun in the folder that `wanted` stands for; makes nothing.
-  static void recover(const std::string& wanted);
 
   /// Opens find(wanted), which is made when it is missing. Waits for another program that writes
   /// there, for some seconds at most.
@@ -39,6 +37,8 @@ class OwnedFolder {
   const std::string& path() const { return path_; }
   bool owns(const std::string& name) const;
 
+  /// Throws when nothing can be written.
+  void tryToWrite();
   /// Writes files in the place of all that are owned. Where one of them would overwrite a file that
   /// is not owned, all go into a numbered folder instead. The first one is what the others go with.
   /// @returns the folder that they lie in

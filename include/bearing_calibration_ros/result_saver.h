@@ -1,0 +1,80 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration_ros/calibrator_params.h"
+#include "bearing_calibration_ros/last_words.h"
+
+namespace bearing_calibration_ros {
+
+/// What ~save answers.
+struct SavingOutcome {
+  bool success = false;
+  std::string message;  ///< names the file, or says why there is none
+};
+
+/// Saves what a node finds, by the rule of saving_rule.h: when somebody asks for it, when it has
+/// become CONVERGED, every output/save_period, before it is forgotten, and at the node's end, by a
+/// signal too. Without being asked only what may be trusted, and only what has changed.
+///
+/// Threading: all functions are called by the node's callbacks, which hold `callback_mutex`. The
+/// end runs in a thread of its own. It waits for the callback under way, but not for long: then it
+/// saves what was seen last.
+class ResultSaver {
+ public:
+  using Source = std::function<bearing_calibration::CalibrationResult()>;
+
+  /// @param name    of the node: for the log, and in the file
+  /// @param inputs  where the measurements come from, for the file
+  /// @param newest  the calibration's result
+  ResultSaver(ros::NodeHandle& node_handle, const CalibrationNodeConfig& config, std::string name,
+              std::string inputs, Source newest, std::timed_mutex* callback_mutex);
+  /// Saves.
+  ~ResultSaver();
+  ResultSaver(const ResultSaver&) = delete;
+  ResultSaver& operator=(const ResultSaver&) = delete;
+
+  /// Sees the newest result, which should be done once a second and before a pause (what is known
+  /// during one is what was known before it), and saves it when it has become CONVERGED.
+  void look();
+  /// Saves because somebody asks for it: a result that gives way to a better one is written, too.
+  SavingOutcome save();
+  /// Saves what is to be forgotten. @returns what became of it; empty where there was nothing
+  std::string saveBeforeReset();
+  /// Somebody says that the mount may be another one than that of what is saved.
+  void expectAnotherMount() { expects_another_mount_ = true; }
+
+ private:
+  void see();
+  void onPeriod(const ros::WallTimerEvent& event);
+  void saveAtEnd();
+  std::optional<SavingOutcome> saveUnasked();
+  SavingOutcome store(bool even_if_worse);
+  void guarded(const char* when, const std::function<void()>& work) const;
+  void report(const std::string& when, const SavingOutcome& outcome) const;
+
+  const CalibrationNodeConfig config_;
+  const std::string name_, inputs_;
+  const Source newest_;
+  std::timed_mutex* const callback_mutex_;
+
+  std::mutex mutex_;  ///< of what follows
+  bearing_calibration::CalibrationResult seen_;
+  std::optional<SavingOutcome> saved_;  ///< what was seen; none: not yet
+  std::atomic<bool> expects_another_mount_{false};
+
+  bool was_converged_ = false;
+  std::atomic<bool> has_ended_{false};
+  std::unique_ptr<LastWords> last_words_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace bearing_calibration_ros
