@@ -6,9 +6,8 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 
-#include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration_ros/calibrator_params.h"
 
 namespace bearing_calibration_ros {
@@ -20,8 +19,11 @@ class ResultPublisher {
  public:
   ResultPublisher(ros::NodeHandle private_node_handle, const CalibrationNodeConfig& config);
 
-  /// Publishes when there is news and the rate allows it.
-  void offer(const bearing_calibration::CalibrationResult& result,
+  /// Something was fused or refused, or the wheels are there: the next offer() may publish.
+  void expectNews() { has_news_ = true; }
+  /// Publishes when there is news and the rate allows it. Only then the result is asked for: to
+  /// build one takes longer than to follow a wheel reading.
+  void offer(const bearing_calibration::Calibrator& calibrator,
              std::uint32_t joint_states_without_wheels);
   /// Publishes the estimate whatever there is; the poses still only when their stamp is a new one.
   void publish(const bearing_calibration::CalibrationResult& result,
@@ -35,15 +37,6 @@ class ResultPublisher {
   void restartStamps();
 
  private:
-  struct News {
-    bearing_calibration::CalibrationState state;
-    std::uint32_t bearings_used;
-    std::uint32_t bearings_gated;
-    std::uint32_t inputs_refused;
-    bool operator==(const News& other) const;
-  };
-  static News newsOf(const bearing_calibration::CalibrationResult& result,
-                     std::uint32_t joint_states_without_wheels);
   void publishPose(const bearing_calibration::MountEstimate& base_from_sensor,
                    bearing_calibration::Stamp stamp);
 
@@ -54,7 +47,7 @@ class ResultPublisher {
   ros::Publisher pose_publisher_;
   ros::Publisher transform_publisher_;
   std::unique_ptr<tf2_ros::TransformBroadcaster> tf_broadcaster_;  ///< none unless on request
-  std::optional<News> last_news_;
+  bool has_news_ = false;
   ros::SteadyTime last_published_;
   bearing_calibration::Stamp last_pose_stamp_;
   ros::Time last_transform_;

@@ -23,6 +23,7 @@
 #include "bearing_calibration_ros/result_publisher.h"
 #include "bearing_calibration_ros/result_saver.h"
 #include "bearing_calibration_ros/result_saving.h"
+#include "bearing_calibration_ros/thrown.h"
 #include "bearing_calibration_ros/tick_message.h"
 #include "bearing_calibration_ros/wheel_subscription.h"
 
@@ -69,13 +70,11 @@ class CalibrationNodelet : public nodelet::Nodelet {
   template <typename Work>
   std::string guarded(const char* callback, Work work) {
     const std::lock_guard<std::timed_mutex> lock(callback_mutex_);
-    try {
-      work();
-      return {};
-    } catch (const std::exception& error) {
-      if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.what());
-      return error.what();
+    const std::string error = thrownBy(work);
+    if (!error.empty() && throttle_.isDue(callback)) {
+      NODELET_ERROR("%s: %s", callback, error.c_str());
     }
+    return error;
   }
   template <typename Response, typename Work>
   bool serve(const char* service, Response* response, Work work) {
@@ -141,7 +140,10 @@ void CalibrationNodelet::advertise() {
   publisher_ = std::make_unique<ResultPublisher>(private_node_handle, config_);
   prediction_publisher_ = std::make_unique<PredictionPublisher>(private_node_handle, config_);
   display_publisher_ = std::make_unique<DisplayPublisher>(private_node_handle, config_);
-  calibrator_->observe([this](const core::Look& look) { display_publisher_->see(look); });
+  calibrator_->observe([this](const core::Look& look) {
+    display_publisher_->see(look);
+    publisher_->expectNews();
+  });
   saver_ = std::make_unique<ResultSaver>(
       getNodeHandle(), config_, getName(), wheel_topic_ + ", " + bearing_topic_,
       [this] { return calibrator_->result(); }, &callback_mutex_);
@@ -229,13 +231,13 @@ void CalibrationNodelet::onBearings(const core::LightBearingsConstPtr& message) 
     if (!now) return;
     input_watch_->sawBearings(*now);
     const std::string& frame = message->header.frame_id;
-    if (!frame.empty() && frame != config_.frames.sensor && throttle_.isDue("frame " + frame)) {
+    if (!frame.empty() && frame != config_.frames.sensor && throttle_.isDue("frame")) {
       NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were",
                    bearing_topic_.c_str(), frame.c_str(), config_.frames.sensor.c_str());
     }
     warn(bearing_topic_,
          calibrator_->addBearings(bearingsFromMessage(*message), stampFromRos(*now)));
-    publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
+    publisher_->offer(*calibrator_, joint_states_without_wheels_);
   });
 }
 
@@ -323,19 +325,21 @@ void CalibrationNodelet::followJumpBack(const std::string& what) {
 
 void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::Stamp stamp,
                                       const ros::Time& now) {
+  if (!input_watch_->areWheelsAlive(now)) publisher_->expectNews();
   input_watch_->sawWheels(now);
   warn(wheel_topic_, outcome);
   if (stamp_watch_.hasBegunAnew(outcome, stamp, config_.max_step_back_s)) {
     followJumpBack("the stamps on " + wheel_topic_ + " have");
   }
-  publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
+  publisher_->offer(*calibrator_, joint_states_without_wheels_);
   if (!outcome.isBadInput()) prediction_publisher_->offer(*calibrator_, stamp);
   display_publisher_->offer(*calibrator_);
 }
 
 void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message) {
   ++joint_states_without_wheels_;
-  publisher_->offer(calibrator_->result(), joint_states_without_wheels_);
+  publisher_->expectNews();
+  publisher_->offer(*calibrator_, joint_states_without_wheels_);
   if (!throttle_.isDue("joints")) return;
   NODELET_WARN(
       "%s: joints '%s' and '%s' with a position each are wanted, but the message has (%s): message "
@@ -345,7 +349,9 @@ void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message
 }
 
 void CalibrationNodelet::warn(const std::string& topic, const core::InputOutcome& outcome) {
-  if (!outcome.isWorthAWord() || !throttle_.isDue(topic + core::nameOf(outcome.status))) return;
+  if (!outcome.isWorthAWord()) return;
+  publisher_->expectNews();
+  if (!throttle_.isDue(topic + core::nameOf(outcome.status))) return;
   NODELET_WARN("%s: %s", topic.c_str(), core::describe(outcome).c_str());
 }
 

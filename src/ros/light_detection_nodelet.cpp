@@ -30,6 +30,7 @@
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/mirror_service.h"
 #include "bearing_calibration_ros/threshold_server.h"
+#include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
 
@@ -64,12 +65,10 @@ class LightDetectionNodelet : public nodelet::Nodelet {
 
   template <typename Work>
   void guarded(const char* callback, Work work) {
-    try {
-      work();
-    } catch (const std::exception& error) {
-      ++counts_.images_refused[callback];
-      if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.what());
-    }
+    const std::string error = thrownBy(work);
+    if (error.empty()) return;
+    ++counts_.images_refused[callback];
+    if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.c_str());
   }
 
   DetectionNodeConfig config_;
@@ -215,7 +214,7 @@ void LightDetectionNodelet::refuse(const ImageRefusal& refusal) {
 void LightDetectionNodelet::onPrediction(const core::PredictedBearingConstPtr& message) {
   guarded("prediction", [&] {
     const std::string& frame = message->header.frame_id;
-    if (!frame.empty() && frame != config_.sensor_frame && throttle_.isDue("frame " + frame)) {
+    if (!frame.empty() && frame != config_.sensor_frame && throttle_.isDue("frame")) {
       NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were",
                    prediction_topic_.c_str(), frame.c_str(), config_.sensor_frame.c_str());
     }

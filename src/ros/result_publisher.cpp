@@ -1,7 +1,5 @@
 #include "bearing_calibration_ros/result_publisher.h"
 
-#include <tuple>
-
 #include "bearing_calibration_ros/conversions.h"
 
 namespace bearing_calibration_ros {
@@ -22,30 +20,17 @@ ResultPublisher::ResultPublisher(ros::NodeHandle private_node_handle,
   if (output_.publish_tf) tf_broadcaster_ = std::make_unique<tf2_ros::TransformBroadcaster>();
 }
 
-bool ResultPublisher::News::operator==(const News& other) const {
-  return std::tie(state, bearings_used, bearings_gated, inputs_refused) ==
-         std::tie(other.state, other.bearings_used, other.bearings_gated, other.inputs_refused);
-}
-
-ResultPublisher::News ResultPublisher::newsOf(const core::CalibrationResult& result,
-                                              std::uint32_t joint_states_without_wheels) {
-  return {result.state, result.bearings_used, result.bearings_gated,
-          result.tick_inputs.badInputs() + result.bearing_inputs.badInputs() +
-              joint_states_without_wheels};
-}
-
-void ResultPublisher::offer(const core::CalibrationResult& result,
+void ResultPublisher::offer(const core::Calibrator& calibrator,
                             std::uint32_t joint_states_without_wheels) {
-  const bool is_news = !last_news_ || !(*last_news_ == newsOf(result, joint_states_without_wheels));
   const ros::WallDuration since_last = ros::SteadyTime::now() - last_published_;
-  if (is_news && since_last.toSec() * output_.max_rate_hz >= 1.0) {
-    publish(result, joint_states_without_wheels);
+  if (has_news_ && since_last.toSec() * output_.max_rate_hz >= 1.0) {
+    publish(calibrator.result(), joint_states_without_wheels);
   }
 }
 
 void ResultPublisher::publish(const core::CalibrationResult& result,
                               std::uint32_t joint_states_without_wheels) {
-  last_news_ = newsOf(result, joint_states_without_wheels);
+  has_news_ = false;
   last_published_ = ros::SteadyTime::now();
   estimate_publisher_.publish(messageFromResult(result, joint_states_without_wheels, frames_.base));
   if (result.base_from_sensor && result.stamp > last_pose_stamp_) {

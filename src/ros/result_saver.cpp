@@ -5,13 +5,13 @@
 
 #include <chrono>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <utility>
 
 #include "bearing_calibration/calibration/result_store.h"
 #include "bearing_calibration/calibration/saving_rule.h"
 #include "bearing_calibration_ros/result_saving.h"
+#include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
 
@@ -53,13 +53,16 @@ SavingOutcome ResultSaver::save() {
 }
 
 std::string ResultSaver::saveBeforeReset() {
-  see();
-  const std::string message = saveUnasked().value_or(SavingOutcome{}).message;
+  std::string message;
+  const std::string error = thrownBy([&] {
+    see();
+    message = saveUnasked().value_or(SavingOutcome{}).message;
+  });
   const std::lock_guard<std::mutex> lock(mutex_);
   seen_ = {};
   saved_.reset();
   was_converged_ = false;
-  return message;
+  return error.empty() ? message : error;
 }
 
 void ResultSaver::see() {
@@ -117,11 +120,8 @@ SavingOutcome ResultSaver::store(bool even_if_worse) {
 }
 
 void ResultSaver::guarded(const char* when, const std::function<void()>& work) const {
-  try {
-    work();
-  } catch (const std::exception& error) {
-    ROS_ERROR_NAMED(name_, "%s: not saved: %s", when, error.what());
-  }
+  const std::string error = thrownBy(work);
+  if (!error.empty()) ROS_ERROR_NAMED(name_, "%s: not saved: %s", when, error.c_str());
 }
 
 void ResultSaver::report(const std::string& when, const SavingOutcome& outcome) const {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -90,11 +91,8 @@ bool SimulatedCamera::nextShot(Shot* shot) {
 void SimulatedCamera::run() {
   Shot shot;
   while (nextShot(&shot)) {
-    try {
-      publish(shot);
-    } catch (const std::exception& error) {
-      log_error_(error.what());
-    }
+    const std::string error = thrownBy([&] { publish(shot); });
+    if (!error.empty()) log_error_(error);
   }
 }
 

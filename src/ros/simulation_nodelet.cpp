@@ -17,6 +17,7 @@
 #include "bearing_calibration_ros/simulated_camera.h"
 #include "bearing_calibration_ros/simulated_clock.h"
 #include "bearing_calibration_ros/simulation_params.h"
+#include "bearing_calibration_ros/thrown.h"
 #include "bearing_calibration_ros/truth_publisher.h"
 
 namespace bearing_calibration_ros {
@@ -127,7 +128,7 @@ void SimulationNodelet::onCommand(const geometry_msgs::TwistConstPtr& message) {
 }
 
 void SimulationNodelet::run() {
-  try {
+  const std::string error = thrownBy([this] {
     while (!isOver() && clock_->waitUntil(simulator_->now())) {
       publishTicks();
       deliverImages();
@@ -137,9 +138,8 @@ void SimulationNodelet::run() {
     if (!isOver()) return;
     deliverImages();  // the last one
     NODELET_INFO("end of the trajectory");
-  } catch (const std::exception& error) {
-    NODELET_FATAL("the simulation ended: %s", error.what());
-  }
+  });
+  if (!error.empty()) NODELET_FATAL("the simulation ended: %s", error.c_str());
 }
 
 bool SimulationNodelet::isOver() const {

@@ -59,15 +59,11 @@ void ThresholdServer::onChange(Config& config) {
     config = configFrom(detector_);
     return;
   }
-  std::string refusal;
-  try {
+  const std::string refusal = thrownBy([&] {
     detector_ = core::validated(detectorWith(config, detector_));
     apply_(detector_);
-    say_(false, "the thresholds have changed");
-  } catch (const std::exception& error) {
-    refusal = error.what();
-    say_(true, refusal);
-  }
+  });
+  say_(!refusal.empty(), refusal.empty() ? "the thresholds have changed" : refusal);
   config = configFrom(detector_);
   config.refusal = refusal;
 }

@@ -4,6 +4,7 @@
 #include <std_msgs/Header.h>
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -49,6 +50,14 @@ std::optional<Layout> layoutOf(const std::string& definition) {
   return std::nullopt;
 }
 
+/// Of the type of a message. Its definition is read once: topics of wheels have a type or two.
+const std::optional<Layout>& layoutOf(const topic_tools::ShapeShifter& message) {
+  thread_local std::map<std::string, std::optional<Layout>> layouts;  // by definition
+  const auto [known, is_new] = layouts.try_emplace(message.getMessageDefinition());
+  if (is_new) known->second = layoutOf(known->first);
+  return known->second;
+}
+
 template <typename Integer>
 std::int64_t readAs(ros::serialization::IStream* stream) {
   Integer value = 0;
@@ -75,7 +84,7 @@ bool isWheelCount(const std::string& message_definition) {
 
 core::WheelCount countFromMessage(const topic_tools::ShapeShifter& message,
                                   const ros::Time& received) {
-  const std::optional<Layout> layout = layoutOf(message.getMessageDefinition());
+  const std::optional<Layout>& layout = layoutOf(message);
   if (!layout) {
     throw std::invalid_argument("a message of type " + message.getDataType() +
                                 " is no wheel's count: it has no integer 'data' in the first "

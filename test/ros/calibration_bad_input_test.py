@@ -222,6 +222,18 @@ class CalibrationBadInputTest(unittest.TestCase):
         self.node.bearings.publish(message)
         wait_until(lambda: self.node.warnings('/bearings', "'lidar'", "'camera'"), 'a warning')
 
+    def test_frames_without_end_are_not_said_one_by_one(self):
+        period_s = 5.0  # of warnings of one kind
+        began = time.monotonic()
+        for i in range(50):
+            message = later(self.world.bearings(), 0.001 * (i + 1))
+            message.header.frame_id = 'frame_%d' % i
+            self.node.bearings.publish(message)
+        self.node.bearings.publish(later(self.world.bearings(), -0.5))  # is said after all of them
+        wait_until(lambda: self.node.warnings('/bearings', 'left out'), 'all have come')
+        said = self.node.warnings('/bearings', "'frame_")
+        self.assertIn(len(said), range(1, 2 + int((time.monotonic() - began) / period_s)), said)
+
 
 if __name__ == '__main__':
     rostest.rosrun('bearing_calibration', 'calibration_bad_input', CalibrationBadInputTest, sys.argv)

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+
 #include "bearing_calibration_ros/log_throttle.h"
+#include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -111,6 +114,15 @@ TEST(SilenceWatch, KnowsTheRateOfWhatItWatches) {
   for (int i = 0; i < 20; ++i) watch.saw(now_s += 0.1);  // after a pause, at ten times the rate
   EXPECT_FALSE(watch.isSilent(now_s + 1.0));
   EXPECT_TRUE(watch.isSilent(now_s + 3.0));
+}
+
+TEST(ThrownBy, HasWordsForWhateverEndsACallback) {
+  EXPECT_EQ(thrownBy([] {}), "");
+  EXPECT_EQ(thrownBy([] { throw std::invalid_argument("a broken contract"); }),
+            "a broken contract");
+  EXPECT_EQ(thrownBy([] { throw XmlRpc::XmlRpcException("type error"); }), "type error");
+  EXPECT_NE(thrownBy([] { throw std::runtime_error(""); }), "");
+  EXPECT_NE(thrownBy([] { throw 7; }), "");
 }
 
 TEST(LogThrottle, KnowsKindsApart) {
