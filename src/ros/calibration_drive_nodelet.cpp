@@ -29,6 +29,7 @@
 #include "bearing_calibration_ros/last_words.h"
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/safety_input.h"
+#include "bearing_calibration_ros/thrown.h"
 #include "bearing_calibration_ros/tick_message.h"
 #include "bearing_calibration_ros/wheel_subscription.h"
 
@@ -84,13 +85,8 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
 
   template <typename Work>
   void guarded(const char* callback, Work work) {
-    try {
-      work();
-    } catch (const std::exception& error) {
-      fail(callback, error.what());
-    } catch (...) {  // XmlRpc's are no std::exception
-      fail(callback, "an exception without words");
-    }
+    const std::string error = thrownBy(work);
+    if (!error.empty()) fail(callback, error);
   }
 
   DriveNodeConfig config_;
