@@ -13,12 +13,13 @@ namespace {
 /// So little is known before the drive: the bound is that of the drive alone.
 constexpr double kIgnorance = 100.0;
 
-CartesianEstimate truthOf(const DrivenCase& driven) {
+RobotEstimate truthOf(const DrivenCase& driven) {
   const RobotConfig& robot = driven.simulated.robot;
-  CartesianEstimate truth;
-  truth.mean << robot.world_from_start.inverse() * driven.simulated.lights.front().position_m,
+  RobotEstimate truth;
+  truth.cartesian.mean << robot.world_from_start.inverse() *
+                              driven.simulated.lights.front().position_m,
       robot.base_from_sensor.position_m, robot.base_from_sensor.yaw_rad;
-  truth.covariance = kIgnorance * Matrix5::Identity();
+  truth.cartesian.covariance = kIgnorance * Matrix5::Identity();
   return truth;
 }
 
@@ -75,7 +76,7 @@ class Search {
     config.light_sigmas = 0.0;  // the light is known here
     const HopPlanner planner(config, drive.limits, drive.sensing, drive.region);
     std::vector<Hop> hops;
-    CartesianEstimate estimate = truth_;
+    RobotEstimate estimate = truth_;
     Pose2 start_from_base;
     for (double time_s = 0.0; time_s < until_s; time_s += durationOf(hops.back(), drive.limits)) {
       const auto plan = planner.plan(estimate, start_from_base);
@@ -99,7 +100,7 @@ class Search {
   std::vector<Hop> polygonHops(double chord_m, int turns, double until_s) const {
     constexpr double kSpare_m = 1e-4;
     const double inner_m = driven_.drive.planner.light_distance_m + kSpare_m;
-    const Eigen::Vector2d light = truth_.lightInBase();
+    const Eigen::Vector2d light = truth_.cartesian.lightInBase();
     const double to_tangent_m = std::sqrt(light.squaredNorm() - inner_m * inner_m);
     std::vector<Hop> hops{{std::atan2(light.y(), light.x()) - std::asin(inner_m / light.norm()),
                            to_tangent_m + 0.5 * chord_m}};
@@ -112,7 +113,7 @@ class Search {
   BestDrive evaluated(std::vector<Hop> hops) const {
     const DriveConfig& drive = driven_.drive;
     BestDrive result{std::move(hops), {}, std::numeric_limits<double>::infinity()};
-    CartesianEstimate estimate = truth_;
+    RobotEstimate estimate = truth_;
     double left_s = duration_s_;
     for (const Hop& hop : result.hops) {
       if (left_s <= 0.0) break;
@@ -120,10 +121,10 @@ class Search {
       const Hop driveable = needed_s <= left_s ? hop : cutTo(hop, left_s, drive.limits);
       left_s -= needed_s;
       result.least_distance_m =
-          std::min(result.least_distance_m, lightClearance(driveable, estimate, 0.0));
+          std::min(result.least_distance_m, lightClearance(driveable, estimate.cartesian, 0.0));
       estimate = predictAfter(driveable, estimate, drive.limits, drive.sensing);
     }
-    result.covariance = estimate.covariance;
+    result.covariance = estimate.cartesian.covariance;
     return result;
   }
 
@@ -169,7 +170,7 @@ class Search {
 
   const DrivenCase& driven_;
   double duration_s_;
-  CartesianEstimate truth_;
+  RobotEstimate truth_;
   std::mt19937_64 engine_;
   BestDrive best_;
   double best_cost_ = 0.0;

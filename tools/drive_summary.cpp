@@ -72,14 +72,25 @@ DrivenCase motionCase(const DrivenMotion& motion, std::uint64_t seed, double dur
   return driven;
 }
 
-DrivenCase roomCase(std::uint64_t seed) {
+namespace {
+
+DrivenCase roomOf(std::uint64_t seed, const RandomCaseRange& range) {
   constexpr double kMostTime_s = 300.0;
   constexpr double kMostPath_m = 60.0;
-  const RandomCaseRange range{0.5, 0.5, 3.0};
   DrivenCase driven;
   driven.simulated = randomCase(seed, TrajectoryConfig::Kind::kStanding, range);
   driven.drive = paperDrive();
   driven.goal = {DriveMotion::kOptimal, kMostTime_s, kMostPath_m};
+  return driven;
+}
+
+}  // namespace
+
+DrivenCase roomCase(std::uint64_t seed) { return roomOf(seed, {0.5, 0.5, 3.0}); }
+
+DrivenCase farRoomCase(std::uint64_t seed) {
+  DrivenCase driven = roomOf(seed, {0.5, 2.5, 6.0});
+  driven.simulated.looked_for = usualErrors();
   return driven;
 }
 

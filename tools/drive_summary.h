@@ -26,6 +26,9 @@ const std::vector<DrivenMotion>& comparedMotions();
 DrivenCase motionCase(const DrivenMotion& motion, std::uint64_t seed, double duration_s);
 /// Any mount up to half a metre out, the light anywhere in 0.5 to 3 m; drives until converged.
 DrivenCase roomCase(std::uint64_t seed);
+/// The same with the light anywhere in 2.5 to 6 m, and a calibration that looks for the robot's
+/// errors, as config/calibration.yaml has it.
+DrivenCase farRoomCase(std::uint64_t seed);
 
 /// What runs of one motion came to. Figures are det cov(phi deg, rho mm, psi deg)^(1/6).
 struct MotionSummaryRow {

@@ -28,12 +28,18 @@ double processorMilliseconds() {
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
+CalibratorConfig calibrationOf(const SimulatedCase& simulated) {
+  CalibratorConfig config = calibratorConfig(simulated.robot);
+  config.initializer.batch.errors = simulated.looked_for;
+  return config;
+}
+
 /// Robot, calibration and driver around one table.
 class Loop {
  public:
   explicit Loop(const DrivenCase& driven)
       : driven_(driven),
-        calibrator_(calibratorConfig(driven.simulated.robot)),
+        calibrator_(calibrationOf(driven.simulated)),
         odometer_(driven.simulated.robot.encoders.drive),
         driver_(driven.drive, driven.goal, driven.simulated.robot.start) {
     const DriveGeometry& geometry = driven.simulated.robot.encoders.drive;
@@ -93,7 +99,7 @@ class Loop {
       estimate.state = CalibrationState::kConverging;
     }
     driver_.addEstimate(estimate, now);
-    if (estimate.cartesian) {
+    if (estimate.robot) {
       record_.first_estimate_s = std::min(record_.first_estimate_s, driver_.timeSeconds());
     }
     if (driver_.ended() != DriveEnd::kNone && record_.result.bearings_used > 0) return;

@@ -64,8 +64,9 @@ bearing_calibration::CalibrationEstimate messageFromResult(
     const bearing_calibration::CalibrationResult& result, std::uint32_t joint_states_without_wheels,
     const std::string& base_frame);
 
-/// Light and mount of such a message; none where it has no estimate yet.
-std::optional<bearing_calibration::CartesianEstimate> cartesianFromMessage(
+/// Light and mount of such a message, with the errors of clock and wheels; none where it has no
+/// estimate yet.
+std::optional<bearing_calibration::RobotEstimate> robotFromMessage(
     const bearing_calibration::CalibrationEstimate& message);
 
 /// A pose of the plane at a height above it.

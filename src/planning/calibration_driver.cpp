@@ -47,7 +47,9 @@ std::vector<std::string> DriveGoal::validate() const {
 }
 
 DriveEstimate DriveEstimate::from(const CalibrationResult& result) {
-  return {result.stamp, result.state, result.cartesian_state};
+  DriveEstimate estimate{result.stamp, result.state, std::nullopt};
+  if (result.cartesian_state) estimate.robot = {*result.cartesian_state, result.robot_errors};
+  return estimate;
 }
 
 class CalibrationDriver::Impl {
@@ -88,8 +90,8 @@ class CalibrationDriver::Impl {
   void addEstimate(const DriveEstimate& estimate, Stamp received) {
     last_estimate_ = received;
     if (estimate.state == CalibrationState::kConverged) end(DriveEnd::kConverged);
-    if (!estimate.cartesian) known_.reset();
-    const bool is_news = estimate.cartesian && (!known_ || estimate.stamp > known_->stamp);
+    if (!estimate.robot) known_.reset();
+    const bool is_news = estimate.robot && (!known_ || estimate.stamp > known_->stamp);
     if (!is_news) return;
     waiting_ = estimate;
     takeUpEstimate();
@@ -151,24 +153,24 @@ class CalibrationDriver::Impl {
   }
 
   /// The estimate carried on to now.
-  std::optional<CartesianEstimate> estimateNow() const {
+  std::optional<RobotEstimate> estimateNow() const {
     if (!known_) return std::nullopt;
-    return movedBy(track_.motionTo(track_.newest()), *known_->cartesian);
+    return movedBy(track_.motionTo(track_.newest()), *known_->robot);
   }
 
   /// Scripts are driven as they are printed, past a light that a person has put there.
-  bool isAllowed(const Hop& hop, const std::optional<CartesianEstimate>& estimate) const {
+  bool isAllowed(const Hop& hop, const std::optional<RobotEstimate>& estimate) const {
     if (!planner_.staysInside(hop, start_from_base_)) return false;
     if (!estimate) return true;
-    return isPlanned() ? planner_.keepsAway(hop, *estimate)
-                       : !planner_.isSurelyTooNear(hop, *estimate);
+    return isPlanned() ? planner_.keepsAway(hop, estimate->cartesian)
+                       : !planner_.isSurelyTooNear(hop, estimate->cartesian);
   }
   bool isPlanned() const { return goal_.motion == DriveMotion::kOptimal; }
 
   void decide() {
     plan_.reset();
     if (track_.empty()) return;  // the first reading says where the wheels stand
-    const std::optional<CartesianEstimate> estimate = estimateNow();
+    const std::optional<RobotEstimate> estimate = estimateNow();
     if (isPlanned() && estimate) {
       plan_ = planner_.plan(*estimate, start_from_base_);
       if (plan_) follower_.emplace(plan_->hop, config_.limits, travelled_);
@@ -183,7 +185,7 @@ class CalibrationDriver::Impl {
   /// The estimate goes on growing during a hop: what is left of it must still be allowed. A plan is
   /// made anew then; a script would be another one without a part of it.
   void keepAway() {
-    const std::optional<CartesianEstimate> estimate = estimateNow();
+    const std::optional<RobotEstimate> estimate = estimateNow();
     if (!follower_ || !estimate) return;
     if (isAllowed(follower_->remaining(travelled_), estimate)) return;
     if (!isPlanned()) end(DriveEnd::kNoWay);

@@ -50,7 +50,7 @@ Pose2 poseAfter(const Hop& hop, const Pose2& frame_from_base) {
 /// A hop, where it leads, and what it brings.
 struct HopPlanner::Candidate {
   Hop hop;
-  CartesianEstimate expected;
+  RobotEstimate expected;
   Pose2 start_from_base;
   double duration_s = 0.0;
   double gain = 0.0;  ///< by how much the log det falls
@@ -113,29 +113,34 @@ std::vector<Hop> HopPlanner::proposals(const CartesianEstimate& estimate) const 
     const double length = std::min(length_m, config_.max_hop_m);
     if (length >= kShortestHop_m) addTurns(to_light_rad + from_light_rad, length, &hops);
   };
-  add(0.0, distance_m - limit_m);
+  const double half_m = 0.5 * config_.max_hop_m;
+  const double approach_m = distance_m - limit_m;
+  add(0.0, approach_m);
+  if (approach_m > half_m) add(0.0, half_m);
   for (const double side : {1.0, -1.0}) {
     add(side * tangent_rad, 2.0 * to_tangent_m);
-    add(side * tangent_rad, to_tangent_m);
-    add(side * tangent_rad, to_tangent_m + 0.5 * kChord_m);
-    add(side * 0.5 * (tangent_rad + 0.5 * kPi), 0.5 * config_.max_hop_m);
-    add(side * 0.5 * kPi, 0.5 * config_.max_hop_m);
+    if (to_tangent_m < config_.max_hop_m) {
+      add(side * tangent_rad, to_tangent_m);
+      add(side * tangent_rad, to_tangent_m + 0.5 * kChord_m);
+    }
+    add(side * 0.5 * (tangent_rad + 0.5 * kPi), half_m);
+    add(side * 0.5 * kPi, half_m);
   }
-  add(kPi, 0.5 * config_.max_hop_m);
+  add(kPi, half_m);
   return hops;
 }
 
-std::vector<HopPlanner::Candidate> HopPlanner::candidatesAt(const CartesianEstimate& estimate,
+std::vector<HopPlanner::Candidate> HopPlanner::candidatesAt(const RobotEstimate& estimate,
                                                             const Pose2& start_from_base) const {
-  const double log_det = logDet(estimate);
+  const double log_det = logDet(estimate.cartesian);
   std::vector<Candidate> candidates;
-  for (const Hop& proposal : proposals(estimate)) {
+  for (const Hop& proposal : proposals(estimate.cartesian)) {
     // judged as it will be driven: without a small turn a way may pass nearer to the light
     const Hop hop = driveable(proposal, limits_.wheel_separation_m);
-    if (!keepsAway(hop, estimate) || !staysInside(hop, start_from_base)) continue;
+    if (!keepsAway(hop, estimate.cartesian) || !staysInside(hop, start_from_base)) continue;
     Candidate candidate{hop, predictAfter(hop, estimate, limits_, sensing_),
                         poseAfter(hop, start_from_base), durationOf(hop, limits_), 0.0};
-    candidate.gain = log_det - logDet(candidate.expected);
+    candidate.gain = log_det - logDet(candidate.expected.cartesian);
     if (std::isfinite(candidate.gain)) candidates.push_back(candidate);
   }
   std::sort(candidates.begin(), candidates.end(),
@@ -143,7 +148,7 @@ std::vector<HopPlanner::Candidate> HopPlanner::candidatesAt(const CartesianEstim
   return candidates;
 }
 
-std::optional<PlannedHop> HopPlanner::plan(const CartesianEstimate& estimate,
+std::optional<PlannedHop> HopPlanner::plan(const RobotEstimate& estimate,
                                            const Pose2& start_from_base) const {
   const std::vector<Candidate> firsts = candidatesAt(estimate, start_from_base);
   if (firsts.empty()) return std::nullopt;

@@ -10,14 +10,82 @@
 namespace bearing_calibration {
 namespace {
 
-constexpr double kLongestStep_s = 0.25;  // 0.4 rad of a spin at 0.2 m/s: information hardly varies
+// Information hardly varies within 0.4 rad of a spin, or 0.1 m of a way, at 0.2 m/s.
+constexpr double kLongestTurnStep_s = 0.25;
+constexpr double kLongestWayStep_s = 0.25;
+
+template <int K>
+Gaussian<5 + K> moved(const OdometryIncrement& measured, const Gaussian<5 + K>& state) {
+  ErrorVector errors = ErrorVector::Zero();
+  errors.head<K>() = state.mean.template tail<K>();
+  const CorrectedMotion<K> corrected = correctMotion<K>(measured, errors);
+  OdometryIncrement motion = measured;
+  motion.start_from_end = corrected.start_from_end;
+  const Propagation step = propagateCartesian(state.mean.template head<5>(), motion);
+  const Eigen::Matrix<double, 2, 3> J_light_motion = step.J_state_motion.topRows<2>();
+  Gaussian<5 + K> next = state;
+  next.mean.template head<5>() = step.state;
+  propagateCovariance<K>(
+      step.J_state_state.topLeftCorner<2, 2>(), J_light_motion * corrected.J_pose_errors,
+      J_light_motion * motion.covariance * J_light_motion.transpose(), next.covariance);
+  return next;
+}
 
 /// The covariance after a bearing of this variance; the plain form of eq. 8, which is enough for a
 /// prediction over seconds.
-void see(double variance_rad2, CartesianEstimate* estimate) {
-  const Eigen::Matrix<double, 1, 5> H = azimuthFromCartesian(estimate->mean).J_azimuth_state;
-  const Vector5 PHt = estimate->covariance * H.transpose();
-  estimate->covariance -= PHt * PHt.transpose() / (H.dot(PHt) + variance_rad2);
+/// @param speeds  of the wheels meanwhile: what a late stamp moves the light by (eq. 16)
+template <int K>
+void see(double variance_rad2, const WheelSpeeds& speeds, double wheel_separation_m,
+         Gaussian<5 + K>* state) {
+  const Vector5 cartesian = state->mean.template head<5>();
+  Eigen::Matrix<double, 1, 5 + K> H = Eigen::Matrix<double, 1, 5 + K>::Zero();
+  H.template head<5>() = azimuthFromCartesian(cartesian).J_azimuth_state;
+  if constexpr (K > 0) {
+    const Eigen::Vector2d light_mps =
+        Eigen::Vector2d(0.5 * (speeds.left_mps + speeds.right_mps), 0.0) +
+        (speeds.right_mps - speeds.left_mps) / wheel_separation_m *
+            perpendicular(cartesian.head<2>());
+    H(5 + placeOf<TimeOffset>()) = H.template head<2>() * light_mps;
+  }
+  const Eigen::Matrix<double, 5 + K, 1> PHt = state->covariance * H.transpose();
+  const Eigen::Matrix<double, 5 + K, 1> gain = PHt / (H.dot(PHt) + variance_rad2);
+  state->covariance -= gain * PHt.transpose();
+}
+
+template <int K>
+Gaussian<5 + K> after(const Hop& hop, const Gaussian<5 + K>& start, const WheelLimits& limits,
+                      const SensingModel& sensing) {
+  Gaussian<5 + K> predicted = start;
+  const auto follow = [&](const WheelDisplacement& wheels, double longest_step_s) {
+    const double duration_s = travelTime(wheels.right_m, limits);
+    if (duration_s <= 0.0) return;
+    const int steps = static_cast<int>(std::ceil(duration_s / longest_step_s));
+    const double step_s = duration_s / steps;
+    const double variance_rad2 = sensing.bearing_stddev_rad * sensing.bearing_stddev_rad /
+                                 (step_s * sensing.bearing_rate_hz);
+    double done = 0.0;
+    for (int i = 1; i <= steps; ++i) {
+      const double share = travelAt(i * step_s, wheels.right_m, limits) / wheels.right_m;
+      const double part = share - done;
+      done = share;
+      const WheelDisplacement rolled{part * wheels.left_m, part * wheels.right_m};
+      predicted = moved<K>(append({}, rolled, limits.wheel_separation_m, sensing.wheel_noise, 0.0),
+                           predicted);
+      see<K>(variance_rad2, {rolled.left_m / step_s, rolled.right_m / step_s},
+             limits.wheel_separation_m, &predicted);
+    }
+  };
+  follow(turningWheels(hop, limits.wheel_separation_m), kLongestTurnStep_s);
+  follow(straightWheels(hop), kLongestWayStep_s);
+  return predicted;
+}
+
+/// Calls `work` with the number of errors that the estimate doubts, of clock and wheels or none.
+template <class Work>
+auto withDoubts(const RobotEstimate& estimate, Work work) {
+  const bool doubts =
+      !estimate.errors.covariance.topLeftCorner<kWheelErrors, kWheelErrors>().isZero(0.0);
+  return withErrorsInUse(doubts ? kWheelErrors : 0, work);
 }
 
 }  // namespace
@@ -32,42 +100,20 @@ std::vector<std::string> SensingModel::validate() const {
   return require.errors();
 }
 
-CartesianEstimate movedBy(const OdometryIncrement& motion, const CartesianEstimate& estimate) {
-  const Propagation step = propagateCartesian(estimate.mean, motion);
-  // The mount stays as it is: only the light's rows and columns change.
-  const Eigen::Matrix2d F = step.J_state_state.topLeftCorner<2, 2>();
-  const Eigen::Matrix<double, 2, 3> G = step.J_state_motion.topRows<2>();
-  CartesianEstimate moved{step.state, estimate.covariance};
-  moved.covariance.topRows<2>() = F * estimate.covariance.topRows<2>();
-  moved.covariance.leftCols<2>() = (moved.covariance.leftCols<2>() * F.transpose()).eval();
-  moved.covariance.topLeftCorner<2, 2>() += G * motion.covariance * G.transpose();
-  return moved;
+RobotEstimate movedBy(const OdometryIncrement& motion, const RobotEstimate& estimate) {
+  return withDoubts(estimate, [&](auto size) {
+    constexpr int kErrors = size.value;
+    return RobotEstimate::from<kErrors>(moved<kErrors>(motion, estimate.joint<kErrors>()));
+  });
 }
 
-CartesianEstimate predictAfter(const Hop& hop, const CartesianEstimate& estimate,
-                               const WheelLimits& limits, const SensingModel& sensing) {
-  CartesianEstimate predicted = estimate;
-  const auto follow = [&](const WheelDisplacement& wheels) {
-    const double duration_s = travelTime(wheels.right_m, limits);
-    if (duration_s <= 0.0) return;
-    const int steps = static_cast<int>(std::ceil(duration_s / kLongestStep_s));
-    const double step_s = duration_s / steps;
-    const double variance_rad2 = sensing.bearing_stddev_rad * sensing.bearing_stddev_rad /
-                                 (step_s * sensing.bearing_rate_hz);
-    double done = 0.0;
-    for (int i = 1; i <= steps; ++i) {
-      const double share = travelAt(i * step_s, wheels.right_m, limits) / wheels.right_m;
-      const double part = share - done;
-      done = share;
-      predicted = movedBy(append({}, {part * wheels.left_m, part * wheels.right_m},
-                                 limits.wheel_separation_m, sensing.wheel_noise, 0.0),
-                          predicted);
-      see(variance_rad2, &predicted);
-    }
-  };
-  follow(turningWheels(hop, limits.wheel_separation_m));
-  follow(straightWheels(hop));
-  return predicted;
+RobotEstimate predictAfter(const Hop& hop, const RobotEstimate& estimate, const WheelLimits& limits,
+                           const SensingModel& sensing) {
+  return withDoubts(estimate, [&](auto size) {
+    constexpr int kErrors = size.value;
+    return RobotEstimate::from<kErrors>(
+        after<kErrors>(hop, estimate.joint<kErrors>(), limits, sensing));
+  });
 }
 
 double lightClearance(const Hop& hop, const CartesianEstimate& estimate, double sigmas) {

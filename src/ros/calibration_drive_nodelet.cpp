@@ -242,7 +242,7 @@ void CalibrationDriveNodelet::onEstimate(const core::CalibrationEstimateConstPtr
     if (!driver_) return;
     driver_->addEstimate(
         {stampFromRos(message->header.stamp), static_cast<core::CalibrationState>(message->state),
-         cartesianFromMessage(*message)},
+         robotFromMessage(*message)},
         stampFromRos(ros::Time::now()));
   });
 }

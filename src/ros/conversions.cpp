@@ -17,6 +17,12 @@ namespace core = bearing_calibration;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
+/// Of light and mount with the errors of clock and wheels.
+constexpr int kWithWheels = 5 + core::kWheelErrors;
+using MatrixWithWheels = Eigen::Matrix<double, kWithWheels, kWithWheels, Eigen::RowMajor>;
+static_assert(sizeof(MatrixWithWheels) ==
+              sizeof(core::CalibrationEstimate::_covariance_with_clock_and_wheels_type));
+
 /// Row-major, as messages want it, whatever the matrix is stored like.
 template <typename Matrix, typename Array>
 void fillRowMajor(const Matrix& matrix, Array* array) {
@@ -88,6 +94,12 @@ void fillPaperState(const std::optional<core::PaperEstimate>& estimate,
 
 /// The robot's errors, then the levels of the noise.
 void fillRobotErrors(const core::CalibrationResult& result, core::CalibrationEstimate* message) {
+  MatrixWithWheels covariance = MatrixWithWheels::Constant(kNone);
+  if (result.cartesian_state) {
+    const core::RobotEstimate robot{*result.cartesian_state, result.robot_errors};
+    covariance = robot.joint<core::kWheelErrors>().covariance;
+  }
+  fillRowMajor(covariance, &message->covariance_with_clock_and_wheels);
   auto reports = core::reportBlocks(result.error_priors, result.robot_errors);
   for (const core::BlockReport& report :
        core::reportNoise(result.noise_priors, result.noise, result.correlation_time)) {
@@ -232,16 +244,15 @@ core::CalibrationEstimate messageFromResult(const core::CalibrationResult& resul
   return message;
 }
 
-std::optional<core::CartesianEstimate> cartesianFromMessage(
-    const core::CalibrationEstimate& message) {
-  core::CartesianEstimate estimate;
-  estimate.mean << message.light_x_m, message.light_y_m, message.x_m, message.y_m, message.yaw_rad;
-  for (Eigen::Index i = 0; i < estimate.covariance.size(); ++i) {
-    estimate.covariance(i / 5, i % 5) =
-        message.covariance_light_x_y_yaw[static_cast<std::size_t>(i)];
-  }
-  if (!estimate.mean.allFinite() || !estimate.covariance.allFinite()) return std::nullopt;
-  return estimate;
+std::optional<core::RobotEstimate> robotFromMessage(const core::CalibrationEstimate& message) {
+  core::Gaussian<kWithWheels> joint;
+  joint.mean << message.light_x_m, message.light_y_m, message.x_m, message.y_m, message.yaw_rad,
+      Eigen::Map<const Eigen::Matrix<double, core::kWheelErrors, 1>>(
+          message.robot_error_values.data());
+  joint.covariance =
+      Eigen::Map<const MatrixWithWheels>(message.covariance_with_clock_and_wheels.data());
+  if (!joint.mean.allFinite() || !joint.covariance.allFinite()) return std::nullopt;
+  return core::RobotEstimate::from<core::kWheelErrors>(joint);
 }
 
 geometry_msgs::Pose poseFromPlane(const core::Pose2& pose, double z_m) {

@@ -25,7 +25,7 @@ class Robot {
   bool has_ticks = true, sees_light = true, has_estimate = true;
   bool wheels_roll = true;
   CalibrationState state = CalibrationState::kInitialising;
-  std::optional<CartesianEstimate> cartesian;  ///< where the robot is now
+  std::optional<RobotEstimate> estimate;  ///< where the robot is now
 
   /// Drives for a while; the speeds that were commanded are kept.
   void drive(double time_s) {
@@ -33,7 +33,7 @@ class Robot {
       now_ += durationFromSeconds(kPeriod_s);
       if (has_ticks) driver_.addTravel({now_, travel_.left_m, travel_.right_m, 0.0}, now_);
       if (sees_light) driver_.noteBearing(now_);
-      if (has_estimate) driver_.addEstimate({now_, state, cartesian}, now_);
+      if (has_estimate) driver_.addEstimate({now_, state, estimate}, now_);
       commands.push_back(driver_.steer(now_));
       if (!wheels_roll) continue;
       travel_.left_m += kPeriod_s * commands.back().left_mps;
@@ -129,9 +129,9 @@ TEST(CalibrationDriver, EndsAScriptThatLeadsIntoTheLight) {
   Robot robot;
   robot.drive(2.0);
   ASSERT_FALSE(robot.driver().standing());
-  robot.cartesian.emplace();
-  robot.cartesian->mean << 0.6, 0.1, 0.05, 0.0, 0.0;
-  robot.cartesian->covariance = 1e-4 * Matrix5::Identity();
+  robot.estimate.emplace();
+  robot.estimate->cartesian.mean << 0.6, 0.1, 0.05, 0.0, 0.0;
+  robot.estimate->cartesian.covariance = 1e-4 * Matrix5::Identity();
   robot.expectEnd(DriveEnd::kNoWay, 0.1);
 }
 
@@ -189,6 +189,16 @@ TEST(CalibrationDriver, ConvergesFromNothing) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) records.push_back(drive(roomCase(seed)));
   const std::vector<Bar> bars = judgeBars(summariseRooms(records));
   EXPECT_TRUE(allReached(bars)) << format(bars);
+}
+
+/// In these rooms a planner that trusted the wheels stayed where the light's own uncertainty put
+/// it.
+TEST(CalibrationDriver, ComesNearAFarLight) {
+  for (const std::uint64_t seed : {4U, 61U, 95U}) {
+    const DriveRecord record = drive(farRoomCase(seed));
+    EXPECT_EQ(record.end, DriveEnd::kConverged) << seed << ": " << describe(record.end);
+    EXPECT_GT(record.least_kept_distance_m, kNear_m) << seed;
+  }
 }
 
 }  // namespace

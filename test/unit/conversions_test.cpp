@@ -194,24 +194,34 @@ TEST(Estimate, IsWrittenRowByRow) {
   EXPECT_TRUE(message.phi_psi_determined);
 }
 
-TEST(Estimate, BringsLightAndMountBack) {
+TEST(Estimate, BringsLightMountAndWheelsBack) {
   core::CalibrationResult result;
-  EXPECT_FALSE(cartesianFromMessage(messageFromResult(result, 0, "base_link")));
+  EXPECT_FALSE(robotFromMessage(messageFromResult(result, 0, "base_link")));
   core::CartesianEstimate estimate;
   estimate.mean << 1.0, 2.0, 3.0, 4.0, 5.0;
   for (int i = 0; i < 25; ++i) estimate.covariance(i / 5, i % 5) = i;
   result.cartesian_state = estimate;
   result.base_from_sensor = mountFromCartesian(estimate);
+  for (int i = 0; i < core::kWheelErrors; ++i) {
+    result.robot_errors.mean(i) = 0.1 + i;
+    for (int j = 0; j < 5; ++j) result.robot_errors.cross_covariance(j, i) = 50 + 5 * i + j;
+    for (int j = 0; j < core::kWheelErrors; ++j) {
+      result.robot_errors.covariance(i, j) = 100 + 4 * i + j;
+    }
+  }
   core::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
   EXPECT_EQ(message.light_x_m, 1.0);
   EXPECT_EQ(message.light_y_m, 2.0);
   EXPECT_EQ(message.covariance_light_x_y_yaw[5 * 1 + 3], 8.0);
-  const auto back = cartesianFromMessage(message);
+  const auto back = robotFromMessage(message);
   ASSERT_TRUE(back);
-  EXPECT_EQ(back->mean, estimate.mean);
-  EXPECT_EQ(back->covariance, estimate.covariance);
-  message.covariance_light_x_y_yaw[7] = std::nan("");
-  EXPECT_FALSE(cartesianFromMessage(message));
+  EXPECT_EQ(back->cartesian.mean, estimate.mean);
+  EXPECT_EQ(back->cartesian.covariance, estimate.covariance);
+  EXPECT_EQ(back->errors.mean, result.robot_errors.mean);
+  EXPECT_EQ(back->errors.covariance, result.robot_errors.covariance);
+  EXPECT_EQ(back->errors.cross_covariance, result.robot_errors.cross_covariance);
+  message.covariance_with_clock_and_wheels[7] = std::nan("");
+  EXPECT_FALSE(robotFromMessage(message));
 }
 
 TEST(Estimate, ListsTheLightsWhereThereAreSeveral) {

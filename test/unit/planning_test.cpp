@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <random>
@@ -55,31 +56,65 @@ TEST(Hop, TravelsByTrapezoidWithinTheLimits) {
   }
 }
 
-/// The filter itself, fed with every bearing along the hop, is what the prediction stands for.
+/// What the calibration looks for by default: clock and wheels.
+ErrorEstimate usualDoubts() {
+  ErrorPriors doubts;
+  doubts.setBlock(TimeOffset::kName, 0.1);
+  doubts.setBlock(WheelScales::kName, 0.03);
+  doubts.setBlock(WheelSeparation::kName, 0.01);
+  return priorEstimate(doubts);
+}
+
+/// Travel around a moment of one part of a hop.
+TravelNearby nearbyAt(double time_s, const WheelDisplacement& whole) {
+  std::array<WheelDisplacement, TravelNearby::kSamples> samples;
+  for (int i = 0; i < TravelNearby::kSamples; ++i) {
+    const double sample_s = time_s + (i - TravelNearby::kBefore) * TravelNearby::kStep_s;
+    const double share = travelAt(sample_s, whole.right_m, kLimits) / whole.right_m;
+    samples[static_cast<std::size_t>(i)] = {share * whole.left_m, share * whole.right_m};
+  }
+  return {samples, kSeparation_m};
+}
+
+/// The filter itself, fed with every bearing along the hop.
+RobotEstimate filteredAfter(const Hop& hop, const RobotEstimate& start) {
+  const auto filter = makeRobotFilter(start, kWheelErrors);
+  for (const WheelDisplacement& whole : {turningWheels(hop, kSeparation_m), straightWheels(hop)}) {
+    const double period_s = 1.0 / kSensing.bearing_rate_hz;
+    double before = 0.0;
+    const double whole_s = travelTime(whole.right_m, kLimits);
+    for (double time_s = period_s; time_s <= whole_s + 0.5 * period_s; time_s += period_s) {
+      const double now = travelAt(time_s, whole.right_m, kLimits) / whole.right_m;
+      const double part = now - before;
+      before = now;
+      filter->predict(append({}, {part * whole.left_m, part * whole.right_m}, kSeparation_m,
+                             kSensing.wheel_noise, 0.0));
+      const TravelNearby nearby = nearbyAt(time_s, whole);
+      filter->update(filter->predictAzimuth(nearby).azimuth_rad,
+                     std::pow(kSensing.bearing_stddev_rad, 2), nearby);
+    }
+  }
+  return filter->robot();
+}
+
+/// Who does not doubt wheels that the calibration doubts expects too much of a straight way.
 TEST(HopPrediction, IsWhatTheFilterWillSay) {
-  const CartesianEstimate start = estimateAt(0.7, 0.4, 0.02);
-  for (const Hop hop : {Hop{0.0, 0.6}, Hop{-4.5, 0.0}, Hop{1.2, -0.8}, Hop{7.0, 0.5}}) {
-    const auto filter = makeCartesianFilter(start);
-    for (const WheelDisplacement& whole :
-         {turningWheels(hop, kSeparation_m), straightWheels(hop)}) {
-      const double period_s = 1.0 / kSensing.bearing_rate_hz;
-      double before = 0.0;
-      const double whole_s = travelTime(whole.right_m, kLimits);
-      for (double time_s = period_s; time_s <= whole_s + 0.5 * period_s; time_s += period_s) {
-        const double now = travelAt(time_s, whole.right_m, kLimits) / whole.right_m;
-        const double part = now - before;
-        before = now;
-        filter->predict(append({}, {part * whole.left_m, part * whole.right_m}, kSeparation_m,
-                               kSensing.wheel_noise, 0.0));
-        const AzimuthPrediction expected = filter->predictAzimuth();
-        filter->update(expected.azimuth_rad, std::pow(kSensing.bearing_stddev_rad, 2));
+  for (const ErrorEstimate& errors : {ErrorEstimate(), usualDoubts()}) {
+    const RobotEstimate start{estimateAt(0.7, 0.4, 0.02), errors};
+    for (const Hop hop : {Hop{0.0, 0.6}, Hop{-4.5, 0.0}, Hop{1.2, -0.8}, Hop{7.0, 0.5}}) {
+      const RobotEstimate predicted = predictAfter(hop, start, kLimits, kSensing);
+      const RobotEstimate filtered = filteredAfter(hop, start);
+      EXPECT_LT((predicted.cartesian.mean - filtered.cartesian.mean).norm(), 0.01) << hop.turn_rad;
+      // steps of up to a quarter of a second instead of a tenth: a few percent of each deviation
+      EXPECT_NEAR(logDetOfMount(predicted.cartesian), logDetOfMount(filtered.cartesian), 0.2)
+          << hop.turn_rad;
+      for (int i = 0; i < kWheelErrors; ++i) {
+        EXPECT_NEAR(std::sqrt(predicted.errors.covariance(i, i)),
+                    std::sqrt(filtered.errors.covariance(i, i)),
+                    0.1 * std::sqrt(start.errors.covariance(i, i)))
+            << hop.turn_rad << ", error " << i;
       }
     }
-    const CartesianEstimate predicted = predictAfter(hop, start, kLimits, kSensing);
-    const CartesianEstimate filtered = filter->cartesian();
-    EXPECT_LT((predicted.mean - filtered.mean).norm(), 0.01) << hop.turn_rad;
-    // steps of up to a quarter of a second instead of a tenth: a few percent of each deviation
-    EXPECT_NEAR(logDetOfMount(predicted), logDetOfMount(filtered), 0.2) << hop.turn_rad;
   }
 }
 
@@ -124,13 +159,13 @@ TEST(HopPlanner, PlansOnlyWhatIsAllowed) {
         estimateAt(light.x(), light.y(), std::pow(10.0, -3.0 + 1.2 * uniform(engine)));
     const Pose2 start_from_base{1.8 * Eigen::Vector2d(uniform(engine), 0.0),
                                 2.0 * kPi * uniform(engine)};
-    const auto plan = planner.plan(estimate, start_from_base);
+    const auto plan = planner.plan({estimate, {}}, start_from_base);
     ASSERT_TRUE(plan) << i;
     const double here_m = lightClearance({}, estimate, 2.0);
     EXPECT_GE(lightClearance(plan->hop, estimate, 2.0), std::min(0.5, here_m)) << i;
     const Pose2 there = poseAfter(plan->hop, start_from_base);
     EXPECT_GE(region.clearance(start_from_base.position_m, there.position_m), 0.1 - 1e-12) << i;
-    EXPECT_LT(logDetOfMount(plan->expected), logDetOfMount(estimate)) << i;
+    EXPECT_LT(logDetOfMount(plan->expected.cartesian), logDetOfMount(estimate)) << i;
   }
 }
 
@@ -149,7 +184,7 @@ TEST(HopPlanner, PlansWhatIsDriven) {
     const Eigen::Vector2d light =
         rotation2(tangent_rad + off_rad) * Eigen::Vector2d(distance_m, 0.0);
     const CartesianEstimate estimate = estimateAt(light.x(), light.y(), 1e-3);
-    const auto plan = planner.plan(estimate, {});
+    const auto plan = planner.plan({estimate, {}}, {});
     ASSERT_TRUE(plan) << i;
     const Hop driven = HopFollower(plan->hop, kLimits, {}).remaining({});
     EXPECT_TRUE(planner.keepsAway(driven, estimate)) << i;
@@ -172,7 +207,7 @@ TEST(HopPlanner, RefusesAnAskedForWayOnlyWhenTheLightIsSurelyNear) {
 
 TEST(HopPlanner, LeavesALightThatIsTooNear) {
   const HopPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
-  const auto plan = planner.plan(estimateAt(0.25, 0.1, 0.01), {});
+  const auto plan = planner.plan({estimateAt(0.25, 0.1, 0.01), {}}, {});
   ASSERT_TRUE(plan);
   EXPECT_GE(lightClearance(plan->hop, estimateAt(0.25, 0.1, 0.0), 0.0),
             std::hypot(0.25, 0.1) - 1e-9);
@@ -180,7 +215,7 @@ TEST(HopPlanner, LeavesALightThatIsTooNear) {
 
 TEST(HopPlanner, HasNoPlanWithoutRoom) {
   const HopPlanner planner(kPlanner, kLimits, kSensing, {0.11, {}});
-  EXPECT_FALSE(planner.plan(estimateAt(1.0, 0.0, 0.01), {}));
+  EXPECT_FALSE(planner.plan({estimateAt(1.0, 0.0, 0.01), {}}, {}));
 }
 
 /// A chosen block is served better than by a plan for another one.
@@ -190,7 +225,7 @@ TEST(HopPlanner, ServesTheChosenBlock) {
     PlannerConfig config = kPlanner;
     config.block = block;
     const HopPlanner planner(config, kLimits, kSensing, {4.0, {}});
-    CartesianEstimate now = estimate;
+    RobotEstimate now{estimate, {}};
     Pose2 pose;
     double time_s = 0.0;
     while (time_s < 30.0) {
@@ -199,7 +234,7 @@ TEST(HopPlanner, ServesTheChosenBlock) {
       now = predictAfter(plan->hop, now, kLimits, kSensing);
       pose = poseAfter(plan->hop, pose);
     }
-    return std::sqrt(now.covariance(4, 4));
+    return std::sqrt(now.cartesian.covariance(4, 4));
   };
   EXPECT_LT(stddevOfYaw(PlannerConfig::Block::kYaw), stddevOfYaw(PlannerConfig::Block::kPosition));
 }

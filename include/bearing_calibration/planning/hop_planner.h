@@ -31,8 +31,8 @@ struct PlannerConfig {
 /// A hop with what it is expected to bring.
 struct PlannedHop {
   Hop hop;
-  Hop next;                    ///< the one that is thought of after it; decided anew by then
-  CartesianEstimate expected;  ///< after both
+  Hop next;                ///< the one that is thought of after it; decided anew by then
+  RobotEstimate expected;  ///< after both
 };
 
 /// Everything that a robot must know of itself to plan. What hops are allowed, and which is best.
@@ -44,8 +44,7 @@ class HopPlanner {
 
   /// The next hop: the first of the pair of hops that lowers the log det of the block's covariance
   /// fastest. None when no way is allowed.
-  std::optional<PlannedHop> plan(const CartesianEstimate& estimate,
-                                 const Pose2& start_from_base) const;
+  std::optional<PlannedHop> plan(const RobotEstimate& estimate, const Pose2& start_from_base) const;
 
   /// Whether a hop keeps away from the light, or at least comes no nearer than the robot is.
   bool keepsAway(const Hop& hop, const CartesianEstimate& estimate) const;
@@ -60,7 +59,7 @@ class HopPlanner {
  private:
   struct Candidate;
   std::vector<Hop> proposals(const CartesianEstimate& estimate) const;
-  std::vector<Candidate> candidatesAt(const CartesianEstimate& estimate,
+  std::vector<Candidate> candidatesAt(const RobotEstimate& estimate,
                                       const Pose2& start_from_base) const;
   double logDet(const CartesianEstimate& estimate) const;
 

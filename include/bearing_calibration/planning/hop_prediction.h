@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/planning/hop.h"
 
 namespace bearing_calibration {
@@ -17,14 +17,16 @@ struct SensingModel {
   std::vector<std::string> validate() const;
 };
 
-/// The estimate after a motion of the base (doc/model.md, eqs. 5 and 7).
-CartesianEstimate movedBy(const OdometryIncrement& motion, const CartesianEstimate& estimate);
+/// The estimate after a motion of the base (doc/model.md, eqs. 5 and 7, 17 and 18).
+RobotEstimate movedBy(const OdometryIncrement& motion, const RobotEstimate& estimate);
 
 /// The estimate as the filter will have it after a hop: the mean moves as planned, the covariance
-/// grows by the wheels' noise and shrinks by the bearings (doc/model.md, eqs. 5 to 8). Bearings are
-/// taken together over steps of at most a quarter of a second.
-CartesianEstimate predictAfter(const Hop& hop, const CartesianEstimate& estimate,
-                               const WheelLimits& limits, const SensingModel& sensing);
+/// grows by the wheels' noise and shrinks by the bearings (doc/model.md, eqs. 5 to 8, 16 to 18).
+/// Bearings are taken together over steps of at most half a second. Of the robot's errors,
+/// those of clock and wheels count: an unequal wheel bends a straight way as a light's parallax
+/// would, so that who does not doubt the wheels expects of such ways what they cannot teach.
+RobotEstimate predictAfter(const Hop& hop, const RobotEstimate& estimate, const WheelLimits& limits,
+                           const SensingModel& sensing);
 
 /// How near a hop comes to the light at most, by what is known before it: the least distance from
 /// the base's centre to the light minus `sigmas` standard deviations in that direction [m].
