@@ -5,7 +5,6 @@
 #include <sensor_msgs/distortion_models.h>
 
 #include <boost/make_shared.hpp>
-#include <exception>
 #include <utility>
 
 #include "bearing_calibration_ros/conversions.h"

@@ -1,10 +1,10 @@
 #include "bearing_calibration_ros/threshold_server.h"
 
 #include <cstdint>
-#include <exception>
 #include <utility>
 
 #include "bearing_calibration/common/validated.h"
+#include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
 namespace {
