@@ -73,7 +73,8 @@ std::vector<std::string> ConicMirror::validate() const {
   require.between("lens/focal_length", focal_length_m, kLeastOfALens_m, kLargestOfALens_m);
   require.between("lens/aperture", aperture_m, kLeastOfALens_m, kLargestOfALens_m);
   require.between("lens/pixel_pitch", pixel_pitch_m, kSmallestPixel_m, kLargestPixel_m);
-  require.that(focus_distance_m > focal_length_m && focus_distance_m <= kInfinity_m,
+  require.that(focus_distance_m > focal_length_m &&
+                   (focus_distance_m <= kInfinity_m || std::isinf(focus_distance_m)),
                "lens/focus_distance must be greater than lens/focal_length and at most " +
                    formatted("%g, but is %.9g", kInfinity_m, focus_distance_m));
   require.between("mirror/lens_to_apex", lens_to_apex_m, kLeastOfALens_m, kLargestOfALens_m);
