@@ -27,7 +27,8 @@ std::vector<std::string> CameraRig::validate() const {
   require.between("camera/centre_v", centre_px.y(), -kLargestSide_px, 2.0 * kLargestSide_px);
   require.between("camera/pixel", pixel_m, kSmallestPixel_m, kLargestPixel_m);
   require.between("camera/focal_length", focal_length_m, kLeast_m, kLargest_m);
-  require.between("camera/aperture", aperture_m, kLeast_m, kLargest_m);
+  constexpr double kPinhole_m = 1e-9;
+  require.between("camera/aperture", aperture_m, kPinhole_m, kLargest_m);
   require.that(focus_distance_m > focal_length_m && focus_distance_m <= kInfinity_m,
                "camera/focus_distance must be greater than camera/focal_length and at most 1e6");
   require.that(handedness == 1 || handedness == -1,
