@@ -96,9 +96,9 @@ def paperRow(estimate):
 
 
 def lightRow(estimate):
-    variance = estimate.covariance_light_x_y_yaw
+    variance = estimate.covariance_with_clock_and_wheels
     return '  light at (%.3f, %.3f) +- (%.3f, %.3f) m of the base, %.2f m away' % (
-        estimate.light_x_m, estimate.light_y_m, math.sqrt(variance[0]), math.sqrt(variance[6]),
+        estimate.light_x_m, estimate.light_y_m, math.sqrt(variance[0]), math.sqrt(variance[10]),
         math.hypot(estimate.light_x_m, estimate.light_y_m))
 
 

@@ -75,7 +75,6 @@ void fillCartesianState(const std::optional<core::CartesianEstimate>& estimate,
   const core::CartesianEstimate& cartesian = estimate ? *estimate : none;
   message->light_x_m = cartesian.lightInBase().x();
   message->light_y_m = cartesian.lightInBase().y();
-  fillRowMajor(cartesian.covariance, &message->covariance_light_x_y_yaw);
 }
 
 void fillPaperState(const std::optional<core::PaperEstimate>& estimate,

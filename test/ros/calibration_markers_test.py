@@ -64,7 +64,7 @@ class CalibrationMarkersTest(unittest.TestCase):
         light = self.marker('light', 0)
         self.assertEqual(light.action, Marker.ADD)
         x, y = in_frame_of(self.first, self.world.light)
-        variances = [self.estimate.covariance_light_x_y_yaw[i] for i in (0, 6)]
+        variances = [self.estimate.covariance_with_clock_and_wheels[i] for i in (0, 10)]
         off = math.hypot(light.pose.position.x - x, light.pose.position.y - y)
         # Wheels are exact here, so the light is as well known in the start frame as in the base's.
         self.assertLess(off, 3.5 * math.sqrt(sum(variances)))

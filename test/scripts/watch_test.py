@@ -27,7 +27,8 @@ def estimateOf(**changes):
     estimate.x_stddev_m = estimate.y_stddev_m = 0.002
     estimate.yaw_stddev_rad = math.radians(1)
     estimate.light_x_m, estimate.light_y_m = 3.0, 4.0
-    estimate.covariance_light_x_y_yaw[0] = estimate.covariance_light_x_y_yaw[6] = 0.01**2
+    variances = estimate.covariance_with_clock_and_wheels
+    variances[0] = variances[10] = 0.01**2
     estimate.bearings_used, estimate.nis_mean = 120, 1.02
     for name, value in changes.items():
         setattr(estimate, name, value)

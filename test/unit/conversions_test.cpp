@@ -212,7 +212,7 @@ TEST(Estimate, BringsLightMountAndWheelsBack) {
   core::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
   EXPECT_EQ(message.light_x_m, 1.0);
   EXPECT_EQ(message.light_y_m, 2.0);
-  EXPECT_EQ(message.covariance_light_x_y_yaw[5 * 1 + 3], 8.0);
+  EXPECT_EQ(message.covariance_with_clock_and_wheels[9 * 1 + 3], 8.0);
   const auto back = robotFromMessage(message);
   ASSERT_TRUE(back);
   EXPECT_EQ(back->cartesian.mean, estimate.mean);
