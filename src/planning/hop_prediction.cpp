@@ -10,9 +10,8 @@
 namespace bearing_calibration {
 namespace {
 
-// Information hardly varies within 0.4 rad of a spin, or 0.1 m of a way, at 0.2 m/s.
-constexpr double kLongestTurnStep_s = 0.25;
-constexpr double kLongestWayStep_s = 0.25;
+constexpr double kLongestStep_s = 0.25;  // 0.4 rad of a spin at 0.2 m/s: information hardly varies
+constexpr double kSameStep = 1e-9;       // of a part of the way: rounding
 
 template <int K>
 Gaussian<5 + K> moved(const OdometryIncrement& measured, const Gaussian<5 + K>& state) {
@@ -56,27 +55,32 @@ template <int K>
 Gaussian<5 + K> after(const Hop& hop, const Gaussian<5 + K>& start, const WheelLimits& limits,
                       const SensingModel& sensing) {
   Gaussian<5 + K> predicted = start;
-  const auto follow = [&](const WheelDisplacement& wheels, double longest_step_s) {
+  const auto follow = [&](const WheelDisplacement& wheels) {
     const double duration_s = travelTime(wheels.right_m, limits);
     if (duration_s <= 0.0) return;
-    const int steps = static_cast<int>(std::ceil(duration_s / longest_step_s));
+    const int steps = static_cast<int>(std::ceil(duration_s / kLongestStep_s));
     const double step_s = duration_s / steps;
     const double variance_rad2 = sensing.bearing_stddev_rad * sensing.bearing_stddev_rad /
                                  (step_s * sensing.bearing_rate_hz);
     double done = 0.0;
+    double last_part = 0.0;
+    OdometryIncrement motion;
     for (int i = 1; i <= steps; ++i) {
       const double share = travelAt(i * step_s, wheels.right_m, limits) / wheels.right_m;
       const double part = share - done;
       done = share;
       const WheelDisplacement rolled{part * wheels.left_m, part * wheels.right_m};
-      predicted = moved<K>(append({}, rolled, limits.wheel_separation_m, sensing.wheel_noise, 0.0),
-                           predicted);
+      if (std::abs(part - last_part) > kSameStep) {  // at full speed one step is like the last
+        motion = append({}, rolled, limits.wheel_separation_m, sensing.wheel_noise, 0.0);
+        last_part = part;
+      }
+      predicted = moved<K>(motion, predicted);
       see<K>(variance_rad2, {rolled.left_m / step_s, rolled.right_m / step_s},
              limits.wheel_separation_m, &predicted);
     }
   };
-  follow(turningWheels(hop, limits.wheel_separation_m), kLongestTurnStep_s);
-  follow(straightWheels(hop), kLongestWayStep_s);
+  follow(turningWheels(hop, limits.wheel_separation_m));
+  follow(straightWheels(hop));
   return predicted;
 }
 

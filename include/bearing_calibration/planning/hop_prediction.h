@@ -22,7 +22,7 @@ RobotEstimate movedBy(const OdometryIncrement& motion, const RobotEstimate& esti
 
 /// The estimate as the filter will have it after a hop: the mean moves as planned, the covariance
 /// grows by the wheels' noise and shrinks by the bearings (doc/model.md, eqs. 5 to 8, 16 to 18).
-/// Bearings are taken together over steps of at most half a second. Of the robot's errors,
+/// Bearings are taken together over steps of at most a quarter of a second. Of the robot's errors,
 /// those of clock and wheels count: an unequal wheel bends a straight way as a light's parallax
 /// would, so that who does not doubt the wheels expects of such ways what they cannot teach.
 RobotEstimate predictAfter(const Hop& hop, const RobotEstimate& estimate, const WheelLimits& limits,
