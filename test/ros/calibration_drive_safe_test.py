@@ -27,6 +27,8 @@ class CalibrationDriveSafeTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('calibration_drive_safe_test')
         cls.robot = DrivableRobot()
+        cls.robot.obstacle.say(False)  # only enable has not spoken
+        rospy.sleep(0.3)
         cls.before_enable = cls.robot.start_service('dance', 0.0, 0.0)
 
     def setUp(self):

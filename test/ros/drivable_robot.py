@@ -19,6 +19,7 @@ from calibration_world import wait_until
 
 MOST_STOPPING_S = 1.0  # 0.2 s of braking, and what a busy machine adds on the way here
 SPEED = 0.2  # [m/s] limits/wheel_speed
+MOVING = 0.9  # of that speed
 REPEAT_HZ = 10.0  # of enable and obstacle
 SEPARATION = 0.25
 TICK_RATE = 50.0  # [Hz] wheels/rate
@@ -142,7 +143,7 @@ class DrivableRobot:
 
     def is_moving(self):
         said = self.said()
-        return bool(said) and abs(wheels_of(said[-1][1])[1]) > 0.9 * SPEED
+        return bool(said) and abs(wheels_of(said[-1][1])[1]) > MOVING * SPEED
 
     def drive(self, motion='dance'):
         """Sends a goal and waits until the robot is at its speed."""
