@@ -60,16 +60,14 @@ class FaultSearch {
   }
 
   void trySigns() {
-    Eigen::Matrix2d swapped;
-    swapped << 0.0, 1.0, 1.0, 0.0;
-    tryWheels({Fault::kMirrored, 0.0}, swapped, 1.0);
+    try_({Fault::kMirrored, 0.0}, mirrored(sights_));
     tryWheels({Fault::kLeftReversed, 0.0}, Eigen::Vector2d(-1.0, 1.0).asDiagonal(), 1.0);
     tryWheels({Fault::kRightReversed, 0.0}, Eigen::Vector2d(1.0, -1.0).asDiagonal(), 1.0);
   }
 
   void tryLatency() {
     for (double late_s : {-0.1, -0.05, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3}) {
-      try_({Fault::kLate, late_s}, withEarlierBearings(sights_, late_s));
+      try_({Fault::kLate, late_s}, withEarlierBearings(sights_, late_s, separation_m_));
     }
   }
 

@@ -1,6 +1,5 @@
 #include "bearing_calibration/calibration/sight_change.h"
 
-#include <cmath>
 #include <cstddef>
 
 #include "bearing_calibration/geometry/pose2.h"
@@ -8,26 +7,37 @@
 namespace bearing_calibration {
 namespace {
 
-/// A part of an arc, from its start.
-Pose2 partOfArc(const Pose2& arc, double fraction) {
-  // The chord of an arc that turns by a is d sinc(a/2); that of its part follows from it.
-  constexpr double kAlmostStraight_rad = 1e-6;
-  const double turn = arc.yaw_rad;
-  const double part = fraction * turn;
-  const double ratio =
-      std::abs(turn) < kAlmostStraight_rad ? fraction : std::sin(0.5 * part) / std::sin(0.5 * turn);
-  return {rotation2(0.5 * (part - turn)) * arc.position_m * ratio, part};
+/// What each wheel rolled in a motion (left [m], right [m]), whatever way it took: a motion that
+/// was put together from several may turn by more than half a turn, which its yaw alone does not
+/// show.
+Eigen::Vector2d wheelsOf(const OdometryIncrement& motion, double wheel_separation_m) {
+  return wheel_separation_m *
+         Eigen::Vector2d(-motion.J_pose_wheels(2, 0), motion.J_pose_wheels(2, 1));
 }
 
-/// What the wheels rolled on the arc (left [m], right [m]).
-Eigen::Vector2d wheelsFromArc(const Pose2& arc, double wheel_separation_m) {
-  constexpr double kAlmostStraight_rad = 1e-6;
-  const double half_turn = 0.5 * arc.yaw_rad;
-  const double chord =
-      arc.position_m.dot(Eigen::Vector2d(std::cos(half_turn), std::sin(half_turn)));
-  const double distance =
-      std::abs(half_turn) < kAlmostStraight_rad ? chord : chord * half_turn / std::sin(half_turn);
-  return {distance - half_turn * wheel_separation_m, distance + half_turn * wheel_separation_m};
+/// The one arc on which the wheels roll so far, without noise.
+OdometryIncrement arcOf(const Eigen::Vector2d& wheels_m, double wheel_separation_m) {
+  return append(OdometryIncrement(), {wheels_m.x(), wheels_m.y()}, wheel_separation_m,
+                WheelNoise());
+}
+
+/// What a motion is beyond one arc: zero for a single one.
+Eigen::Vector2d beyondArc(const OdometryIncrement& motion, const OdometryIncrement& arc) {
+  return motion.start_from_end.position_m - arc.start_from_end.position_m;
+}
+
+/// Whether each wheel rolls farther or less far than it says, and no wheel is another one or turns
+/// the other way.
+bool isScaling(const Eigen::Matrix2d& wheels_from_wheels) {
+  return wheels_from_wheels.isDiagonal() && (wheels_from_wheels.diagonal().array() > 0.0).all();
+}
+
+/// The first part of a motion, as far as it is one arc; the rest is spread evenly.
+Pose2 partOf(const OdometryIncrement& motion, double fraction, double wheel_separation_m) {
+  const Eigen::Vector2d wheels = wheelsOf(motion, wheel_separation_m);
+  Pose2 part = arcOf(fraction * wheels, wheel_separation_m).start_from_end;
+  part.position_m += fraction * beyondArc(motion, arcOf(wheels, wheel_separation_m));
+  return part;
 }
 
 }  // namespace
@@ -37,17 +47,43 @@ std::vector<Sight> withOtherWheels(const std::vector<Sight>& sights,
                                    double believed_separation_m, double changed_separation_m) {
   std::vector<Sight> changed = sights;
   for (Sight& sight : changed) {
-    const Eigen::Vector2d wheels =
-        wheels_from_wheels * wheelsFromArc(sight.motion.start_from_end, believed_separation_m);
-    sight.motion.start_from_end =
-        arcFromWheels({wheels.x(), wheels.y()}, changed_separation_m).start_from_end;
-    sight.motion.distance_m = 0.5 * std::abs(wheels.sum());
-    sight.motion.rotation_rad = std::abs(wheels.y() - wheels.x()) / changed_separation_m;
+    OdometryIncrement& motion = sight.motion;
+    const Eigen::Vector2d wheels = wheelsOf(motion, believed_separation_m);
+    const OdometryIncrement believed = arcOf(wheels, believed_separation_m);
+    OdometryIncrement arc = arcOf(wheels_from_wheels * wheels, changed_separation_m);
+    if (isScaling(wheels_from_wheels)) {
+      const Eigen::Vector3d scale_errors(wheels_from_wheels(0, 0) - 1.0,
+                                         wheels_from_wheels(1, 1) - 1.0,
+                                         changed_separation_m / believed_separation_m - 1.0);
+      const Eigen::Matrix<double, 2, 3> J_beyond =
+          (motion.J_pose_wheels - believed.J_pose_wheels).topRows<2>();
+      arc.start_from_end.position_m += beyondArc(motion, believed) + J_beyond * scale_errors;
+      arc.J_pose_wheels.topRows<2>() += J_beyond;
+      arc.distance_m += motion.distance_m - believed.distance_m;
+      arc.rotation_rad += motion.rotation_rad - believed.rotation_rad;
+    }
+    arc.covariance = motion.covariance;
+    motion = arc;
   }
   return changed;
 }
 
-std::vector<Sight> withEarlierBearings(const std::vector<Sight>& sights, double earlier_s) {
+std::vector<Sight> mirrored(const std::vector<Sight>& sights) {
+  const Eigen::Vector3d flip(1.0, -1.0, -1.0);  // x, y, yaw
+  std::vector<Sight> changed = sights;
+  for (Sight& sight : changed) {
+    OdometryIncrement& motion = sight.motion;
+    motion.start_from_end.position_m.y() *= -1.0;
+    motion.start_from_end.yaw_rad *= -1.0;
+    motion.covariance = flip.asDiagonal() * motion.covariance * flip.asDiagonal();
+    motion.J_pose_wheels = flip.asDiagonal() * motion.J_pose_wheels;
+    motion.J_pose_wheels.col(0).swap(motion.J_pose_wheels.col(1));
+  }
+  return changed;
+}
+
+std::vector<Sight> withEarlierBearings(const std::vector<Sight>& sights, double earlier_s,
+                                       double wheel_separation_m) {
   std::vector<Pose2> first_from_base(1);
   for (std::size_t i = 1; i < sights.size(); ++i) {
     first_from_base.push_back(first_from_base.back() * sights[i].motion.start_from_end);
@@ -64,7 +100,7 @@ std::vector<Sight> withEarlierBearings(const std::vector<Sight>& sights, double 
     const double interval_s = secondsFromDuration(sights[after].stamp - sights[after - 1].stamp);
     const double fraction = secondsFromDuration(moment - sights[after - 1].stamp) / interval_s;
     const Pose2 pose =
-        first_from_base[after - 1] * partOfArc(sights[after].motion.start_from_end, fraction);
+        first_from_base[after - 1] * partOf(sights[after].motion, fraction, wheel_separation_m);
     Sight sight = sights[i];
     sight.motion.start_from_end = last.inverse() * pose;
     last = pose;

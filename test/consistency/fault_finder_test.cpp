@@ -106,6 +106,82 @@ TEST(FindFault, TellsAWrongSeparation) {
   }
 }
 
+/// The record as it is when the light is hidden in spins: their motions become one, and of `most`
+/// or more at a time.
+std::vector<Sight> withHiddenSpins(const std::vector<Sight>& sights, double most_rad) {
+  constexpr double kOnTheSpot_m = 0.02;  // per radian
+  std::vector<Sight> seen;
+  OdometryIncrement motion;
+  for (const Sight& sight : sights) {
+    const bool spins = sight.motion.distance_m < kOnTheSpot_m * sight.motion.rotation_rad;
+    motion = append(motion, sight.motion);
+    if (spins && motion.rotation_rad < most_rad) continue;
+    seen.push_back(sight);
+    seen.back().motion = motion;
+    motion = {};
+  }
+  return seen;
+}
+
+// Of 4 rad between two sights the yaw shows -2.3 rad only.
+TEST(FindFault, TellsFaultsOfARobotThatTurnsFarBetweenTwoSights) {
+  constexpr double kFar_rad = 4.0;
+  constexpr double kWrong = 0.9;
+  constexpr double kLongDuration_s = 120.0;  // as many sights as the other records have
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    SimulatedCase sound = soundCase(seed);
+    sound.duration_s = kLongDuration_s;
+    EXPECT_EQ(diagnose(sound, withHiddenSpins(sightsOf(sound), kFar_rad)).fault, Fault::kNone);
+    SimulatedCase left = sound;
+    left.robot.encoders.left_radius_factor = kWrong;
+    const Diagnosis of_left = diagnose(left, withHiddenSpins(sightsOf(left), kFar_rad));
+    EXPECT_EQ(of_left.fault, Fault::kLeftRadius) << seed;
+    EXPECT_NEAR(of_left.size, kWrong, 0.03) << seed;
+    SimulatedCase narrow = sound;
+    narrow.robot.separation_factor = kWrong;
+    const Diagnosis of_narrow = diagnose(narrow, withHiddenSpins(sightsOf(narrow), kFar_rad));
+    EXPECT_EQ(of_narrow.fault, Fault::kSeparation) << seed;
+    EXPECT_NEAR(of_narrow.size, kWrong, 0.03) << seed;
+    const Eigen::Matrix2d swap = (Eigen::Matrix2d() << 0.0, 1.0, 1.0, 0.0).finished();
+    const Eigen::Matrix2d reversed = Eigen::Vector2d(-1.0, 1.0).asDiagonal();
+    EXPECT_EQ(diagnose(sound, withHiddenSpins(miswired(sound, swap), kFar_rad)).fault,
+              Fault::kMirrored)
+        << seed;
+    EXPECT_EQ(diagnose(sound, withHiddenSpins(miswired(sound, reversed), kFar_rad)).fault,
+              Fault::kLeftReversed)
+        << seed;
+  }
+}
+
+// What a motion of several arcs is with other wheels, against each of its arcs with other wheels.
+TEST(SightChange, AMotionOfSeveralArcsIsKeptToFirstOrder) {
+  constexpr double kSeparation_m = 0.25;
+  constexpr double kScale = 1.01;
+  const std::vector<Eigen::Vector2d> arcs = {{0.5, 0.5}, {-0.6, 0.6}, {0.2, 0.4}};
+  Sight sight;
+  OdometryIncrement expected;
+  for (const Eigen::Vector2d& arc : arcs) {
+    sight.motion = append(sight.motion, {arc.x(), arc.y()}, kSeparation_m, {});
+    expected = append(expected, {kScale * arc.x(), arc.y()}, kSeparation_m, {});
+  }
+  const Eigen::Matrix2d wheels = Eigen::Vector2d(kScale, 1.0).asDiagonal();
+  const OdometryIncrement changed =
+      withOtherWheels({sight}, wheels, kSeparation_m, kSeparation_m).front().motion;
+  EXPECT_NEAR(changed.start_from_end.yaw_rad, expected.start_from_end.yaw_rad, 1e-12);
+  const double change =
+      (expected.start_from_end.position_m - sight.motion.start_from_end.position_m).norm();
+  EXPECT_LT((changed.start_from_end.position_m - expected.start_from_end.position_m).norm(),
+            0.05 * change);  // the second order: a few times the scale's error
+  const OdometryIncrement mirror = mirrored({sight}).front().motion;
+  OdometryIncrement swapped;
+  for (const Eigen::Vector2d& arc : arcs) {
+    swapped = append(swapped, {arc.y(), arc.x()}, kSeparation_m, {});
+  }
+  EXPECT_NEAR(mirror.start_from_end.yaw_rad, swapped.start_from_end.yaw_rad, 1e-12);
+  EXPECT_LT((mirror.start_from_end.position_m - swapped.start_from_end.position_m).norm(), 1e-12);
+  EXPECT_LT((mirror.J_pose_wheels - swapped.J_pose_wheels).norm(), 1e-12);
+}
+
 TEST(FindFault, TellsALightThatMoved) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SimulatedCase simulated = soundCase(seed);
