@@ -48,18 +48,7 @@ void MountTracker::move(const OdometryIncrement& motion) {
 
 Association MountTracker::look(const std::vector<Bearing>& candidates, const TravelNearby& nearby) {
   if (candidates.empty()) return {};
-  if (motion_unknown_ && candidates.size() == 1) {
-    const Bearing& light = candidates.front();
-    RobotEstimate robot = filter_->robot();
-    const double range = (robot.cartesian.lightInBase() - robot.cartesian.sensorInBase()).norm();
-    robot.cartesian = placeLight(mountFromCartesian(robot.cartesian), {range, range},
-                                 light.azimuth_rad, fusion_.widening * light.azimuth_variance_rad2);
-    robot.errors.cross_covariance.setZero();  // of another light
-    filter_->restart(robot);
-    motion_unknown_ = false;
-    former_.reset();
-    return {};
-  }
+  if (motion_unknown_) return placeAnew(candidates);
   const Association association = fuseLight(candidates, nearby, fusion_, filter_.get());
   if (former_) {
     const Association found = former_->look(candidates, nearby, fusion_, association);
@@ -82,6 +71,30 @@ Association MountTracker::look(const std::vector<Bearing>& candidates, const Tra
     lookAnew();
   }
   return association;
+}
+
+/// After an unknown turn the light may be in any direction: the only one that is seen is the light.
+/// Of several nobody knows which: nothing is fused, until it has been so for too long.
+Association MountTracker::placeAnew(const std::vector<Bearing>& candidates) {
+  if (candidates.size() > 1) {
+    recent_nis_.push_back(kNotFused);
+    if (!isLost()) return {};
+    motion_unknown_ = false;  // in vain: it is not searched for any longer
+    former_.reset();
+    Association in_vain;
+    in_vain.kind = Association::Kind::kAmbiguous;
+    return in_vain;
+  }
+  const Bearing& light = candidates.front();
+  RobotEstimate robot = filter_->robot();
+  const double range = (robot.cartesian.lightInBase() - robot.cartesian.sensorInBase()).norm();
+  robot.cartesian = placeLight(mountFromCartesian(robot.cartesian), {range, range},
+                               light.azimuth_rad, fusion_.widening * light.azimuth_variance_rad2);
+  robot.errors.cross_covariance.setZero();  // of another light
+  filter_->restart(robot);
+  motion_unknown_ = false;
+  former_.reset();
+  return {};
 }
 
 void MountTracker::noteFused(const Association& association) {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 
+#include "bearing_calibration/calibration/mount_tracker.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/trajectory_config.h"
 #include "support/simulated_calibration.h"
@@ -212,6 +213,62 @@ TEST(Calibrator, PredictsTheNextBearing) {
   ASSERT_TRUE(prediction.has_value());
   EXPECT_NEAR(wrapAngle(prediction->azimuth_rad - last.candidates[0].azimuth_rad), 0.0,
               4.0 * robot.sensor.stddev_rad);
+}
+
+// ---- a turn that nobody has counted ----
+
+Bearing bearingOf(double azimuth_rad) {
+  return bearingsAt(Stamp(), azimuth_rad).candidates.front();
+}
+
+/// A tracker that knows its mount to a centimetre and half a degree, with the light 2 m ahead,
+/// after a turn of which nothing is known.
+MountTracker afterAnUnknownTurn() {
+  RobotEstimate start;
+  start.cartesian.mean << 2.0, 0.0, 0.1, 0.0, 0.0;
+  start.cartesian.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 1e-4, 1e-4;
+  MountTracker tracker(calibratorConfig().filter, start, 0.0, 0);
+  OdometryIncrement unknown;
+  unknown.covariance.diagonal() << 0.01, 0.01, 10.0;
+  tracker.move(unknown);
+  return tracker;
+}
+
+void expectTheMountAsBefore(const MountTracker& tracker) {
+  const CartesianEstimate estimate = tracker.filter().cartesian();
+  constexpr double kRounding = 1e-12;
+  EXPECT_LT((estimate.sensorInBase() - Eigen::Vector2d(0.1, 0.0)).norm(), kRounding);
+  EXPECT_NEAR(estimate.sensorYaw(), 0.0, kRounding);
+  const Eigen::Vector3d variances = estimate.covariance.diagonal().tail<3>();
+  EXPECT_LT((variances - Eigen::Vector3d::Constant(1e-4)).norm(), kRounding);
+}
+
+// One of the two stands about where the filter would expect the light, had it not turned.
+TEST(AnUnknownTurn, OfSeveralCandidatesNoneIsTaken) {
+  MountTracker tracker = afterAnUnknownTurn();
+  const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
+  constexpr int kImages = 30;
+  for (int i = 0; i < kImages; ++i) {
+    EXPECT_NE(tracker.look(both, {}).kind, Association::Kind::kFound);
+    EXPECT_TRUE(tracker.isSearching());
+  }
+  expectTheMountAsBefore(tracker);
+  tracker.look({bearingOf(1.5)}, {});
+  EXPECT_FALSE(tracker.isSearching());
+  expectTheMountAsBefore(tracker);
+  const Eigen::Vector2d light = tracker.filter().cartesian().lightInBase();
+  EXPECT_NEAR(std::atan2(light.y(), light.x() - 0.1), 1.5, 1e-9);
+}
+
+TEST(AnUnknownTurn, WithSeveralCandidatesForEverIsLostInTheEnd) {
+  MountTracker tracker = afterAnUnknownTurn();
+  const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
+  for (int i = 0; i < MountTracker::kWindow; ++i) {
+    tracker.look(both, {});
+    if (tracker.isLost()) break;
+  }
+  EXPECT_TRUE(tracker.isLost());
+  EXPECT_FALSE(tracker.isSearching());
 }
 
 // ---- going on from an earlier calibration ----

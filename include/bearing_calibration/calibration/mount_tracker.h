@@ -44,13 +44,15 @@ class MountTracker {
   void rebase(const RobotEstimate& estimate, double bearing_correlation);
 
   const MountFilter& filter() const { return *filter_; }
-  /// Whether the light may be elsewhere than the filter says: it was looked for anew not long ago.
-  bool isSearching() const { return former_.has_value(); }
+  /// Whether the light may be elsewhere than the filter says: it was looked for anew not long ago,
+  /// or the base has turned by an unknown angle since it was seen.
+  bool isSearching() const { return former_.has_value() || motion_unknown_; }
   Consistency consistency() const;
   /// Whether so little fits the estimate that it is better to start anew.
   bool isLost() const;
 
  private:
+  Association placeAnew(const std::vector<Bearing>& candidates);
   void noteFused(const Association& association);
   void lookAnew();
 
