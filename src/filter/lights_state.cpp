@@ -6,6 +6,15 @@
 #include "bearing_calibration/geometry/pose2.h"
 
 namespace bearing_calibration {
+namespace {
+
+/// Rounding makes the two halves of a covariance differ a little, and updates make the difference
+/// grow: both become their mean.
+void symmetrise(LightsMatrix* covariance) {
+  *covariance = (0.5 * (*covariance + covariance->transpose())).eval();
+}
+
+}  // namespace
 
 Vector5 stateOf(const LightsLayout& layout, const LightsVector& state, int light) {
   Vector5 cartesian;
@@ -47,7 +56,10 @@ void fuseMount(const MountEstimate& known, LightsEstimate* estimate) {
   Eigen::Vector3d innovation = known.mean - estimate->mount().mean;
   innovation.z() = wrapAngle(innovation.z());
   estimate->mean += K * innovation;
-  estimate->covariance -= K * PHt.transpose();
+  estimate->covariance -= (K * PHt.transpose()).eval();
+  const Gain PHt_after = estimate->covariance.leftCols<kMountSize>();
+  estimate->covariance += K * (known.covariance * K.transpose()) - PHt_after * K.transpose();
+  symmetrise(&estimate->covariance);
 }
 
 LightsMotion lineariseMotion(const LightsLayout& layout, const LightsVector& before,
@@ -102,6 +114,7 @@ void propagate(const LightsMotion& motion, LightsEstimate* estimate) {
   const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3> J_noise =
       motion.J_lights_error * motion.covariance;
   P.block(at, at, size, size).noalias() += J_noise * motion.J_lights_error.transpose();
+  symmetrise(&P);
 }
 
 LightsAzimuth expectAzimuth(const LightsLayout& layout, const LightsVector& state, int light,
@@ -132,7 +145,12 @@ LightsUpdate updateByAzimuth(const LightsVector& about, int light, double azimut
   update.innovation_variance = update.H.dot(PHt.transpose()) + azimuth_variance_rad2;
   update.gain = PHt / update.innovation_variance;
   estimate->mean += update.gain * update.innovation;
-  estimate->covariance.noalias() -= update.gain * PHt.transpose();
+  // The Joseph form, as two products of rank one: (I - K H) P, then all of it times (I - K H)^T.
+  LightsMatrix& P = estimate->covariance;
+  P.noalias() -= update.gain * PHt.transpose();
+  const LightsVector left = azimuth_variance_rad2 * update.gain - P * update.H.transpose();
+  P.noalias() += left * update.gain.transpose();
+  symmetrise(&P);
   return update;
 }
 
