@@ -45,12 +45,11 @@ Eigen::Matrix3d spreadOf(const OwnAnswer& answer) {
 /// A slip that one light suspects and another does not is none: the least spread stays in the
 /// mount's covariance.
 void addSpread(const std::vector<const OwnAnswer*>& answers, LightsEstimate* estimate) {
-  Eigen::Matrix3d least = spreadOf(*answers.front());
-  for (const OwnAnswer* answer : answers) {
-    const Eigen::Matrix3d spread = spreadOf(*answer);
-    if (spread.trace() < least.trace()) least = spread;
-  }
-  if (least.trace() > 0.0) estimate->covariance.topLeftCorner<3, 3>() += least;
+  std::vector<Eigen::Matrix3d> spreads;
+  spreads.reserve(answers.size());
+  for (const OwnAnswer* answer : answers) spreads.push_back(spreadOf(*answer));
+  const Eigen::Matrix3d covariance = estimate->mount().covariance;
+  estimate->covariance.topLeftCorner<3, 3>() += leastSpread(spreads, covariance);
 }
 
 }  // namespace

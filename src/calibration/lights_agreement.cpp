@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bearing_calibration/calibration/mount_agreement.h"
 #include "bearing_calibration/common/angle.h"
@@ -86,6 +87,24 @@ double contradiction(const MountEstimate& own, const MountEstimate& joint) {
     chi_square += std::pow(solver.eigenvectors().col(i).dot(standardised), 2) / gain;
   }
   return chi_square;
+}
+
+Eigen::Matrix3d leastSpread(const std::vector<Eigen::Matrix3d>& spreads,
+                            const Eigen::Matrix3d& covariance) {
+  Eigen::Matrix3d least = Eigen::Matrix3d::Zero();
+  double least_size = std::numeric_limits<double>::infinity();
+  const Eigen::LLT<Eigen::Matrix3d> root(covariance);
+  for (const Eigen::Matrix3d& spread : spreads) {
+    const Eigen::Matrix3d half = root.matrixL().solve(spread);
+    const Eigen::Matrix3d ratio = root.matrixL().solve(half.transpose());
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (ratio + ratio.transpose()));
+    const Eigen::Vector3d positive = solver.eigenvalues().cwiseMax(0.0);
+    if (positive.sum() >= least_size) continue;
+    least_size = positive.sum();
+    const Eigen::Matrix3d directions = root.matrixL() * solver.eigenvectors();
+    least = directions * positive.asDiagonal() * directions.transpose();
+  }
+  return least;
 }
 
 double largestContradiction(std::size_t lights, double probability) {

@@ -214,6 +214,39 @@ TEST(LightsAgreement, WhatTheOthersDoNotTellContradictsNothing) {
   EXPECT_EQ(contradiction(mountAt(0.1), joint), 0.0);
 }
 
+double leastEigenvalue(const Eigen::Matrix3d& matrix) {
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix).eigenvalues()(0);
+}
+
+// 1 mm and 0.6 degrees; a spread that is wide along x and takes away more than there is along y.
+TEST(LeastSpread, OfAnIndefiniteSpreadWidensOnlyWhereItIsPositive) {
+  const Eigen::Matrix3d covariance = mountAt(0.0).covariance;
+  const Eigen::Matrix3d spread = Eigen::Vector3d(1e-4, -5e-5, 0.0).asDiagonal();
+  const Eigen::Matrix3d widened = covariance + leastSpread({spread}, covariance);
+  EXPECT_GE(leastEigenvalue(widened), leastEigenvalue(covariance));
+  constexpr double kRounding = 1e-15;
+  EXPECT_NEAR(widened(0, 0), 1.01e-4, kRounding);
+  EXPECT_NEAR(widened(1, 1), 1e-6, kRounding);
+  EXPECT_NEAR(widened(2, 2), 1e-4, kRounding);
+}
+
+// The trace is that of the yaw, in other units.
+TEST(LeastSpread, IsNotHiddenByAnAngleThatIsKnownBetter) {
+  const Eigen::Matrix3d covariance = mountAt(0.0).covariance;
+  const Eigen::Matrix3d spread = Eigen::Vector3d(1e-5, 0.0, -5e-5).asDiagonal();
+  constexpr double kRounding = 1e-15;
+  EXPECT_NEAR(leastSpread({spread}, covariance)(0, 0), 1e-5, kRounding);
+}
+
+// The first widens x tenfold, the second the yaw by a tenth, though its trace is the larger one.
+TEST(LeastSpread, IsMeasuredByTheCovariance) {
+  const Eigen::Matrix3d covariance = mountAt(0.0).covariance;
+  const Eigen::Matrix3d of_x = Eigen::Vector3d(9e-6, 0.0, 0.0).asDiagonal();
+  const Eigen::Matrix3d of_yaw = Eigen::Vector3d(0.0, 0.0, 1e-5).asDiagonal();
+  constexpr double kRounding = 1e-15;
+  EXPECT_LT((leastSpread({of_x, of_yaw}, covariance) - of_yaw).norm(), kRounding);
+}
+
 TEST(LightsConfig, TheNumberOfLightsHasBounds) {
   LightsConfig config;
   EXPECT_TRUE(config.validate().empty());

@@ -27,6 +27,12 @@ LightsAgreement compareLights(const std::vector<MountEstimate>& mounts);
 /// 1978); it counts the noise that they share.
 double contradiction(const MountEstimate& own, const MountEstimate& joint);
 
+/// The least of several spreads, each what a covariance lacks by one opinion: a difference of
+/// covariances, which may be negative along some directions. Those count as none; and all are
+/// measured by `covariance`, so that metres and radians can be compared.
+Eigen::Matrix3d leastSpread(const std::vector<Eigen::Matrix3d>& spreads,
+                            const Eigen::Matrix3d& covariance);
+
 /// What contradictions of `lights` sound lights stay below, but for one case in 1/`probability`.
 double largestContradiction(std::size_t lights, double probability);
 
