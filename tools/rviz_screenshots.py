@@ -15,6 +15,7 @@ import tempfile
 import time
 
 import matplotlib.image
+import numpy
 import yaml
 
 from bearing_calibration.msg import CalibrationEstimate
@@ -66,7 +67,7 @@ def waitForState(demo):
 
 def missingIn(path):
     """Names of the marks that a picture does not show."""
-    picture = matplotlib.image.imread(path)[:, :, :3]
+    picture = numpy.atleast_3d(matplotlib.image.imread(path))[:, :, :3]  # grey before it is drawn
     return [name for name, colour in MARKS.items()
             if (abs(picture - colour).max(axis=2) < LIKE).sum() < MIN_PIXELS]
 
