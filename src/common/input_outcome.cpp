@@ -95,7 +95,8 @@ std::string describe(const InputOutcome& outcome) {
              " m, faster than wheels/max_speed allows: reading left out";
     case InputStatus::kTicksGap:
       return "no readings for " + value +
-             " s, long enough for a counter or a joint to wrap unseen: the motion meanwhile is unknown";
+             " s, long enough for a counter or a joint to wrap unseen: the motion meanwhile is "
+             "unknown";
     case InputStatus::kTicksOutOfRange:
       return "the count " + value + " does not fit wheels/counter_bits: reading left out";
     case InputStatus::kAngleNotFinite:
