@@ -74,6 +74,10 @@ class CalibrationReplayTest(unittest.TestCase):
         self.assertEqual(estimate.header.stamp, self.world.stamp(), 'the time of the bag')
         for quantity, error in zip(('x', 'y', 'yaw'), errors_in_stddevs(estimate, self.world)):
             self.assertLess(error, 3.0, '%s\n%s' % (quantity, estimate))
+        clock = []
+        rospy.Subscriber('/clock', Clock, clock.append)
+        wait_until(lambda: clock and clock[-1].clock > self.world.stamp() + rospy.Duration(1),
+                   'the player stays: one that ends drops what it has not sent')
         response = node.save_service()  # the nodes have stayed
         self.assertTrue(response.success, response.message)
         self.assertTrue(os.path.exists(os.path.join(self.folder, 'result', 'result.yaml')))

@@ -99,7 +99,6 @@ MOST_WAITING = 100  # bearings on their way to one calibration, half of what its
 CLOCK_RATE_HZ = 1000  # in wall time: steps of 10 ms in the recording's
 START_DEADLINE_S = 180
 PLAYBACK_DEADLINE_S = 900
-END_DEADLINE_S = 60
 
 
 def rowsOf(name):
@@ -197,29 +196,25 @@ class Replay:
         return all(topic in subscriptions for topic in topics)
 
     def play(self):
-        player = self.start(
+        player = self.start(  # it stays at the end: one that ends may drop the bags' last messages
             ['rosbag', 'play', '--clock', '--hz', str(CLOCK_RATE_HZ), '-r', str(PLAYBACK_RATE),
-             '--quiet', '--wait-for-subscribers', '--queue', '1000']
+             '--quiet', '--keep-alive', '--wait-for-subscribers', '--queue', '1000']
             + [self.bagOf(landmark) for landmark in LANDMARKS] + ['__name:=player'])
-        waitFor(lambda: self.hasEnded(player), PLAYBACK_DEADLINE_S, 'the bags have been played')
-        if player.returncode != 0:
-            raise RuntimeError('rosbag play ended with %d' % player.returncode)
-        waitFor(lambda: all(map(self.isComplete, LANDMARKS)), END_DEADLINE_S,
-                'every bearing is accounted for: %s' % {
-                    landmark: (self.seenBy(landmark), len(self.sights[landmark]))
-                    for landmark in LANDMARKS})
+        waitFor(lambda: self.isPlayed(player), PLAYBACK_DEADLINE_S, 'all bearings are played')
 
-    def hasEnded(self, player):
-        """Lets the player wait for a calibration that falls behind."""
+    def isPlayed(self, player):
+        """Every bearing is accounted for. Lets the player wait for a calibration that falls behind."""
+        if player.poll() is not None:
+            raise RuntimeError('rosbag play ended with %d' % player.returncode)
         pauses = any(self.sentTo(landmark) - self.seenBy(landmark) > MOST_WAITING
                      for landmark in LANDMARKS)
-        if player.poll() is None and pauses != self.is_paused:
+        if pauses != self.is_paused:
             try:
                 rospy.ServiceProxy('/player/pause_playback', SetBool)(pauses)
                 self.is_paused = pauses
             except rospy.ServiceException:
-                pass  # not yet there, or at its end
-        return player.poll() is not None
+                pass  # not yet there
+        return all(map(self.isComplete, LANDMARKS))
 
     def sentTo(self, landmark):
         """How many of the bag's bearings have been played."""
