@@ -6,11 +6,14 @@
 #include <std_srvs/Trigger.h>
 
 #include <algorithm>
+#include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
+#include <utility>
 
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration_ros/calibration_diagnostics.h"
@@ -57,6 +60,8 @@ class CalibrationNodelet : public nodelet::Nodelet {
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool onSave(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
+  template <class Input>
+  void receive(const char* what, const Input& input);
   std::optional<ros::Time> timeOfReceipt();
   std::string startAnew();
   void followJumpBack(const std::string& what);
@@ -89,6 +94,7 @@ class CalibrationNodelet : public nodelet::Nodelet {
   std::unique_ptr<PredictionPublisher> prediction_publisher_;
   std::unique_ptr<DisplayPublisher> display_publisher_;
   std::unique_ptr<InputWatch> input_watch_;
+  std::deque<std::function<void(const ros::Time&)>> early_inputs_;  ///< before the first /clock
   ClockWatch clock_watch_;
   StampWatch stamp_watch_;
   std::timed_mutex callback_mutex_;  ///< held by the callback that runs
@@ -188,23 +194,35 @@ void CalibrationNodelet::subscribe() {
                                              [this](const ros::TimerEvent&) { onTransform(); });
 }
 
-void CalibrationNodelet::onTicks(const core::WheelTicksConstPtr& message) {
-  guarded("wheel ticks", [&] {
+/// A player sends its first messages before the first /clock: what comes early waits for it.
+template <class Input>
+void CalibrationNodelet::receive(const char* what, const Input& input) {
+  guarded(what, [&] {
     const std::optional<ros::Time> now = timeOfReceipt();
-    if (!now) return;
+    if (!now) {
+      constexpr std::size_t kMostEarly = 2000;  // as many as the longest queue holds
+      if (early_inputs_.size() == kMostEarly) early_inputs_.pop_front();
+      early_inputs_.emplace_back(input);
+      return;
+    }
+    for (const auto& early : std::exchange(early_inputs_, {})) early(*now);
+    input(*now);
+  });
+}
+
+void CalibrationNodelet::onTicks(const core::WheelTicksConstPtr& message) {
+  receive("wheel ticks", [this, message](const ros::Time& now) {
     const core::WheelCounts counts = countsFromMessage(*message);
-    finishWheels(calibrator_->addTicks(counts, stampFromRos(*now)), counts.stamp, *now);
+    finishWheels(calibrator_->addTicks(counts, stampFromRos(now)), counts.stamp, now);
   });
 }
 
 void CalibrationNodelet::onJointStates(const sensor_msgs::JointStateConstPtr& message) {
-  guarded("joint states", [&] {
-    const std::optional<ros::Time> now = timeOfReceipt();
-    if (!now) return;
+  receive("joint states", [this, message](const ros::Time& now) {
     const auto angles = anglesFromMessage(*message, config_.joints);
     if (angles) {
-      finishWheels(calibrator_->addAngles(*angles, stampFromRos(*now)), angles->stamp, *now);
-    } else if (namesEither(*message, config_.joints) || !input_watch_->areWheelsAlive(*now)) {
+      finishWheels(calibrator_->addAngles(*angles, stampFromRos(now)), angles->stamp, now);
+    } else if (namesEither(*message, config_.joints) || !input_watch_->areWheelsAlive(now)) {
       refuseJointState(*message);  // else it is another publisher's, an arm's for instance
     }
   });
@@ -212,13 +230,14 @@ void CalibrationNodelet::onJointStates(const sensor_msgs::JointStateConstPtr& me
 
 /// The stamps of the left wheel alone tell whether they have begun anew: both would take turns.
 void CalibrationNodelet::onWheel(core::WheelSide side, const WheelCountEvent& event) {
-  guarded(side == core::WheelSide::kLeft ? "left ticks" : "right ticks", [&] {
-    const std::optional<ros::Time> now = timeOfReceipt();
-    if (!now) return;
+  const char* const what = side == core::WheelSide::kLeft ? "left ticks" : "right ticks";
+  receive(what, [this, side, event](const ros::Time& now) {
     const core::WheelCount count = countFromMessage(*event.getMessage(), event.getReceiptTime());
-    const core::InputOutcome outcome = calibrator_->addWheel(side, count, stampFromRos(*now));
+    const bool is_of_no_clock = event.getReceiptTime().isZero() && count.stamp == core::Stamp();
+    if (is_of_no_clock) return;  // without a stamp of its own, and /clock had not begun
+    const core::InputOutcome outcome = calibrator_->addWheel(side, count, stampFromRos(now));
     if (side == core::WheelSide::kLeft) {
-      finishWheels(outcome, count.stamp, *now);
+      finishWheels(outcome, count.stamp, now);
     } else {
       warn(wheel_topic_, outcome);
     }
@@ -226,17 +245,15 @@ void CalibrationNodelet::onWheel(core::WheelSide side, const WheelCountEvent& ev
 }
 
 void CalibrationNodelet::onBearings(const core::LightBearingsConstPtr& message) {
-  guarded("bearings", [&] {
-    const std::optional<ros::Time> now = timeOfReceipt();
-    if (!now) return;
-    input_watch_->sawBearings(*now);
+  receive("bearings", [this, message](const ros::Time& now) {
+    input_watch_->sawBearings(now);
     const std::string& frame = message->header.frame_id;
     if (!frame.empty() && frame != config_.frames.sensor && throttle_.isDue("frame")) {
       NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were",
                    bearing_topic_.c_str(), frame.c_str(), config_.frames.sensor.c_str());
     }
     warn(bearing_topic_,
-         calibrator_->addBearings(bearingsFromMessage(*message), stampFromRos(*now)));
+         calibrator_->addBearings(bearingsFromMessage(*message), stampFromRos(now)));
     publisher_->offer(*calibrator_, joint_states_without_wheels_);
   });
 }
@@ -293,7 +310,7 @@ std::optional<ros::Time> CalibrationNodelet::timeOfReceipt() {
   const ros::Time now = ros::Time::now();
   if (now.isZero()) {
     if (throttle_.isDue("clock")) {
-      NODELET_WARN("/clock has not begun (use_sim_time is set): inputs are ignored until then");
+      NODELET_WARN("/clock has not begun (use_sim_time is set): inputs wait until then");
     }
     return std::nullopt;
   }

@@ -60,7 +60,7 @@ class CalibrationClockTest(unittest.TestCase):
 
     # One story, in this order.
     def test_clock(self):
-        self.drive(START_S, 0.2)
+        world = self.drive(START_S, 0.2)
         wait_until(lambda: self.node.warnings('/clock has not begun'), 'it says what it waits for')
         estimate = self.node.estimate()
         self.assertEqual(self.transforms, [])
@@ -68,8 +68,9 @@ class CalibrationClockTest(unittest.TestCase):
         self.assertEqual(estimate.rejections, '', 'input before the clock is no bad input')
 
         self.set_clock(START_S + 10.0)
-        self.drive(START_S, 5.0)
-        self.node.wait_for(lambda e: e.bearings_used == 50, 'the clock runs, bearings are used')
+        self.node.drive(world, 4.8)
+        self.node.wait_for(lambda e: e.bearings_used == 50 and e.ticks_used == 250,
+                           'the clock runs: all inputs are used, those before it too')
         self.assertEqual(self.jumps(), [])
 
         self.set_clock(START_S + 1.0)  # the bag loops
