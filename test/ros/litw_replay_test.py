@@ -200,7 +200,13 @@ class Replay:
             ['rosbag', 'play', '--clock', '--hz', str(CLOCK_RATE_HZ), '-r', str(PLAYBACK_RATE),
              '--quiet', '--keep-alive', '--wait-for-subscribers', '--queue', '1000']
             + [self.bagOf(landmark) for landmark in LANDMARKS] + ['__name:=player'])
-        waitFor(lambda: self.isPlayed(player), PLAYBACK_DEADLINE_S, 'all bearings are played')
+        try:
+            waitFor(lambda: self.isPlayed(player), PLAYBACK_DEADLINE_S,
+                    'every bearing is accounted for')
+        except RuntimeError as error:
+            raise RuntimeError('%s: seen and sent: %s' % (error, {
+                landmark: (self.seenBy(landmark), len(self.sights[landmark]))
+                for landmark in LANDMARKS})) from error
 
     def isPlayed(self, player):
         """Every bearing is accounted for. Lets the player wait for a calibration that falls behind."""
