@@ -57,8 +57,8 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         pid = pid_of('calibration_drive')
         os.kill(pid, number)
         wait_until(lambda: not is_running(pid), 'the process ends')
-        self.assertTrue(is_zero(self.robot.said()[-1][1]), 'its last word is to stand')
-        result = self.robot.client.get_result()
+        wait_until(self.robot.is_standing, 'its last word is to stand')
+        result = wait_until(self.robot.client.get_result, 'its result')
         self.assertEqual(result.end, CalibrationDriveResult.SHUT_DOWN, result)
 
     def test_interrupted_it_stops_the_robot(self):
@@ -86,7 +86,7 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         pid = pid_of('simulation')
         os.kill(pid, signal.SIGSTOP)
         self.addCleanup(os.kill, pid, signal.SIGCONT)
-        wait_until(lambda: is_zero(self.robot.said()[-1][1]), 'the last command is to stand')
+        wait_until(self.robot.is_standing, 'the last command is to stand')
         wait_until(self.robot.client.get_result, 'the drive ends')
         result = self.robot.client.get_result()
         self.assertEqual(result.end, CalibrationDriveResult.CLOCK_LOST, result.end_text)

@@ -8,6 +8,7 @@ import time
 
 import actionlib
 import rospy
+from actionlib_msgs.msg import GoalStatus
 from bearing_calibration.msg import (CalibrationDriveAction, CalibrationDriveGoal,
                                      CalibrationEstimate, LightBearings, WheelTicks)
 from bearing_calibration.srv import StartDrive
@@ -17,6 +18,7 @@ from std_srvs.srv import Trigger
 
 from calibration_world import wait_until
 
+SILENCE_S = 1.0  # of cmd_vel, at least, while there is no drive
 MOST_STOPPING_S = 1.0  # 0.2 s of braking, and what a busy machine adds on the way here
 SPEED = 0.2  # [m/s] limits/wheel_speed
 MOVING = 0.9  # of that speed
@@ -34,6 +36,12 @@ def wheels_of(twist):
 
 def is_zero(twist):
     return twist.linear.x == 0.0 and twist.angular.z == 0.0
+
+
+def wait_until_active(client):
+    """Until the client knows that its goal was taken up: one that it cancels before that it calls
+    lost, without a result, when an older status comes."""
+    wait_until(lambda: client.get_state() == GoalStatus.ACTIVE, 'the goal is active')
 
 
 class Repeater:
@@ -149,6 +157,20 @@ class DrivableRobot:
         """Sends a goal and waits until the robot is at its speed."""
         self.client.send_goal(CalibrationDriveGoal(motion=motion))
         wait_until(self.is_moving, 'the robot moves')
+        wait_until_active(self.client)
+
+    def is_standing(self):
+        said = self.said()
+        return bool(said) and is_zero(said[-1][1])
+
+    def said_after_the_drive(self):
+        """What comes on cmd_vel in SILENCE_S after a drive that has ended: nothing, as it should
+        be. Its result and its last word to stand are on two connections: that word may be late."""
+        wait_until(self.is_standing, 'the last command is to stand')
+        count = len(self.said())
+        time.sleep(SILENCE_S)
+        later = [twist for _, twist in self.said()[count:]]
+        return later[1:] if later and is_zero(later[0]) else later
 
     def place(self):
         return (self.base.position.x, self.base.position.y, self.base.orientation.z)
