@@ -49,6 +49,7 @@ struct Arguments {
   ErrorPriors looked_for;
   double scales_prior = 0.0;
   NoiseLevels told_noise;
+  bool fit_whole_record = false;
   NoisePriors noise_looked_for;
 };
 
@@ -115,6 +116,8 @@ options::options_description describeOptions(Arguments* arguments) {
   add("look-for-harmonic", "of the mirror");
   add("look-for-far-harmonic", "of a mirror whose apex is known to be in place");
   add("look-for-tilt", "of the sensor, and for the light's height");
+  add("whole-record", options::bool_switch(&arguments->fit_whole_record),
+      "compare the calibrator's estimates with fits of the whole record, which it does not keep");
   add("check", "judge the bars");
   return description;
 }
@@ -165,6 +168,7 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   makeImperfect(simulated, arguments.imperfect, seed);
   simulated.looked_for = arguments.looked_for;
   simulated.told_noise = arguments.told_noise;
+  simulated.fit_whole_record = arguments.fit_whole_record;
   simulated.noise_looked_for = arguments.noise_looked_for;
   return simulated;
 }
@@ -243,7 +247,7 @@ int run(int argc, char** argv) {
   arguments.imperfect.harmonic_rad = radiansFromDegrees(arguments.harmonic_deg);
   const std::vector<Trial> trials = runAll(arguments);
   const std::vector<TableRow> rows = summarise(trials);
-  std::cout << format(rows);
+  std::cout << format(rows) << formatWhole(rows);
   if (!(*values)["lights"].defaulted()) std::cout << formatBounds(trials);
   std::cout << formatRobotErrors(trials);
   printRemarkable(trials, arguments.seed);

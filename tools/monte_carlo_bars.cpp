@@ -58,6 +58,16 @@ void judgeRow(const TableRow& row, std::vector<Bar>& bars) {
                         row.mount_nees));
 }
 
+/// Nothing is forgotten: an estimate is nearer to the fit of the whole record than that is to the
+/// truth.
+void judgeWhole(const TableRow& row, std::vector<Bar>& bars) {
+  constexpr double kMostOffWhole = 0.45;  // of the bound
+  if (row.whole == 0) return;
+  bars.push_back(atMost("off the whole record's fit, per bound, at " +
+                            std::to_string(static_cast<int>(row.time_s)) + " s",
+                        row.off_whole_per_bound.maxCoeff(), kMostOffWhole));
+}
+
 }  // namespace
 
 std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<TableRow>& rows,
@@ -79,6 +89,7 @@ std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<T
       atMost("runs with a wrong claim at any time", static_cast<double>(wrong), most_wrong));
   judgeAlarms(trials, bars);
   if (!rows.empty()) judgeRow(rows.back(), bars);
+  for (const TableRow& row : rows) judgeWhole(row, bars);
   return bars;
 }
 

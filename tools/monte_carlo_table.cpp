@@ -30,6 +30,8 @@ TableRow summariseRow(const std::vector<Trial>& trials, std::size_t index) {
   std::map<std::string, int> words;
   Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();
   Eigen::Matrix<double, 6, 1> bounds = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Vector3d off_whole = Eigen::Vector3d::Zero();  // squares
+  Eigen::Vector3d bounds_of_whole = Eigen::Vector3d::Zero();
   for (const Trial& trial : trials) {
     const Snapshot& snapshot = trial.snapshots[index];
     row.time_s = snapshot.time_s;
@@ -46,6 +48,11 @@ TableRow summariseRow(const std::vector<Trial>& trials, std::size_t index) {
       row.estimate_nees += snapshot.mountChiSquare();
       row.failed += snapshot.failed() ? 1 : 0;
     }
+    if (snapshot.off_whole_record) {
+      ++row.whole;
+      off_whole += snapshot.off_whole_record->cwiseAbs2();
+      bounds_of_whole += snapshot.bound.diagonal().tail<3>();
+    }
     if (!snapshot.claims) continue;
     ++row.claimed;
     const double chi_square = snapshot.mountChiSquare();
@@ -59,6 +66,9 @@ TableRow summariseRow(const std::vector<Trial>& trials, std::size_t index) {
   row.state_nees /= kStateDegrees * std::max(1, row.claimed);
   row.estimate_nees /= kMountDegrees * std::max(1, row.estimates);
   row.rmse_per_bound = (squares.array() / bounds.array()).sqrt();
+  if (row.whole > 0) {
+    row.off_whole_per_bound = (off_whole.array() / bounds_of_whole.array()).sqrt();
+  }
   for (const auto& [word, count] : words) {
     row.words += (row.words.empty() ? "" : ", ") + word + " " + std::to_string(count);
   }
@@ -128,6 +138,21 @@ std::string format(const std::vector<TableRow>& rows) {
     text += line + row.words + " |\n";
   }
   return text;
+}
+
+std::string formatWhole(const std::vector<TableRow>& rows) {
+  std::string text;
+  for (const TableRow& row : rows) {
+    if (row.whole == 0) continue;
+    char line[256];
+    const Eigen::Vector3d& q = row.off_whole_per_bound;
+    std::snprintf(line, sizeof(line), "| %.0f | %d | %.2f %.2f %.2f |\n", row.time_s, row.whole,
+                  q(0), q(1), q(2));
+    text += line;
+  }
+  if (text.empty()) return text;
+  return "| time [s] | whole records fitted | RMS off that fit/bound x y yaw |\n|---|---|---|\n" +
+         text;
 }
 
 }  // namespace bearing_calibration

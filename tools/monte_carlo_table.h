@@ -27,6 +27,9 @@ struct TableRow {
   /// RMSE over the square root of the mean bound, over the trials with an estimate: phi, rho, psi,
   /// x, y, yaw.
   Eigen::Matrix<double, 6, 1> rmse_per_bound = Eigen::Matrix<double, 6, 1>::Zero();
+  int whole = 0;  ///< trials whose whole record was fitted, too
+  /// RMS of the estimates less those fits, over the square root of the mean bound: x, y, yaw.
+  Eigen::Vector3d off_whole_per_bound = Eigen::Vector3d::Zero();
   double milliseconds = 0.0;  ///< mean
   double most_milliseconds = 0.0;
   std::string words;  ///< how often which state or reason
@@ -35,6 +38,8 @@ struct TableRow {
 std::vector<TableRow> summarise(const std::vector<Trial>& trials);
 /// A table in Markdown.
 std::string format(const std::vector<TableRow>& rows);
+/// How far the estimates are from fits of the whole records; empty where none was fitted.
+std::string formatWhole(const std::vector<TableRow>& rows);
 /// The bound and what was reached, as absolute figures: standard deviations over all trials with an
 /// estimate.
 std::string formatBounds(const std::vector<Trial>& trials);

@@ -104,6 +104,26 @@ bool isSound(const RobotConfig& robot) {
          robot.sensor.correlation == 0.0;
 }
 
+/// After fillErrors().
+void compareWithWholeRecord(const SimulatedCase& simulated, const SightRun& run, std::size_t count,
+                            Snapshot& snapshot) {
+  BatchConfig config;  // the maximum of the posterior: nothing slips, nothing is an outlier
+  config.errors = simulated.looked_for;
+  config.huber_sigmas = 0.0;
+  config.reject_sigmas = 0.0;
+  config.slip_gain = 0.0;
+  config.widen_for_correlation = false;
+  const std::vector<Sight> sights(run.sights.begin(),
+                                  run.sights.begin() + static_cast<std::ptrdiff_t>(count));
+  const Vector5& truth = run.truth[count - 1];
+  const BatchEstimate whole =
+      BatchEstimator(config).estimate(sights, {truth, count - 1, trueErrors(simulated)});
+  if (!whole.converged) return;
+  Eigen::Vector3d off = snapshot.error.tail<3>() - (whole.at_last_sight.mean - truth).tail<3>();
+  off.z() = wrapAngle(off.z());
+  snapshot.off_whole_record = off;
+}
+
 void noteClaim(const Snapshot& snapshot, Trial& trial) {
   if (!snapshot.claims) return;
   trial.ever_claimed = true;
@@ -260,6 +280,9 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
     if (!due) continue;
     ++next_time;
     fillBound(simulated, run, count, targets, snapshot);
+    if (simulated.fit_whole_record && snapshot.has_estimate) {
+      compareWithWholeRecord(simulated, run, count, snapshot);
+    }
     trial.snapshots.push_back(snapshot);
   }
   return trial;

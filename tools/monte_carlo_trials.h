@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ struct Snapshot {
   Eigen::Vector2d polar_error = Eigen::Vector2d::Zero();  ///< (phi [rad], rho [m])
   double psi_error_rad = 0.0;
   Eigen::Vector3d polar_bound = Eigen::Vector3d::Zero();  ///< variances of (phi, rho, psi)
+  /// Mount (x, y, yaw) less that of a fit of the whole record, where SimulatedCase asks for it and
+  /// the fit has settled.
+  std::optional<Eigen::Vector3d> off_whole_record;
   double milliseconds = 0.0;
 
   double mountChiSquare() const;

@@ -21,9 +21,10 @@ struct SimulatedCase {
   std::vector<Light> lights;  ///< the first is the one that the mount is calibrated with
   TrajectoryConfig trajectory;
   double duration_s = 100.0;
-  NoiseLevels told_noise;        ///< what the calibrator is told of the noise, times the true one
-  NoisePriors noise_looked_for;  ///< by the calibrator
-  ErrorPriors looked_for;        ///< errors of the robot that the estimators are told to look for
+  NoiseLevels told_noise;         ///< what the calibrator is told of the noise, times the true one
+  bool fit_whole_record = false;  ///< what the calibrator forgets is measured, too
+  NoisePriors noise_looked_for;   ///< by the calibrator
+  ErrorPriors looked_for;         ///< errors of the robot that the estimators are told to look for
 };
 
 /// The settings of the paper's section V: its mount, light, noise and second trajectory.

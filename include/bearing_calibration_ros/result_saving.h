@@ -15,9 +15,9 @@ std::optional<bearing_calibration::SavedCalibration> savedFrom(
     const bearing_calibration::CalibrationResult& result, const CalibrationNodeConfig& config,
     const std::string& program, const std::string& source);
 
-/// The mount in the configured folder's result.yaml, to go on from.
+/// What is in the configured folder's result.yaml to go on from.
 struct EarlierResult {
-  std::optional<bearing_calibration::MountEstimate> base_from_sensor;
+  std::optional<bearing_calibration::LastingEstimate> lasting;
   std::string message;  ///< what was taken up, or why nothing was
 };
 

@@ -102,7 +102,7 @@ class Calibrator::Impl {
     return BasePlace{newest, start_from_fused_ * track_.motionTo(newest).start_from_end};
   }
 
-  void takeUp(const MountEstimate& earlier) { calibration_.takeUp(earlier); }
+  void takeUp(const LastingEstimate& earlier) { calibration_.takeUp(earlier); }
 
   void observe(LookObserver observer) { observer_ = std::move(observer); }
   const LookObserver& observer() const { return observer_; }
@@ -227,7 +227,7 @@ CalibrationResult Calibrator::result() const { return impl_->result(); }
 
 std::optional<BasePlace> Calibrator::place() const { return impl_->place(); }
 
-void Calibrator::takeUp(const MountEstimate& earlier) { impl_->takeUp(earlier); }
+void Calibrator::takeUp(const LastingEstimate& earlier) { impl_->takeUp(earlier); }
 
 void Calibrator::observe(LookObserver observer) { impl_->observe(std::move(observer)); }
 

@@ -91,6 +91,25 @@ double largestNisMean(int count) {
   return std::max(kLargestNisMean, chiSquareQuantile(1.0 - kNisFalseAlarm, count) / count);
 }
 
+/// What the latest images say against the filter, if anything.
+std::optional<std::string> inconsistency(const Consistency& recent) {
+  const int images = recent.fused + recent.not_fused;
+  if (images < kFewestImages) return std::nullopt;
+  if (recent.fused < kSmallestFusedShare * images) {
+    return format(
+        "%d of the last %d bearings do not fit the motion: is the light hidden, did it "
+        "move, does a wheel slip, are the wheels' parameters right?",
+        recent.not_fused, images);
+  }
+  if (recent.fused > 0 && recent.nis_mean > largestNisMean(recent.fused)) {
+    return format(
+        "the bearings scatter %.1f times as much as they should: check the latency, the "
+        "wheels' parameters, or raise bearings/extra_stddev",
+        std::sqrt(recent.nis_mean));
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 double motionOf(const std::vector<Sight>& record) {
@@ -112,6 +131,10 @@ bool tellsOneMount(const MountTracker& tracker, const std::vector<Sight>& record
 }
 
 ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config) : config_(config) {}
+
+bool ConvergenceJudge::isDoubted(const MountTracker& tracker) {
+  return inconsistency(tracker.consistency()).has_value();
+}
 
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Sight>& record,
                              const std::optional<SlipAverage>& settled) {
@@ -192,24 +215,6 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker, const std::vecto
             "known well enough, but not yet confirmed: drive straight and turn once more"};
   }
   return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
-}
-
-std::optional<std::string> ConvergenceJudge::inconsistency(const Consistency& recent) const {
-  const int images = recent.fused + recent.not_fused;
-  if (images < kFewestImages) return std::nullopt;
-  if (recent.fused < kSmallestFusedShare * images) {
-    return format(
-        "%d of the last %d bearings do not fit the motion: is the light hidden, did it "
-        "move, does a wheel slip, are the wheels' parameters right?",
-        recent.not_fused, images);
-  }
-  if (recent.fused > 0 && recent.nis_mean > largestNisMean(recent.fused)) {
-    return format(
-        "the bearings scatter %.1f times as much as they should: check the latency, the "
-        "wheels' parameters, or raise bearings/extra_stddev",
-        std::sqrt(recent.nis_mean));
-  }
-  return std::nullopt;
 }
 
 Judgement ConvergenceJudge::sayKnock(const JumpTest& jump) {

@@ -92,7 +92,7 @@ void JointCalibration::forget(std::size_t light) {
 }
 
 void JointCalibration::review(const std::vector<const OwnAnswer*>& answers,
-                              const std::optional<MountEstimate>& earlier) {
+                              const std::optional<LastingEstimate>& earlier) {
   std::vector<std::size_t> lights;
   std::vector<MountEstimate> mounts;
   for (std::size_t i = 0; i < answers.size(); ++i) {
@@ -127,7 +127,9 @@ void JointCalibration::review(const std::vector<const OwnAnswer*>& answers,
   constexpr double kFalseDoubt = 1e-3;
   const double most = contradictionOf(*answers[mostContradicted(answers)]);
   const bool is_clear = most <= largestContradiction(agreeing.size(), kFalseDoubt);
-  if (earlier) fuseMount(*earlier, &joint_->estimate);
+  if (earlier) {
+    addEarlier(*earlier, config_.initializer.batch.errors, &joint_->estimate);
+  }
   joint_->judgement = judge(joint_->estimate, is_clear);
 }
 

@@ -14,25 +14,14 @@
 namespace bearing_calibration {
 namespace {
 
-/// When a piece of work on the record is worth doing again: after a time, and once the record has
-/// grown by a share of itself. So an endless record costs ever less.
-struct Schedule {
-  Duration interval;
-  double growth;
-};
-constexpr Schedule kAttempts{std::chrono::seconds(1), 0.05};  // tens of milliseconds
+constexpr Pace kAttempts{std::chrono::seconds(1), 0.05};  // tens of milliseconds
 /// On a record that nothing explains, which takes longest.
-constexpr Schedule kAttemptsInVain{std::chrono::seconds(2), 0.1};
-constexpr Schedule kDiagnoses{std::chrono::seconds(20), 1.0};  // up to a second
+constexpr Pace kAttemptsInVain{std::chrono::seconds(2), 0.1};
+constexpr Pace kDiagnoses{std::chrono::seconds(20), 1.0};  // up to a second
+constexpr std::chrono::seconds kFitInterval{1};            // tens of milliseconds
 
 /// A light that is passed closely, or a slip, can make one attempt fail; not so many in a row.
 constexpr int kMisfitsToSay = 5;
-
-Stamp nextTime(const Schedule& schedule, const std::vector<Sight>& record) {
-  const Duration length = record.back().stamp - record.front().stamp;
-  const Duration grown = durationFromSeconds(schedule.growth * secondsFromDuration(length));
-  return record.back().stamp + std::max(schedule.interval, grown);
-}
 
 MountEstimate mountFromGuess(const StartConfig& guess) {
   const double position_variance = guess.position_stddev_m * guess.position_stddev_m;
@@ -94,13 +83,13 @@ void MountCalibration::start(const BearingSet& image, const TravelNearby& nearby
   remember(stamp, *light, nearby);
   if (!tracker_) ++bearings_used_;
   if (!attempt_) startFromGuess(*light);
-  if (attempt_ && stamp < next_attempt_) return;
+  if (attempt_ && !attempts_.isDue(initializer_.record())) return;
   attempt_ = initializer_.attempt();
   moveAlong(*attempt_);
   misfits_ = doesNotFit(*attempt_) ? misfits_ + 1 : 0;
   const bool in_vain = misfits_ >= kMisfitsToSay;
-  next_attempt_ = nextTime(in_vain ? kAttemptsInVain : kAttempts, initializer_.record().sights());
-  if (in_vain) diagnose(stamp);
+  attempts_.begin(initializer_.record(), in_vain ? kAttemptsInVain : kAttempts);
+  if (in_vain) diagnose();
   if (!attempt_->ready()) return;
   diagnosis_.clear();
   noise_ = attempt_->noise;
@@ -118,8 +107,8 @@ void MountCalibration::startFromGuess(const Bearing& light) {
   robot.errors = priorEstimate(config_.initializer.batch.errors);
   if (earlier_) {
     constexpr LightDistance kSomewhereNear{2.0, 1.0};  // corrected by the first metre driven
-    robot.cartesian =
-        placeLight(*earlier_, kSomewhereNear, light.azimuth_rad, light.azimuth_variance_rad2);
+    robot.cartesian = placeLight(earlier_->mount(), kSomewhereNear, light.azimuth_rad,
+                                 light.azimuth_variance_rad2);
     startTracker(robot, kUncorrelated);
     return;
   }
@@ -160,13 +149,13 @@ void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearb
   if (found) noteLight(candidates[association.candidate]);
   if (started_) {
     remember(stamp, candidates[association.candidate], nearby);
-    refineAndJudge(stamp);
-    if (judge_->last().state == CalibrationState::kInconsistent) diagnose(stamp);
+    refineAndJudge();
+    if (judge_->last().state == CalibrationState::kInconsistent) diagnose();
   }
   if (started_ && config_.knocked.start_anew && judge_->last().knocked) return followKnock();
   if (!tracker_->isLost() || tracker_->isSearching()) return;
-  tracker_.reset();
   look->lost_light = started_;
+  tracker_.reset();
   if (started_) startAnew();
 }
 
@@ -174,9 +163,6 @@ void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearb
 void MountCalibration::followKnock() {
   knock_ = "the mount was knocked and is calibrated anew: ";
   earlier_.reset();
-  tracker_.reset();
-  attempt_.reset();
-  weak_.reset();
   startAnew();
 }
 
@@ -215,14 +201,16 @@ bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
 
 /// The filter cannot take back what it has once believed: a slip that passed the gate, a bearing
 /// that was none. The batch over the record can, and knows about them by what came after.
-void MountCalibration::refineAndJudge(Stamp stamp) {
-  if (stamp < next_refinement_) return;
-  const std::vector<Sight>& stated = initializer_.record().sights();
+void MountCalibration::refineAndJudge() {
+  const SightRecord& record = initializer_.record();
+  const bool is_due =
+      fits_.isDue(record) || (fits_.isTime(record) && ConvergenceJudge::isDoubted(*tracker_));
+  if (!is_due) return;
+  fits_.begin(record, {kFitInterval, config_.refit_growth});
+  const std::vector<Sight>& stated = record.sights();
   const std::vector<Sight> scaled =
       looksForNoise() ? withNoise(stated, noise_) : std::vector<Sight>();
   const std::vector<Sight>& sights = looksForNoise() ? scaled : stated;
-  constexpr std::chrono::seconds kRefitInterval{1};  // a fit takes tens of milliseconds
-  next_refinement_ = nextTime({kRefitInterval, config_.refit_growth}, sights);
   const RobotEstimate robot = tracker_->filter().robot();
   const BatchEstimate batch = fitRecord(sights, robot);
   std::optional<SlipAverage> settled;
@@ -253,17 +241,18 @@ void MountCalibration::noteNoise(const BatchEstimate& fit) {
 /// one is forgotten.
 RobotEstimate MountCalibration::withEarlier(const RobotEstimate& estimate) {
   constexpr double kFalseAlarm = 1e-4;
-  if (earlier_ && disagreement(mountFromCartesian(estimate.cartesian), *earlier_) >
+  if (earlier_ && disagreement(mountFromCartesian(estimate.cartesian), earlier_->mount()) >
                       chiSquareQuantile(1.0 - kFalseAlarm, 3.0)) {
     earlier_.reset();
   }
-  return earlier_ ? withKnownMount(estimate, *earlier_) : estimate;
+  if (!earlier_) return estimate;
+  return ::bearing_calibration::withEarlier(estimate, *earlier_, config_.initializer.batch.errors);
 }
 
 /// Which single fault of the robot would explain the record.
-void MountCalibration::diagnose(Stamp stamp) {
-  if (stamp < next_diagnosis_) return;
-  next_diagnosis_ = nextTime(kDiagnoses, initializer_.record().sights());
+void MountCalibration::diagnose() {
+  if (!diagnoses_.isDue(initializer_.record())) return;
+  diagnoses_.begin(initializer_.record(), kDiagnoses);
   diagnosis_ = ::bearing_calibration::describe(findFault(
       initializer_.record().sights(), config_.drive.wheel_separation_m, config_.initializer));
 }
@@ -279,16 +268,15 @@ void MountCalibration::noteLight(const Bearing& light) {
   if (light.light_id != kUnknownLight) light_id_ = light.light_id;
 }
 
+/// Forgets what the sights have said, but not which light it is, nor what is said about it all.
 void MountCalibration::startAnew() {
-  started_ = false;
-  noise_ = {};
-  correlation_time_ = {};
-  judge_.reset();
-  settled_.reset();
-  answer_.reset();
-  initializer_.restart();
-  picker_.restart();
-  motion_since_sight_ = {};
+  MountCalibration fresh(config_);
+  fresh.earlier_ = earlier_;
+  fresh.knock_ = knock_;
+  fresh.light_id_ = light_id_;
+  fresh.bearings_used_ = bearings_used_;
+  fresh.bearings_gated_ = bearings_gated_;
+  *this = std::move(fresh);
 }
 
 std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(

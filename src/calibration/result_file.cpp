@@ -21,12 +21,11 @@ void emit(YAML::Emitter& out, const char* key, const std::string& text) {
 }
 
 /// One line for each row.
-template <int Size>
-void emit(YAML::Emitter& out, const char* key, const Eigen::Matrix<double, Size, Size>& matrix) {
+void emit(YAML::Emitter& out, const char* key, const Eigen::MatrixXd& matrix) {
   out << YAML::Key << key << YAML::Value << YAML::BeginSeq;
-  for (int row = 0; row < Size; ++row) {
+  for (int row = 0; row < matrix.rows(); ++row) {
     out << YAML::Flow << YAML::BeginSeq;
-    for (int column = 0; column < Size; ++column) out << shortestText(matrix(row, column));
+    for (int column = 0; column < matrix.cols(); ++column) out << shortestText(matrix(row, column));
     out << YAML::EndSeq;
   }
   out << YAML::EndSeq;
@@ -82,6 +81,29 @@ void emitStates(YAML::Emitter& out, const SavedCalibration& calibration) {
   emit(out, "sensor_y_m", cartesian.mean(CartesianIndex::kSensorY));
   emit(out, "sensor_yaw_rad", cartesian.mean(CartesianIndex::kSensorYaw));
   emit(out, "covariance", cartesian.covariance);
+  out << YAML::EndMap;
+}
+
+/// What is known of mount and lasting errors together, without what is not.
+void emitLasting(YAML::Emitter& out, const LastingEstimate& lasting) {
+  const std::vector<std::string> names = lastingNames();
+  std::vector<int> known;
+  for (int i = 0; i < LastingEstimate::kSize; ++i) {
+    if (lasting.isKnown(i)) known.push_back(i);
+  }
+  const auto size = static_cast<int>(known.size());
+  Eigen::MatrixXd covariance(size, size);
+  beginGroup(out, "lasting");
+  beginGroup(out, "mean");
+  for (int row = 0; row < size; ++row) {
+    const int place = known[static_cast<std::size_t>(row)];
+    emit(out, names[static_cast<std::size_t>(place)].c_str(), lasting.mean(place));
+    for (int column = 0; column < size; ++column) {
+      covariance(row, column) = lasting.covariance(place, known[static_cast<std::size_t>(column)]);
+    }
+  }
+  out << YAML::EndMap;
+  emit(out, "covariance", covariance);
   out << YAML::EndMap;
 }
 
@@ -206,6 +228,7 @@ std::string resultText(const SavedCalibration& calibration) {
   out << YAML::Key << "stamp_ns" << YAML::Value << calibration.stamp.time_since_epoch().count();
   emitMount(out, calibration);
   emitStates(out, calibration);
+  emitLasting(out, calibration.lasting);
   emitBlocks(out, calibration.robot_errors);
   emitLights(out, calibration.lights);
   emitOrigin(out, calibration);

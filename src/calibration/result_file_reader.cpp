@@ -39,29 +39,51 @@ double readFinite(const YAML::Node& parent, const std::string& key) {
 }
 
 /// Symmetric, no negative eigenvalue, no variance of zero.
-template <int Size>
-Eigen::Matrix<double, Size, Size> readCovariance(const YAML::Node& parent, const std::string& key) {
-  using Matrix = Eigen::Matrix<double, Size, Size>;
+Eigen::MatrixXd readCovariance(const YAML::Node& parent, const std::string& key, int size) {
   const auto rows = read<std::vector<std::vector<double>>>(parent, key);
-  bool is_square = rows.size() == Size;
-  for (const std::vector<double>& row : rows) is_square = is_square && row.size() == Size;
+  const auto count = static_cast<std::size_t>(size);
+  bool is_square = rows.size() == count;
+  for (const std::vector<double>& row : rows) is_square = is_square && row.size() == count;
   if (!is_square) {
-    throw std::runtime_error("'" + key + "' does not have " + std::to_string(Size) + "x" +
-                             std::to_string(Size) + " numbers");
+    throw std::runtime_error("'" + key + "' does not have " + std::to_string(size) + "x" +
+                             std::to_string(size) + " numbers");
   }
-  Matrix matrix;
-  for (std::size_t i = 0; i < Size; ++i) {
-    matrix.row(static_cast<int>(i)) =
-        Eigen::Map<const Eigen::Matrix<double, 1, Size>>(rows[i].data());
+  Eigen::MatrixXd matrix(size, size);
+  for (int i = 0; i < size; ++i) {
+    matrix.row(i) =
+        Eigen::Map<const Eigen::RowVectorXd>(rows[static_cast<std::size_t>(i)].data(), size);
   }
   constexpr double kRounding = 1e-9;  // relative; far above that of an update in doubles
   const double rounding = kRounding * matrix.cwiseAbs().maxCoeff();
   const bool is_covariance =
       matrix.allFinite() && matrix.diagonal().minCoeff() > 0.0 &&
       (matrix - matrix.transpose()).cwiseAbs().maxCoeff() <= rounding &&
-      Eigen::SelfAdjointEigenSolver<Matrix>(matrix).eigenvalues().minCoeff() >= -rounding;
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix).eigenvalues().minCoeff() >= -rounding;
   if (!is_covariance) throw std::runtime_error("'" + key + "' is not a covariance");
   return matrix;
+}
+
+LastingEstimate readLasting(const YAML::Node& root) {
+  const YAML::Node node = child(root, "lasting");
+  const YAML::Node mean = child(node, "mean");
+  const std::vector<std::string> names = lastingNames();
+  LastingEstimate lasting;
+  std::vector<int> known;
+  for (int i = 0; i < LastingEstimate::kSize; ++i) {
+    const std::string& name = names[static_cast<std::size_t>(i)];
+    if (i >= LastingEstimate::kMountSize && !mean[name].IsDefined()) continue;
+    lasting.mean(i) = readFinite(mean, name);
+    known.push_back(i);
+  }
+  const auto size = static_cast<int>(known.size());
+  const Eigen::MatrixXd covariance = readCovariance(node, "covariance", size);
+  for (int row = 0; row < size; ++row) {
+    for (int column = 0; column < size; ++column) {
+      lasting.covariance(known[static_cast<std::size_t>(row)],
+                         known[static_cast<std::size_t>(column)]) = covariance(row, column);
+    }
+  }
+  return lasting;
 }
 
 CalibrationState readState(const YAML::Node& root) {
@@ -80,7 +102,7 @@ void readMount(const YAML::Node& root, SavedCalibration* calibration) {
   const YAML::Node mount = child(root, "base_from_camera");
   calibration->base_from_sensor.mean << readFinite(mount, "x"), readFinite(mount, "y"),
       readFinite(mount, "yaw");
-  calibration->base_from_sensor.covariance = readCovariance<3>(root, "covariance_x_y_yaw");
+  calibration->base_from_sensor.covariance = readCovariance(root, "covariance_x_y_yaw", 3);
 
   const YAML::Node rest = child(root, "not_estimated");
   UnestimatedMount& unestimated = calibration->unestimated;
@@ -99,13 +121,13 @@ void readStates(const YAML::Node& root, SavedCalibration* calibration) {
   calibration->paper_state.mean << readFinite(paper, "D_m"), readFinite(paper, "theta_rad"),
       readFinite(paper, "phi_rad"), readFinite(paper, "rho_m"), readFinite(paper, "psi_rad");
   calibration->paper_state.phi_psi_determined = read<bool>(paper, "phi_psi_determined");
-  calibration->paper_state.covariance = readCovariance<5>(paper, "covariance_D_theta_phi_rho_psi");
+  calibration->paper_state.covariance = readCovariance(paper, "covariance_D_theta_phi_rho_psi", 5);
 
   const YAML::Node cartesian = child(root, "cartesian_state");
   calibration->cartesian_state.mean << readFinite(cartesian, "light_x_m"),
       readFinite(cartesian, "light_y_m"), readFinite(cartesian, "sensor_x_m"),
       readFinite(cartesian, "sensor_y_m"), readFinite(cartesian, "sensor_yaw_rad");
-  calibration->cartesian_state.covariance = readCovariance<5>(cartesian, "covariance");
+  calibration->cartesian_state.covariance = readCovariance(cartesian, "covariance", 5);
 }
 
 void readOrigin(const YAML::Node& root, SavedCalibration* calibration) {
@@ -147,6 +169,7 @@ SavedCalibration calibrationFromYaml(const YAML::Node& root) {
   calibration.stamp = stampFromNanoseconds(read<std::int64_t>(root, "stamp_ns"));
   readMount(root, &calibration);
   readStates(root, &calibration);
+  calibration.lasting = readLasting(root);
   readOrigin(root, &calibration);
   if (!read<bool>(root, "complete")) throw std::runtime_error("it is marked as incomplete");
   return calibration;

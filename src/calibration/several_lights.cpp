@@ -36,7 +36,7 @@ SeveralLights::SeveralLights(const CalibratorConfig& config)
   if (!isMany()) lights_.emplace_back(config_);
 }
 
-void SeveralLights::takeUp(const MountEstimate& earlier) {
+void SeveralLights::takeUp(const LastingEstimate& earlier) {
   earlier_ = earlier;
   for (LightMember& light : lights_) light.takeUp(earlier);
 }

@@ -42,6 +42,7 @@ template <class Entry>
 void ThinnedRecord<Entry>::clear() {
   entries_.clear();
   repetitions_ = 0;
+  grown_ = 0;
 }
 
 template <class Entry>
@@ -60,9 +61,11 @@ void ThinnedRecord<Entry>::removeInner(std::size_t index) {
 template <class Entry>
 void ThinnedRecord<Entry>::add(const Entry& entry) {
   entries_.push_back(entry);
+  ++grown_;
   repetitions_ = isRepetition(entry) && entries_.size() > 1 ? repetitions_ + 1 : 0;
   if (repetitions_ > config_.repetitions) {
     removeInner(entries_.size() - 2);
+    --grown_;
     repetitions_ = isRepetition(entries_.back()) ? repetitions_ - 1 : 0;
   }
   if (entries_.size() <= config_.capacity) return;

@@ -48,18 +48,10 @@ RobotEstimate LightsEstimate::robot(int light) const {
   return robot;
 }
 
-void fuseMount(const MountEstimate& known, LightsEstimate* estimate) {
-  using Gain = Eigen::Matrix<double, Eigen::Dynamic, kMountSize, 0, kMostLightsState, kMountSize>;
-  const Gain PHt = estimate->covariance.leftCols<kMountSize>();
-  const Eigen::Matrix3d S = PHt.topRows<kMountSize>() + known.covariance;
-  const Gain K = S.ldlt().solve(PHt.transpose()).transpose();
-  Eigen::Vector3d innovation = known.mean - estimate->mount().mean;
-  innovation.z() = wrapAngle(innovation.z());
-  estimate->mean += K * innovation;
-  estimate->covariance -= (K * PHt.transpose()).eval();
-  const Gain PHt_after = estimate->covariance.leftCols<kMountSize>();
-  estimate->covariance += K * (known.covariance * K.transpose()) - PHt_after * K.transpose();
-  symmetrise(&estimate->covariance);
+void addEarlier(const LastingEstimate& earlier, const ErrorPriors& priors,
+                LightsEstimate* estimate) {
+  addEarlier(earlier, priors, {0, kMountSize, estimate->layout.errors}, estimate->mean,
+             estimate->covariance);
 }
 
 LightsMotion lineariseMotion(const LightsLayout& layout, const LightsVector& before,

@@ -201,6 +201,17 @@ int errorsInUse(const ErrorPriors& priors) {
   return withErrorsInUse(in_use, [](auto size) { return size.value; });
 }
 
+bool lasts(int error) {
+  bool lasts = false;
+  forEachBlock<kErrorCount>([&](auto block, auto at) {
+    const int part = error - at.value;
+    if (part >= 0 && part < decltype(block)::kSize) {
+      lasts = decltype(block)::kLasts.at(static_cast<std::size_t>(part));
+    }
+  });
+  return lasts;
+}
+
 std::vector<std::string> errorNames() {
   std::vector<std::string> names;
   forEachBlock<kErrorCount>([&](auto block, auto) {

@@ -133,8 +133,8 @@ void CalibrationNodelet::onInit() {
 void CalibrationNodelet::takeUpEarlierResult() {
   if (!config_.output.take_up) return;
   const EarlierResult earlier = readEarlierResult(config_);
-  if (earlier.base_from_sensor) calibrator_->takeUp(*earlier.base_from_sensor);
-  if (earlier.base_from_sensor) {
+  if (earlier.lasting) {
+    calibrator_->takeUp(*earlier.lasting);
     NODELET_INFO("%s", earlier.message.c_str());
   } else {
     NODELET_WARN("%s", earlier.message.c_str());

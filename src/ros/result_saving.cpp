@@ -56,6 +56,8 @@ std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& r
   saved.unestimated = config.unestimated_mount;
   saved.paper_state = *result.paper_state;
   saved.cartesian_state = *result.cartesian_state;
+  saved.lasting =
+      core::LastingEstimate::of(core::RobotEstimate{*result.cartesian_state, result.robot_errors});
   saved.robot_errors = core::reportBlocks(
       result.error_priors, result.robot_errors,
       std::max(saved.unestimated.roll_stddev_rad, saved.unestimated.pitch_stddev_rad));
@@ -88,8 +90,7 @@ EarlierResult readEarlierResult(const CalibrationNodeConfig& config) {
     why = std::string("it was ") + core::nameOf(saved.state) + " when it was written";
   }
   if (!why.empty()) return {std::nullopt, "not taken up: " + path + ": " + why};
-  return {saved.base_from_sensor,
-          "goes on from " + path + ", written " + saved.provenance.written_at};
+  return {saved.lasting, "goes on from " + path + ", written " + saved.provenance.written_at};
 }
 
 }  // namespace bearing_calibration_ros

@@ -105,6 +105,51 @@ TEST(States, AnotherLightForAWhileIsNotBelieved) {
   }
 }
 
+/// The drive after a robot has stood for a while, its sensor at work.
+SimulatedRecord simulateStanding(const RobotConfig& robot, double standing_s, double duration_s) {
+  const Duration standing = durationFromSeconds(standing_s);
+  SimulatedRecord record = simulate(robot, duration_s);
+  std::vector<WheelCounts> ticks;
+  std::vector<BearingSet> bearings;
+  constexpr Duration kTickInterval = std::chrono::milliseconds(50);
+  constexpr int kTicksPerBearing = 2;
+  for (Duration at{}; at < standing; at += kTickInterval) {
+    ticks.push_back(record.ticks.front());
+    ticks.back().stamp += at;
+    if (ticks.size() % kTicksPerBearing != 0) continue;
+    bearings.push_back(record.bearings.front());
+    bearings.back().stamp += at;
+  }
+  for (WheelCounts& count : record.ticks) count.stamp += standing;
+  for (BearingSet& set : record.bearings) set.stamp += standing;
+  ticks.insert(ticks.end(), record.ticks.begin(), record.ticks.end());
+  bearings.insert(bearings.end(), record.bearings.begin(), record.bearings.end());
+  record.ticks = std::move(ticks);
+  record.bearings = std::move(bearings);
+  return record;
+}
+
+/// Seconds of the drive until there is an estimate.
+double secondsToEstimate(const SimulatedRecord& record, double from_s) {
+  Calibrator calibrator(calibratorConfig());
+  play(record, &calibrator, {0.0}, 0.0, from_s);
+  for (int second = 0; second < 100; ++second) {
+    const CalibrationResult result =
+        play(record, &calibrator, {0.0}, from_s + second, from_s + second + 1);
+    if (result.base_from_sensor) return second + 1;
+  }
+  return 100.0;
+}
+
+TEST(States, ARobotThatHasStoodForHoursStartsAsSoonAsAnother) {
+  constexpr double kStanding_s = 7200.0;
+  constexpr double kAttempt_s = 1.0;
+  const RobotConfig robot = paperRobot(1);
+  const double at_once_s = secondsToEstimate(simulate(robot, 60.0), 0.0);
+  const double later_s = secondsToEstimate(simulateStanding(robot, kStanding_s, 60.0), kStanding_s);
+  EXPECT_LE(later_s, at_once_s + 2.0 * kAttempt_s);
+}
+
 /// What a broken line does to a drive's ticks: counts that are none, none at all, counters that
 /// begin anew.
 SimulatedRecord withWrongTicks(SimulatedRecord record, const RobotConfig& robot) {

@@ -165,7 +165,9 @@ TEST(LightsState, StaysACovarianceWithAMountThatIsKnownPrecisely) {
   MountEstimate known = estimate.mount();
   known.covariance = Eigen::Vector3d(1e-14, 1e-14, 1e-14).asDiagonal();
   constexpr int kTimes = 1000;
-  for (int i = 0; i < kTimes; ++i) fuseMount(known, &estimate);
+  for (int i = 0; i < kTimes; ++i) {
+    addEarlier(LastingEstimate::of(known), ErrorPriors(), &estimate);
+  }
   expectACovariance(estimate);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "bearing_calibration/calibration/mount_tracker.h"
 #include "bearing_calibration/common/chi_square.h"
@@ -287,7 +288,7 @@ TEST(TakenUp, AddsItsInformation) {
   Calibrator alone(calibratorConfig());
   Calibrator with_earlier(calibratorConfig());
   const MountEstimate earlier = earlierMount(robot.base_from_sensor);
-  with_earlier.takeUp(earlier);
+  with_earlier.takeUp(LastingEstimate::of(earlier));
   const MountEstimate by_itself = *play(record, &alone).base_from_sensor;
   const MountEstimate together = *play(record, &with_earlier).base_from_sensor;
   const Eigen::Matrix3d information = by_itself.covariance.inverse() + earlier.covariance.inverse();
@@ -298,10 +299,36 @@ TEST(TakenUp, AddsItsInformation) {
 TEST(TakenUp, IsThereFromTheFirstBearingsOn) {
   const RobotConfig robot = paperRobot(4);
   Calibrator calibrator(calibratorConfig());
-  calibrator.takeUp(earlierMount(robot.base_from_sensor));
+  calibrator.takeUp(LastingEstimate::of(earlierMount(robot.base_from_sensor)));
   const CalibrationResult result = play(simulate(robot, 1.0), &calibrator);
   ASSERT_TRUE(result.base_from_sensor.has_value());
   EXPECT_LT(std::sqrt(result.base_from_sensor->covariance(0, 0)), 0.0031);
+}
+
+// Bearings and wheels alone never tell the wheels' separation, however often a robot starts: what
+// is known of it beforehand is counted once, not at each start.
+TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
+  constexpr double kSeparationStddev = 0.05;
+  CalibratorConfig config = calibratorConfig();
+  config.initializer.batch.errors.setBlock(WheelSeparation::kName, kSeparationStddev);
+  std::optional<LastingEstimate> earlier;
+  constexpr int kStarts = 6;
+  for (int start = 1; start <= kStarts; ++start) {
+    const RobotConfig robot = paperRobot(static_cast<std::uint64_t>(start));
+    Calibrator calibrator(config);
+    if (earlier) calibrator.takeUp(*earlier);
+    const CalibrationResult result = play(simulate(robot, 60.0), &calibrator);
+    ASSERT_TRUE(result.base_from_sensor.has_value());
+    const double separation_stddev = std::sqrt(
+        result.robot_errors.covariance(placeOf<WheelSeparation>(), placeOf<WheelSeparation>()));
+    EXPECT_NEAR(separation_stddev, kSeparationStddev, 0.02 * kSeparationStddev);
+    // The mount's distance from the base is measured by it.
+    const Eigen::Vector2d way = robot.base_from_sensor.position_m;
+    const double along_m = std::sqrt(way.normalized().dot(
+        result.base_from_sensor->covariance.topLeftCorner<2, 2>() * way.normalized()));
+    EXPECT_GT(along_m, 0.98 * kSeparationStddev * way.norm()) << "start " << start;
+    earlier = LastingEstimate::of(RobotEstimate{*result.cartesian_state, result.robot_errors});
+  }
 }
 
 TEST(TakenUp, IsForgottenWhenTheSightsContradictIt) {
@@ -310,7 +337,7 @@ TEST(TakenUp, IsForgottenWhenTheSightsContradictIt) {
   elsewhere.position_m.x() += 0.1;
   elsewhere.yaw_rad += radiansFromDegrees(20.0);
   Calibrator calibrator(calibratorConfig());
-  calibrator.takeUp(earlierMount(elsewhere));
+  calibrator.takeUp(LastingEstimate::of(earlierMount(elsewhere)));
   const CalibrationResult result = play(simulate(robot, 60.0), &calibrator);
   ASSERT_TRUE(result.base_from_sensor.has_value());
   EXPECT_LT(mountChiSquare(*result.base_from_sensor, robot.base_from_sensor),

@@ -114,15 +114,6 @@ TEST(Initializer, AnHourOfStandingForgetsNoMotion) { expectNoMotionForgotten({0.
 
 TEST(Initializer, AnHourOfSpinningForgetsNoMotion) { expectNoMotionForgotten({-0.2, 0.2, 3600.0}); }
 
-TEST(Initializer, StartsAnewAfterRestart) {
-  const SightRun run = paperRun(Kind::kDance, 30.0);
-  Initializer initializer{InitializerConfig()};
-  for (const Sight& sight : run.sights) initializer.add(sight);
-  EXPECT_TRUE(initializer.attempt().ready());
-  initializer.restart();
-  EXPECT_EQ(initializer.attempt().obstacle, StartObstacle::kTooFewSights);
-}
-
 TEST(Initializer, RefusesAConfigurationThatCannotBe) {
   InitializerConfig config;
   config.min_inlier_fraction = 1.5;

@@ -65,6 +65,11 @@ SavedCalibration someCalibration() {
   saved.paper_state.phi_psi_determined = true;
   saved.cartesian_state.mean << 2.0, -1.0, 0.33, -0.1, -0.28;
   saved.cartesian_state.covariance = 2.0 * someCovariance<5>();
+  saved.lasting = LastingEstimate::of(saved.base_from_sensor);
+  constexpr int kSeparation = LastingEstimate::kMountSize + placeOf<WheelSeparation>();
+  saved.lasting.mean(kSeparation) = 1e-3;
+  saved.lasting.covariance(kSeparation, kSeparation) = 4e-4;
+  saved.lasting.covariance(0, kSeparation) = saved.lasting.covariance(kSeparation, 0) = 1e-4;
   saved.nis_mean = 1.02;
   saved.distance_travelled_m = 12.5;
   saved.rotation_travelled_rad = 33.1;
@@ -107,6 +112,8 @@ TEST_F(ResultFileTest, ReadsBackExactlyWhatWasWritten) {
   EXPECT_EQ(read.paper_state.phi_psi_determined, saved.paper_state.phi_psi_determined);
   EXPECT_EQ(read.cartesian_state.mean, saved.cartesian_state.mean);
   EXPECT_EQ(read.cartesian_state.covariance, saved.cartesian_state.covariance);
+  EXPECT_EQ(read.lasting.mean, saved.lasting.mean);
+  EXPECT_EQ(read.lasting.covariance, saved.lasting.covariance);
   EXPECT_EQ(read.nis_mean, saved.nis_mean);
   EXPECT_EQ(read.distance_travelled_m, saved.distance_travelled_m);
   EXPECT_EQ(read.rotation_travelled_rad, saved.rotation_travelled_rad);
@@ -197,7 +204,7 @@ TEST_F(ResultFileTest, RefusesWhatCannotBeAndSaysWhy) {
   const std::string whole = text();
   const std::vector<Damage> damages = {
       {"bearing_calibration result", "camera_calibration", "not a result file"},
-      {"version: 2", "version: 1", "version 1"},
+      {"version: 3", "version: 2", "version 2"},
       {"CONVERGING", "FINISHED", "FINISHED"},
       {"y: -0.1", "y: .nan", "'y' is not finite"},
       {"y: -0.1", "y: left", "'y' has a value of a wrong kind"},

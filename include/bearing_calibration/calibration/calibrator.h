@@ -7,6 +7,7 @@
 #include "bearing_calibration/calibration/look.h"
 #include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/common/input_outcome.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/odometry/wheel_pairing.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
@@ -46,7 +47,7 @@ class Calibrator {
 
   /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with
   /// it. To be called before the first input.
-  void takeUp(const MountEstimate& earlier);
+  void takeUp(const LastingEstimate& earlier);
 
   /// Is told of every image in the order of time, from within addTicks(), addAngles() and
   /// addBearings(); it must not call the calibrator. To be set before the first input.

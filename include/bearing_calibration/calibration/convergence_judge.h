@@ -50,9 +50,10 @@ class ConvergenceJudge {
   void judge(const MountTracker& tracker, const std::vector<Sight>& record,
              const std::optional<SlipAverage>& settled);
   const Judgement& last() const { return last_; }
+  /// Whether what was fused lately speaks against the filter.
+  static bool isDoubted(const MountTracker& tracker);
 
  private:
-  std::optional<std::string> inconsistency(const Consistency& recent) const;
   Judgement decide(const MountTracker& tracker, const std::vector<Sight>& record,
                    const std::optional<SlipAverage>& settled);
   static Judgement sayKnock(const JumpTest& jump);

@@ -89,8 +89,6 @@ class Initializer {
   void add(const Sight& sight) { record_.add(sight); }
   /// Milliseconds of work: call it about once in a second, not at each sight.
   StartAttempt attempt() const { return findStart(record_.sights(), config_); }
-  /// Forgets all sights.
-  void restart() { record_.clear(); }
 
   const SightRecord& record() const { return record_; }
 

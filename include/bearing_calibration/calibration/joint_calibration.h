@@ -10,6 +10,7 @@
 #include "bearing_calibration/calibration/lights_fit.h"
 #include "bearing_calibration/calibration/lights_record.h"
 #include "bearing_calibration/calibration/own_answer.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
 
 namespace bearing_calibration {
 
@@ -28,9 +29,9 @@ class JointCalibration {
 
   /// Fits the record anew, at an image that showed something.
   /// @param answers  for each light, its own one; null for those that may not take part
-  /// @param earlier  a mount that is known from elsewhere
+  /// @param earlier  what an earlier calibration has found
   void review(const std::vector<const OwnAnswer*>& answers,
-              const std::optional<MountEstimate>& earlier);
+              const std::optional<LastingEstimate>& earlier);
 
   /// At the last image; none while fewer than two lights agree.
   struct Joint {

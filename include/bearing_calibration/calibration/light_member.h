@@ -4,6 +4,7 @@
 #include <string>
 
 #include "bearing_calibration/calibration/mount_calibration.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
 
 namespace bearing_calibration {
 
@@ -12,7 +13,7 @@ class LightMember {
  public:
   explicit LightMember(const CalibratorConfig& config) : calibration_(config) {}
 
-  void takeUp(const MountEstimate& earlier) { calibration_.takeUp(earlier); }
+  void takeUp(const LastingEstimate& earlier) { calibration_.takeUp(earlier); }
   Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
 
   /// Looks at what its calibration has made of itself since the last time.

@@ -16,7 +16,6 @@ class LightPicker {
   void move(const OdometryIncrement& motion);
   /// None when there is no candidate.
   std::optional<Bearing> pick(const std::vector<Bearing>& candidates);
-  void restart() { expected_azimuth_rad_.reset(); }
 
  private:
   std::optional<double> expected_azimuth_rad_;

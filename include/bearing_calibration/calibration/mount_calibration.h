@@ -13,6 +13,8 @@
 #include "bearing_calibration/calibration/mount_tracker.h"
 #include "bearing_calibration/calibration/own_answer.h"
 #include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/calibration/schedule.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
 
 namespace bearing_calibration {
 
@@ -25,7 +27,7 @@ class MountCalibration {
 
   /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with
   /// it. To be called before the first sight.
-  void takeUp(const MountEstimate& earlier) { earlier_ = earlier; }
+  void takeUp(const LastingEstimate& earlier) { earlier_ = earlier; }
 
   /// An image, after a motion since the one before it.
   /// @param nearby  the wheels' travel around the image's stamp
@@ -44,7 +46,7 @@ class MountCalibration {
   const std::optional<OwnAnswer>& ownAnswer() const { return answer_; }
   /// What the judge says; none before the start.
   const Judgement* judgement() const { return judge_ ? &judge_->last() : nullptr; }
-  const std::optional<MountEstimate>& earlier() const { return earlier_; }
+  const std::optional<LastingEstimate>& earlier() const { return earlier_; }
 
   /// Fills in what the sights have told: state, advice, estimates, consistency, counts of bearings.
   void describe(CalibrationResult* result) const;
@@ -57,30 +59,30 @@ class MountCalibration {
   void moveAlong(const StartAttempt& attempt);
   RobotEstimate withEarlier(const RobotEstimate& estimate);
   void follow(const BearingSet& image, const TravelNearby& nearby, Look* look);
-  void refineAndJudge(Stamp stamp);
+  void refineAndJudge();
   BatchEstimate fitRecord(const std::vector<Sight>& sights, const RobotEstimate& running) const;
   void noteSettled(const RecordStart& start);
   void noteAnswer(const SlipAverage& settled);
   void noteNoise(const BatchEstimate& fit);
   bool hasSettled(const BatchEstimate& batch) const;
   bool looksForNoise() const { return config_.initializer.noise.any(); }
-  void diagnose(Stamp stamp);
+  void diagnose();
   void remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby);
   void noteLight(const Bearing& light);
   void startAnew();
   void followKnock();
 
   CalibratorConfig config_;
-  std::optional<MountEstimate> earlier_;  ///< taken up, and not contradicted so far
+  std::optional<LastingEstimate> earlier_;  ///< taken up, and not contradicted so far
   LightPicker picker_;
   Initializer initializer_;  ///< keeps the record, after the start too
   BatchEstimator batch_;
   OdometryIncrement motion_since_sight_;  ///< since the record's last one
   std::optional<StartAttempt> attempt_;   ///< the initialiser's last one
   int misfits_ = 0;                       ///< attempts in a row after which nothing fitted
-  Stamp next_attempt_;
-  Stamp next_refinement_;
-  Stamp next_diagnosis_;
+  Schedule attempts_;
+  Schedule fits_;
+  Schedule diagnoses_;
   std::string diagnosis_;  ///< the fault that would explain why nothing fits; empty when none does
   std::optional<MountTracker> tracker_;
   /// The last attempt's estimate, moved along: right, but not yet narrow enough for a linearised

@@ -11,6 +11,7 @@
 #include "bearing_calibration/calibration/unestimated_mount.h"
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/filter/paper_state.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
 
@@ -34,6 +35,7 @@ struct SavedCalibration {
   std::string base_frame;
   std::string sensor_frame;
   MountEstimate base_from_sensor;
+  LastingEstimate lasting;  ///< what another start goes on from, the mount in it
   UnestimatedMount unestimated;
   PaperEstimate paper_state;
   CartesianEstimate cartesian_state;

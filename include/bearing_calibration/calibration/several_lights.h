@@ -8,6 +8,7 @@
 #include "bearing_calibration/calibration/joint_calibration.h"
 #include "bearing_calibration/calibration/light_member.h"
 #include "bearing_calibration/calibration/mount_calibration.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
 
 namespace bearing_calibration {
 
@@ -20,7 +21,7 @@ class SeveralLights {
 
   /// Goes on from a mount that an earlier calibration has found. To be called before the first
   /// image.
-  void takeUp(const MountEstimate& earlier);
+  void takeUp(const LastingEstimate& earlier);
 
   /// An image, after a motion since the one before it (see MountCalibration::look()).
   /// @returns what became of it in the calibration of the first light
@@ -52,7 +53,7 @@ class SeveralLights {
   void takeJoint(CalibrationResult* result) const;
 
   CalibratorConfig config_;
-  std::optional<MountEstimate> earlier_;
+  std::optional<LastingEstimate> earlier_;
   std::vector<LightMember> lights_;
   JointCalibration joint_;
   OdometryIncrement motion_;  ///< of the last image

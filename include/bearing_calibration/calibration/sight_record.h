@@ -36,6 +36,9 @@ class ThinnedRecord {
   /// In the order of time, the last one added always at the end; the motion of each is since the
   /// one before it in this list.
   const std::vector<Entry>& entries() const { return entries_; }
+  /// Entries that were ever added, but for repetitions that were not kept: what has grown by a
+  /// share is worth another look, however long it took.
+  std::size_t grown() const { return grown_; }
 
  protected:
   std::vector<Entry>& changeable() { return entries_; }
@@ -47,6 +50,7 @@ class ThinnedRecord {
   SightRecordConfig config_;
   std::vector<Entry> entries_;
   int repetitions_ = 0;  ///< entries at the end that repeat the one before them
+  std::size_t grown_ = 0;
 };
 
 /// The record of one light's sights.

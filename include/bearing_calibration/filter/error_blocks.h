@@ -13,6 +13,7 @@
 // What may be wrong with a robot, as blocks of numbers that are estimated beside the mount; all of
 // them are zero for a robot as it is believed (doc/model.md, "The imperfect robot"). A block is one
 // small type below, and its place in the list `ErrorBlocks` at the end: nothing else names it.
+// `kLasts` says of each number whether it is the same when the robot starts anew.
 
 namespace bearing_calibration {
 
@@ -81,6 +82,7 @@ struct TimeOffset : NoEffect {
   static constexpr std::array<const char*, 1> kParts = {"time_offset [s]"};
   static constexpr int kSize = 1;
   static constexpr std::array<double, 1> kPriorWeights = {1.0};
+  static constexpr std::array<bool, 1> kLasts = {false};
   static constexpr const char* kWhenHeld =
       "the stamps' offset is as configured: only turns of changing speed tell it";
 
@@ -111,6 +113,7 @@ struct WheelScales : NoEffect {
   static constexpr std::array<const char*, 2> kParts = {"left_wheel_scale", "right_wheel_scale"};
   static constexpr int kSize = 2;
   static constexpr std::array<double, 2> kPriorWeights = {1.0, 1.0};
+  static constexpr std::array<bool, 2> kLasts = {true, true};
   static constexpr const char* kWhenHeld =
       "the wheels' radii are as configured: longer ways and more turns tell them";
 
@@ -138,6 +141,7 @@ struct WheelSeparation : NoEffect {
   static constexpr std::array<const char*, 1> kParts = {"wheel_separation_scale"};
   static constexpr int kSize = 1;
   static constexpr std::array<double, 1> kPriorWeights = {1.0};
+  static constexpr std::array<bool, 1> kLasts = {true};
   static constexpr const char* kWhenHeld =
       "the metric scale of all lengths is your wheel separation: measure it well";
 
@@ -203,6 +207,7 @@ struct MirrorHarmonic : NoEffect {
   static constexpr int kSize = 3;
   static constexpr int kNearPerFar = 2;  ///< place of that number in it
   static constexpr std::array<double, 3> kPriorWeights = {1.0, 1.0, 0.0};
+  static constexpr std::array<bool, 3> kLasts = {true, true, true};
   static constexpr const char* kWhenHeld =
       "a tilted mirror looks like a shifted camera: drive at several distances from the light";
 
@@ -228,6 +233,7 @@ struct MirrorNear : NoEffect {
                                                         "mirror_near_sin [rad m]"};
   static constexpr int kSize = 2;
   static constexpr std::array<double, 2> kPriorWeights = {1.0, 1.0};
+  static constexpr std::array<bool, 2> kLasts = {true, true};
   static constexpr const char* kWhenHeld =
       "a skew mirror shifts the sensor by as many metres: know the lens' principal point, and put "
       "the image's centre where find_mirror says";
@@ -254,6 +260,7 @@ struct SensorTilt : NoEffect {
   static constexpr int kHeight = 2;  ///< place of the light's height in it
   /// With 2 deg goes a light up to a third of a metre above or below.
   static constexpr std::array<double, 3> kPriorWeights = {1.0, 1.0, 10.0};
+  static constexpr std::array<bool, 3> kLasts = {true, true, false};
   static constexpr const char* kWhenHeld =
       "a tilted sensor looks like a shifted one: bearings with elevations tell them apart, after "
       "turns at several distances";

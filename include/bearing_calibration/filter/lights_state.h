@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/filter/paper_state.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
@@ -45,8 +46,9 @@ struct LightsEstimate {
   RobotEstimate robot(int light) const;
 };
 
-/// An estimate with what is known of the mount from elsewhere, independently.
-void fuseMount(const MountEstimate& known, LightsEstimate* estimate);
+/// Adds an earlier calibration to an estimate (see LastingEstimate).
+void addEarlier(const LastingEstimate& earlier, const ErrorPriors& priors,
+                LightsEstimate* estimate);
 
 /// A motion of the base, linearised about its own error and those of the robot, as it moves all
 /// lights: l+ = R (l - t) - J error + J_errors (errors - errors*).

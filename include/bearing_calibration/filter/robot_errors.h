@@ -153,6 +153,9 @@ ElevationModel expectElevation(const Vector5& state, const ErrorVector& errors,
 /// among them: one of the sizes that the templates above are made for.
 int errorsInUse(const ErrorPriors& priors);
 
+/// Whether an error is the same when the robot starts anew.
+bool lasts(int error);
+
 /// A name for each of the errors, with its unit.
 std::vector<std::string> errorNames();
 
