@@ -8,6 +8,7 @@
 #include "bearing_calibration/calibration/closed_form.h"
 #include "bearing_calibration/calibration/slip_rivals.h"
 #include "bearing_calibration/calibration/start_candidates.h"
+#include "bearing_calibration/calibration/start_obstacle.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -17,16 +18,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// The search runs on so many sights at most, whatever the record's length.
 constexpr std::size_t kSightsOfSearch = 150;
-
-double rangeOf(const Vector5& state) {
-  return (state.head<2>() - state.segment<2>(CartesianIndex::kSensorX)).norm();
-}
-
-bool fitsWell(const BatchEstimate& batch, const InitializerConfig& config) {
-  const double n = batch.degrees_of_freedom;
-  return batch.converged && n > 0 && batch.inlierFraction() >= config.min_inlier_fraction &&
-         batch.chi_square < n + config.max_chi_square_sigmas * std::sqrt(2.0 * n);
-}
 
 /// The best answer that the thinned record gives, and how much worse the next one is.
 struct SearchResult {
@@ -133,13 +124,14 @@ class Search {
         (stampFromMoment(sights_.back(), errors).inverse() * Eigen::Vector2d(last.head<2>()));
     // fitted again, as the others are, to the path that the odometry alone gives
     const double found_cost = fitOnFixedPath(posed, found, FixedPathWeight{posed.size() / 2}).cost;
+    const double within_m = sameMountWithin(summariseMotion(sights_).extent_m);
     int refined = 0;
-    for (const FixedPathFit& other : findOtherMinima(posed, found)) {
+    for (const FixedPathFit& other : findOtherMinima(posed, found, within_m)) {
       double margin = other.cost - found_cost;
       if (margin < config_.min_runner_up_margin && refined < kMostRefined) {
         ++refined;
         const BatchEstimate batch = refine(posed, other.state_at_first, posed.size() / 2, errors);
-        if (isSameMount(batch.at_last_sight.mean, last)) continue;
+        if (isSameMount(batch.at_last_sight.mean, last, within_m)) continue;
         margin = batch.cost - result_.best->cost;
         if (margin < 0.0) {
           result_.best = batch;
@@ -155,39 +147,6 @@ class Search {
   BatchEstimator estimator_;
   SearchResult result_;
 };
-
-/// What the motion alone rules out.
-StartObstacle motionObstacle(std::size_t sights, const MotionSummary& motion,
-                             const InitializerConfig& config) {
-  if (sights < static_cast<std::size_t>(config.min_sights)) return StartObstacle::kTooFewSights;
-  if (motion.extent_m < config.min_extent_m) return StartObstacle::kTooShortPath;
-  if (motion.turn_rad < config.min_turn_rad) return StartObstacle::kNoTurn;
-  if (motion.second_curvature_m < config.min_second_curvature_m)
-    return StartObstacle::kOneCurvature;
-  return StartObstacle::kNone;
-}
-
-bool isWellKnown(const CartesianEstimate& estimate, double range, const InitializerConfig& config) {
-  const Vector5 stddev = estimate.covariance.diagonal().cwiseSqrt();
-  return stddev.segment<2>(CartesianIndex::kSensorX).maxCoeff() < config.max_position_stddev_m &&
-         stddev(CartesianIndex::kSensorYaw) < config.max_yaw_stddev_rad &&
-         stddev.head<2>().maxCoeff() < config.max_light_stddev_per_range * range;
-}
-
-/// What the answer itself lacks.
-StartObstacle answerObstacle(const StartAttempt& attempt, const BatchEstimate& batch,
-                             const InitializerConfig& config) {
-  const double range = rangeOf(attempt.estimate.mean);
-  if (!batch.converged) return StartObstacle::kNoSolution;
-  if (!fitsWell(batch, config)) return StartObstacle::kPoorFit;
-  if (range < config.min_light_distance_m) return StartObstacle::kLightTooNear;
-  if (attempt.motion.path_m < config.min_path_per_range * range) {
-    return StartObstacle::kTooShortPath;
-  }
-  if (!isWellKnown(attempt.estimate, range, config)) return StartObstacle::kWeakDirection;
-  if (attempt.runner_up_margin < config.min_runner_up_margin) return StartObstacle::kAmbiguous;
-  return StartObstacle::kNone;
-}
 
 /// The answer for the noise as stated in the sights. `fit` becomes the batch that it rests on.
 StartAttempt findStartAsStated(const std::vector<Sight>& sights, const InitializerConfig& config,
@@ -232,10 +191,13 @@ std::vector<std::string> InitializerConfig::validate() const {
                                            std::to_string(kUnknowns) + ", but is " +
                                            std::to_string(min_sights));
   require.notNegative("start/min_extent", min_extent_m);
+  require.notNegative("start/min_extent_per_noise", min_extent_per_noise);
+  require.notNegative("start/min_extent_per_range", min_extent_per_range);
   require.notNegative("start/min_path_per_range", min_path_per_range);
   require.notNegative("start/min_turn", min_turn_rad);
   require.notNegative("start/min_second_curvature", min_second_curvature_m);
   require.positive("start/max_position_stddev", max_position_stddev_m);
+  require.positive("start/max_position_stddev_per_extent", max_position_stddev_per_extent);
   require.positive("start/max_yaw_stddev", max_yaw_stddev_rad);
   require.positive("start/max_light_stddev_per_range", max_light_stddev_per_range);
   require.notNegative("start/min_light_distance", min_light_distance_m);
@@ -246,32 +208,6 @@ std::vector<std::string> InitializerConfig::validate() const {
   require.add(batch.validate());
   require.add(noise.validate());
   return require.errors();
-}
-
-const char* nameOf(StartObstacle obstacle) {
-  switch (obstacle) {
-    case StartObstacle::kNone:
-      return "none";
-    case StartObstacle::kTooFewSights:
-      return "too few sights";
-    case StartObstacle::kTooShortPath:
-      return "too short a path";
-    case StartObstacle::kNoTurn:
-      return "no turn";
-    case StartObstacle::kOneCurvature:
-      return "one curvature only";
-    case StartObstacle::kNoSolution:
-      return "no solution";
-    case StartObstacle::kPoorFit:
-      return "poor fit";
-    case StartObstacle::kLightTooNear:
-      return "light too near";
-    case StartObstacle::kWeakDirection:
-      return "weak direction";
-    case StartObstacle::kAmbiguous:
-      return "ambiguous";
-  }
-  return "unknown";
 }
 
 StartAttempt findStart(const std::vector<Sight>& sights, const InitializerConfig& config) {

@@ -11,16 +11,21 @@ namespace bearing_calibration {
 MotionSummary summariseMotion(const std::vector<Sight>& sights) {
   // Turns are compared with ways at this distance from the base's centre: about a robot's size.
   constexpr double kLever_m = 0.3;
+  constexpr double kUncounted_rad = 0.5;  // of a break in the readings: a filter cannot follow it
   MotionSummary summary;
   Pose2 first_from_base;
   Eigen::Vector2d low = Eigen::Vector2d::Zero();
   Eigen::Vector2d high = Eigen::Vector2d::Zero();
   Eigen::Matrix2d directions = Eigen::Matrix2d::Zero();
+  double variance_m2 = 0.0;
   for (std::size_t i = 1; i < sights.size(); ++i) {
     const OdometryIncrement& motion = sights[i].motion;
     summary.path_m += motion.distance_m;
     summary.turn_rad += motion.rotation_rad;
     first_from_base = first_from_base * motion.start_from_end;
+    if (motion.covariance(2, 2) < kUncounted_rad * kUncounted_rad) {
+      variance_m2 += 0.5 * motion.covariance.topLeftCorner<2, 2>().trace();
+    }
     low = low.cwiseMin(first_from_base.position_m);
     high = high.cwiseMax(first_from_base.position_m);
     const Eigen::Vector2d step(
@@ -29,6 +34,7 @@ MotionSummary summariseMotion(const std::vector<Sight>& sights) {
     if (step.norm() > 0.0) directions += step * step.transpose() / step.norm();
   }
   summary.extent_m = (high - low).norm();
+  summary.extent_noise_m = std::sqrt(variance_m2);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(directions, Eigen::EigenvaluesOnly);
   summary.second_curvature_m = std::max(0.0, solver.eigenvalues()(0));
   return summary;

@@ -102,7 +102,7 @@ FixedPathFit findConsensus(const std::vector<PosedSight>& all, const SightWindow
 }
 
 std::vector<FixedPathFit> findOtherMinima(const std::vector<PosedSight>& sights,
-                                          const Vector5& found) {
+                                          const Vector5& found, double within_m) {
   constexpr int kYaws = 8;
   const FixedPathWeight weight{sights.size() / 2};
   ClosedForm form;
@@ -112,9 +112,9 @@ std::vector<FixedPathFit> findOtherMinima(const std::vector<PosedSight>& sights,
     const std::optional<Vector5> start = form.solveFor(2.0 * kPi * i / kYaws);
     if (!start) continue;
     const FixedPathFit fit = fitOnFixedPath(sights, *start, weight);
-    const bool known = isSameMount(fit.state_at_first, found) ||
-                       std::any_of(minima.begin(), minima.end(), [&fit](const FixedPathFit& other) {
-                         return isSameMount(fit.state_at_first, other.state_at_first);
+    const bool known = isSameMount(fit.state_at_first, found, within_m) ||
+                       std::any_of(minima.begin(), minima.end(), [&](const FixedPathFit& other) {
+                         return isSameMount(fit.state_at_first, other.state_at_first, within_m);
                        });
     if (!known) minima.push_back(fit);
   }
@@ -123,10 +123,15 @@ std::vector<FixedPathFit> findOtherMinima(const std::vector<PosedSight>& sights,
   return minima;
 }
 
-bool isSameMount(const Vector5& a, const Vector5& b) {
-  constexpr double kPosition_m = 0.1;
+double sameMountWithin(double extent_m) {
+  constexpr double kMost_m = 0.1;
+  constexpr double kPerExtent = 0.25;
+  return std::min(kMost_m, kPerExtent * extent_m);
+}
+
+bool isSameMount(const Vector5& a, const Vector5& b, double within_m) {
   constexpr double kYaw_rad = 0.15;
-  return (a - b).segment<2>(CartesianIndex::kSensorX).norm() < kPosition_m &&
+  return (a - b).segment<2>(CartesianIndex::kSensorX).norm() < within_m &&
          std::abs(wrapAngle(a(CartesianIndex::kSensorYaw) - b(CartesianIndex::kSensorYaw))) <
              kYaw_rad;
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "bearing_calibration/calibration/start_candidates.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/simulation/trajectory.h"
 #include "tools/simulated_case.h"
@@ -52,6 +53,62 @@ TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
     EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
     EXPECT_GT(attempt.runner_up_margin, InitializerConfig().min_runner_up_margin);
   }
+}
+
+/// A robot that drives again and again 6 cm to and fro, turning in between.
+SightRun smallRun(std::uint64_t seed, double wheel_noise_m) {
+  constexpr double kSpeed_mps = 0.1;
+  const DriveSegment leg{kSpeed_mps, kSpeed_mps, 0.6};
+  const DriveSegment turn{-kSpeed_mps, kSpeed_mps, 1.0};
+  SimulatedCase simulated = paperCase(seed);
+  simulated.robot.encoders.drive.wheel_separation_m = 0.088;
+  simulated.robot.encoders.noise.independent_k_m = wheel_noise_m;
+  simulated.robot.world_from_start.position_m = {0.6, 0.0};
+  simulated.duration_s = 60.0;
+  return simulateAlong(simulated,
+                       std::make_unique<SegmentTrajectory>(std::vector<DriveSegment>{leg, turn}));
+}
+
+TEST(Initializer, ASmallPathIsEnoughWhereItTellsTheMount) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const SightRun run = smallRun(seed, 1e-6);
+    const StartAttempt attempt = findStart(run.sights, InitializerConfig());
+    EXPECT_LT(attempt.motion.extent_m, InitializerConfig().min_extent_m);
+    ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
+    EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
+  }
+}
+
+// With so much noise in its wheels the same path may be all noise.
+TEST(Initializer, ASmallPathIsNotBelievedOfWheelsWithMuchNoise) {
+  const StartAttempt attempt = findStart(smallRun(1, 1e-3).sights, InitializerConfig());
+  EXPECT_EQ(attempt.obstacle, StartObstacle::kTooShortPath);
+}
+
+// Nor where the light is so far away that all bearings are taken from about one place.
+TEST(Initializer, ASmallPathIsNotEnoughForAFarLight) {
+  InitializerConfig config;
+  config.min_extent_per_range = 1.0;  // 0.6 m
+  EXPECT_EQ(findStart(smallRun(1, 1e-6).sights, config).obstacle, StartObstacle::kTooShortPath);
+}
+
+// A spin's path is its wheels' noise, however long it lasts.
+TEST(Initializer, ASpinsNoiseIsNoPath) {
+  SimulatedCase simulated = paperCase(1);
+  simulated.trajectory.kind = Kind::kSpin;
+  simulated.duration_s = 60.0;
+  simulated.robot.encoders.noise.independent_k_m = 1e-4;
+  const std::vector<Sight> sights = simulate(simulated).sights;
+  const MotionSummary motion = summariseMotion(sights);
+  EXPECT_GT(motion.extent_m, motion.extent_noise_m);
+  EXPECT_EQ(findStart(sights, InitializerConfig()).obstacle, StartObstacle::kTooShortPath);
+}
+
+TEST(IsSameMount, OnASmallPathTwoPlacesCloseToEachOtherAreTwo) {
+  Vector5 near = Vector5::Zero();
+  near(CartesianIndex::kSensorX) = 0.06;
+  EXPECT_TRUE(isSameMount(Vector5::Zero(), near, sameMountWithin(1.0)));
+  EXPECT_FALSE(isSameMount(Vector5::Zero(), near, sameMountWithin(0.17)));
 }
 
 TEST(Initializer, TheSameRecordGivesTheSameAnswer) {

@@ -16,11 +16,17 @@ namespace bearing_calibration {
 /// filter carries on from it.
 struct InitializerConfig {
   int min_sights = 20;
-  double min_extent_m = 0.4;        ///< of the path, which noise alone does not make
+  double min_extent_m =
+      0.4;  ///< of the path, which noise alone does not make: enough for any robot
+  /// A smaller one is enough, too, where it is so many times what the wheels' noise makes: a random
+  /// walk's is 2.3, and hardly ever above 4.5; and so much of the light's distance.
+  double min_extent_per_noise = 5.0;
+  double min_extent_per_range = 0.1;
   double min_path_per_range = 0.2;  ///< path over the light's distance
   double min_turn_rad = 0.5;
   double min_second_curvature_m = 0.15;  ///< see MotionSummary; more than an encoder's noise makes
   double max_position_stddev_m = 0.03;   ///< sensor x and y
+  double max_position_stddev_per_extent = 0.1;  ///< of the path
   double max_yaw_stddev_rad = 0.1;
   double max_light_stddev_per_range = 0.15;
   double min_light_distance_m = 0.2;   ///< from the sensor, at the last sight

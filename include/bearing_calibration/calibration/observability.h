@@ -12,6 +12,9 @@ struct MotionSummary {
   double path_m = 0.0;
   double turn_rad = 0.0;  ///< sum of the absolute turns
   double extent_m = 0.0;  ///< diagonal of the box around the path
+  /// Standard deviation of the path's end along one direction, by the noise of its ways alone. A
+  /// motion that nobody has counted moves no path.
+  double extent_noise_m = 0.0;
   /// How much of the motion is of another curvature than most of it, as a length: 0 for one circle,
   /// one line or one spin. Two different curvatures are needed (doc/model.md, "Observability").
   double second_curvature_m = 0.0;

@@ -29,11 +29,16 @@ std::vector<SightWindow> startWindows(std::size_t sights);
 FixedPathFit findConsensus(const std::vector<PosedSight>& sights, const SightWindow& window,
                            std::uint32_t seed, bool one_of_many = false);
 
+/// How near two mounts are for a start to take them for one, on a path of this extent: 10 cm, or
+/// less where the path is small.
+double sameMountWithin(double extent_m);
+
 /// Other local minima of the cost than those near `found`: fits from yaws all around, best first.
+/// @param within_m  see isSameMount()
 std::vector<FixedPathFit> findOtherMinima(const std::vector<PosedSight>& sights,
-                                          const Vector5& found);
+                                          const Vector5& found, double within_m);
 
 /// Whether two states mean the same mount, as far as a start needs to tell.
-bool isSameMount(const Vector5& a, const Vector5& b);
+bool isSameMount(const Vector5& a, const Vector5& b, double within_m);
 
 }  // namespace bearing_calibration
