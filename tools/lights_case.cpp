@@ -1,6 +1,7 @@
 #include "tools/lights_case.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/odometry/odometry_track.h"
@@ -10,19 +11,20 @@
 namespace bearing_calibration {
 namespace {
 
-LightsLayout layoutOf(const SimulatedCase& simulated) {
-  return {errorsInUse(simulated.looked_for), static_cast<int>(simulated.lights.size())};
-}
-
-/// What the odometry missed on the way to each image.
+/// What the odometry missed on the way to the image of each sight.
 std::vector<Eigen::Vector3d> trueMotionErrors(const SimulatedCase& simulated, const SightRun& run,
-                                              const std::vector<LightsImage>& images) {
+                                              const std::vector<Sight>& sights) {
   const ErrorVector errors = trueErrors(simulated);
-  std::vector<Eigen::Vector3d> motion_errors(images.size(), Eigen::Vector3d::Zero());
-  for (std::size_t i = 1; i < images.size(); ++i) {
-    const Pose2 motion = run.world_from_base[i - 1].inverse() * run.world_from_base[i];
-    const Pose2 measured = correctMotion<kErrorCount>(images[i].motion, errors).start_from_end;
-    motion_errors[i] << motion.position_m - measured.position_m,
+  std::vector<Eigen::Vector3d> motion_errors;
+  std::size_t image = 0;
+  for (const Sight& sight : sights) {
+    while (run.sights[image].stamp != sight.stamp) ++image;
+    motion_errors.emplace_back(Eigen::Vector3d::Zero());
+    if (image == 0) continue;
+    const Pose2 motion = run.world_from_base[image - 1].inverse() * run.world_from_base[image];
+    const Pose2 measured =
+        correctMotion<kErrorCount>(run.sights[image].motion, errors).start_from_end;
+    motion_errors.back() << motion.position_m - measured.position_m,
         wrapAngle(motion.yaw_rad - measured.yaw_rad);
   }
   return motion_errors;
@@ -73,34 +75,38 @@ std::vector<LightsImage> imagesOf(const SightRun& run, std::size_t count) {
   return images;
 }
 
-LightsStart startAtTruth(const SimulatedCase& simulated, const SightRun& run,
-                         const std::vector<LightsImage>& images) {
-  LightsStart start;
-  start.layout = layoutOf(simulated);
+std::vector<Sight> allSightsOf(const SimulatedCase& simulated,
+                               const std::vector<LightsImage>& images) {
+  std::vector<std::size_t> lights(simulated.lights.size());
+  std::iota(lights.begin(), lights.end(), std::size_t{0});
+  return sightsOf(images, lights);
+}
+
+RecordTrack trueTrack(const SimulatedCase& simulated, const SightRun& run,
+                      const std::vector<LightsImage>& images) {
+  const std::vector<Sight> sights = allSightsOf(simulated, images);
   const Pose2 base_from_world = run.world_from_base[images.size() - 1].inverse();
-  LightsVector last(start.layout.size());
-  last.head<kMountSize>() << simulated.robot.base_from_sensor.position_m,
+  RecordPath end{{PathPoint()}, Eigen::Vector3d::Zero(), trueErrors(simulated)};
+  end.mount << simulated.robot.base_from_sensor.position_m,
       simulated.robot.base_from_sensor.yaw_rad;
-  last.segment(kMountSize, start.layout.errors) = trueErrors(simulated).head(start.layout.errors);
-  for (int i = 0; i < start.layout.lights; ++i) {
-    last.segment<2>(start.layout.lightAt(i)) =
-        base_from_world * simulated.lights[static_cast<std::size_t>(i)].position_m;
+  LightPositions& lights = end.points.back().lights_in_base;
+  lights.resize(2, static_cast<Eigen::Index>(simulated.lights.size()));
+  for (std::size_t i = 0; i < simulated.lights.size(); ++i) {
+    lights.col(static_cast<Eigen::Index>(i)) = base_from_world * simulated.lights[i].position_m;
   }
-  start.path = pathTo(start.layout, last, images, trueMotionErrors(simulated, run, images));
-  start.weights.widening.fill(1.0);
-  for (const LightsImage& image : images) {
-    LightsImageWeight weight;
-    for (std::size_t i = 0; i < image.lights.size(); ++i) weight.use[i] = image.lights[i].isSeen();
-    start.weights.images.push_back(weight);
-  }
-  return start;
+  return {pathTo(sights, end, trueMotionErrors(simulated, run, sights)),
+          std::vector<bool>(sights.size(), true)};
 }
 
 RobotEstimate lightsBound(const SimulatedCase& simulated, const SightRun& run, std::size_t count) {
   const std::vector<LightsImage> images = imagesOf(run, count);
-  const LightsStart start = startAtTruth(simulated, run, images);
-  return smoothLights(images, start.weights, start.layout, start.path, simulated.looked_for)
-      .last.robot(0);
+  const std::vector<Sight> sights = allSightsOf(simulated, images);
+  std::vector<SightWeight> weights;
+  for (const Sight& sight : sights) {
+    weights.push_back({sight.azimuth_variance_rad2, sight.azimuth_variance_rad2});
+  }
+  const RecordPath path = trueTrack(simulated, run, images).path;
+  return smooth(sights, weights, path, kFreePass, simulated.looked_for).last.robot(0);
 }
 
 }  // namespace bearing_calibration

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "bearing_calibration/calibration/lights_fit.h"
+#include "bearing_calibration/calibration/joint_record.h"
 #include "bearing_calibration/calibration/lights_record.h"
 #include "tools/simulated_case.h"
 
@@ -15,9 +15,14 @@ void addLights(SimulatedCase& simulated, int count, std::uint64_t seed);
 /// The first `count` images of a run that show any light, each light by its number.
 std::vector<LightsImage> imagesOf(const SightRun& run, std::size_t count);
 
-/// A fit of these images that begins at the truth: where it ends is what all others are held to.
-LightsStart startAtTruth(const SimulatedCase& simulated, const SightRun& run,
-                         const std::vector<LightsImage>& images);
+/// The sights of all lights in these images.
+std::vector<Sight> allSightsOf(const SimulatedCase& simulated,
+                               const std::vector<LightsImage>& images);
+
+/// The true path at all sights of the run's first `images`: where a fit of them ends that begins
+/// there is what all others are held to.
+RecordTrack trueTrack(const SimulatedCase& simulated, const SightRun& run,
+                      const std::vector<LightsImage>& images);
 
 /// Covariance of the first light with mount and errors that no unbiased estimator can beat (see
 /// cramerRaoBound()).

@@ -140,15 +140,17 @@ Trial tryLightsBatch(const SimulatedCase& simulated, const std::vector<double>& 
   for (double time_s : times_s) {
     const std::size_t count = sightsUntil(run, time_s);
     const std::vector<LightsImage> images = imagesOf(run, count);
-    const LightsStart start = startAtTruth(simulated, run, images);
+    const std::vector<Sight> sights = allSightsOf(simulated, images);
+    const RecordTrack track = trueTrack(simulated, run, images);
     Snapshot snapshot;
     snapshot.time_s = time_s;
-    LightsFit fit;
-    snapshot.milliseconds = millisecondsOf([&] { fit = fitLights(images, start, config); });
-    snapshot.claims = fit.settled;
-    snapshot.words = fit.settled ? "converged" : "not settled";
+    BatchEstimate fit;
+    snapshot.milliseconds =
+        millisecondsOf([&] { fit = BatchEstimator(config).estimate(sights, track); });
+    snapshot.claims = fit.converged;
+    snapshot.words = fit.converged ? "converged" : "not settled";
     fillBound(simulated, run, count, kAny, snapshot);
-    const RobotEstimate robot = fit.last.robot(0);
+    const RobotEstimate robot = fit.robot();
     fillErrors(robot.cartesian, run.truth[count - 1], snapshot);
     fillRobotErrors(robot.errors, trueErrors(simulated), snapshot);
     noteClaim(snapshot, trial);

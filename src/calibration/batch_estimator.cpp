@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "bearing_calibration/calibration/cartesian_smoother.h"
 #include "bearing_calibration/calibration/record_weights.h"
+#include "bearing_calibration/calibration/smoother.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
@@ -16,7 +16,6 @@
 namespace bearing_calibration {
 namespace {
 
-constexpr int kStateSize = 5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A fit has settled when its last step, squared over its covariance, is below this: a hundredth of
 /// a standard deviation; while Huber's weights are still to be replaced, a tenth.
@@ -43,13 +42,12 @@ SmootherPrior dampedPrior(int failures) {
 /// as the fit is near; then the weights go from Huber's to plain ones without the outliers.
 class Fit {
  public:
-  Fit(const std::vector<Sight>& sights, const LightTrack& track, const ErrorVector& errors,
-      const BatchConfig& config, const SlipHypothesis& slips)
-      : config_(config), sights_(sights), weights_(sights, track.is_plausible, config, slips) {
-    path_.errors = errors;
-    for (const Vector5& state : track.states) {
-      path_.points.push_back({state, Eigen::Vector3d::Zero()});
-    }
+  Fit(const std::vector<Sight>& sights, const RecordTrack& track, const BatchConfig& config,
+      const SlipHypothesis& slips)
+      : config_(config),
+        sights_(sights),
+        weights_(sights, track.is_plausible, config, slips),
+        path_(track.path) {
     weights_.weighBearings(path_);
   }
 
@@ -73,17 +71,27 @@ class Fit {
   SmootherPass settled_;  ///< before the variances were widened: what the fit is judged by
   Stage stage_ = Stage::kHuber;
   double cost_ = kInfinity;       ///< of path_, by the present weights; not known yet
-  double last_step_ = kInfinity;  ///< of the state at the last sight, squared over its covariance
+  double last_step_ = kInfinity;  ///< of mount and lights at the end, squared over its covariance
   double last_mount_step_ = kInfinity;
   bool near_ = false;  ///< so near the end that slips can be told
   int failures_ = 0;
 };
 
+/// The part of mount and lights in a covariance.
+LightsMatrix placesOf(const LightsLayout& layout, const LightsMatrix& covariance) {
+  const int lights = 2 * layout.lights;
+  LightsMatrix places(kMountSize + lights, kMountSize + lights);
+  places << covariance.topLeftCorner(kMountSize, kMountSize),
+      covariance.topRightCorner(kMountSize, lights),
+      covariance.bottomLeftCorner(lights, kMountSize), covariance.bottomRightCorner(lights, lights);
+  return places;
+}
+
 /// Errors of the robot far beyond their priors are the sign of a fit that has run away.
 bool Fit::hasLikelyErrors() const {
   constexpr double kMostSigmas = 6.0;
   const ErrorVector most = kMostSigmas * config_.errors.stddev;
-  const ErrorVector off = pass_.last.errors.mean - config_.errors.mean;
+  const ErrorVector off = pass_.path.errors - config_.errors.mean;
   return (off.cwiseAbs().array() <= most.array()).all();
 }
 
@@ -102,23 +110,23 @@ double Fit::costOf(const SmootherPass& pass, const RecordPath& path) const {
 bool Fit::step() {
   SmootherPass pass =
       smooth(sights_, weights_.sights(), path_, dampedPrior(failures_), config_.errors);
-  RecordPath path;
-  path.errors = pass.last.errors.mean;
-  path.points.reserve(sights_.size());
-  for (const SmoothedSight& sight : pass.sights) path.points.push_back(sight.point);
-  const double cost = costOf(pass, path);
+  const double cost = costOf(pass, pass.path);
   // The motions' share is that of the linearised problem, and Huber's weights follow a step behind:
   // only a cost that clearly rises is a reason to hold back.
   constexpr double kTolerance = 1.0;
   constexpr double kRelativeTolerance = 0.2;
   if (!(cost <= cost_ * (1.0 + kRelativeTolerance) + kTolerance)) return false;
-  const Vector5 change = path.points.back().state - path_.points.back().state;
-  const Eigen::Vector3d mount_change = change.tail<3>();
-  const Eigen::Matrix3d mount_covariance = pass.last.cartesian.covariance.bottomRightCorner<3, 3>();
-  last_step_ = change.dot(pass.last.cartesian.covariance.ldlt().solve(change));
+  const LightsLayout& layout = pass.last.layout;
+  LightsVector change(kMountSize + 2 * layout.lights);
+  change << pass.path.mount - path_.mount,
+      (pass.path.points.back().lights_in_base - path_.points.back().lights_in_base).reshaped();
+  const LightsMatrix covariance = placesOf(layout, pass.last.covariance);
+  const Eigen::Vector3d mount_change = change.head<kMountSize>();
+  const Eigen::Matrix3d mount_covariance = covariance.topLeftCorner<kMountSize, kMountSize>();
+  last_step_ = change.dot(covariance.ldlt().solve(change));
   last_mount_step_ = mount_change.dot(mount_covariance.ldlt().solve(mount_change));
   cost_ = cost;
-  path_ = std::move(path);
+  path_ = pass.path;
   pass_ = std::move(pass);
   return true;
 }
@@ -165,8 +173,9 @@ void Fit::judgeInnovations(BatchEstimate& estimate) const {
   }
   estimate.slips = weights_.slips();
   std::sort(estimate.slips.begin(), estimate.slips.end());
-  estimate.degrees_of_freedom =
-      std::max(0, used - kStateSize - 2 * static_cast<int>(estimate.slips.size()));
+  const int lights = pass.path.lights();
+  const int slips = std::min(2 * lights, 3) * static_cast<int>(estimate.slips.size());
+  estimate.degrees_of_freedom = std::max(0, used - kMountSize - 2 * lights - slips);
 }
 
 BatchEstimate Fit::run() {
@@ -189,16 +198,17 @@ BatchEstimate Fit::run() {
     }
   }
   if (pass_.sights.empty()) return estimate;
-  estimate.converged =
-      stage_ == Stage::kDone && pass_.last.cartesian.mean.allFinite() && hasLikelyErrors();
-  estimate.at_last_sight = pass_.last.cartesian;
-  estimate.errors = pass_.last.errors;
-  estimate.at_last_sight.mean(CartesianIndex::kSensorYaw) =
-      wrapAngle(estimate.at_last_sight.sensorYaw());
+  estimate.converged = stage_ == Stage::kDone && pass_.last.mean.allFinite() && hasLikelyErrors();
+  estimate.last = pass_.last;
+  double& yaw = estimate.last.mean(kMountSize - 1);
+  yaw = wrapAngle(yaw);
+  const RobotEstimate robot = estimate.last.robot(0);
+  estimate.at_last_sight = robot.cartesian;
+  estimate.errors = robot.errors;
   estimate.cost = costOf(pass_, path_) + weights_.costOfDisbelief(path_);
   estimate.correlation = weights_.correlation();
   judgeInnovations(estimate);
-  estimate.path = std::move(path_.points);
+  estimate.path = std::move(path_);
   return estimate;
 }
 
@@ -234,21 +244,33 @@ RecordStart surestStart(const BatchEstimate& fit) {
     begin = end;
   };
   for (std::size_t slip : fit.slips) endStretch(slip);
-  endStretch(fit.path.size());
+  endStretch(fit.path.points.size());
   const std::size_t sight = longest_begin + longest / 2;
-  return {fit.path[sight].state, sight, fit.errors.mean};
+  return {fit.path.state(sight), sight, fit.errors.mean};
 }
 
 BatchEstimator::BatchEstimator(const BatchConfig& config) : config_(validated(config)) {}
 
 BatchEstimate BatchEstimator::estimate(const std::vector<Sight>& sights, const RecordStart& start,
                                        const SlipHypothesis& slips) const {
+  if (start.sight >= sights.size()) {
+    throw std::invalid_argument("the start of a batch estimate is not at one of its sights");
+  }
+  const LightTrack light = trackLight(sights, start);
+  RecordTrack track{{{}, start.state.tail<kMountSize>(), start.errors}, light.is_plausible};
+  for (const Vector5& state : light.states) track.path.points.push_back({state.head<2>()});
+  return estimate(sights, track, slips);
+}
+
+BatchEstimate BatchEstimator::estimate(const std::vector<Sight>& sights, const RecordTrack& track,
+                                       const SlipHypothesis& slips) const {
   const auto is_outside = [&sights](std::size_t i) { return i >= sights.size(); };
-  if (is_outside(start.sight) ||
+  if (sights.empty() || track.path.points.size() != sights.size() ||
+      track.is_plausible.size() != sights.size() ||
       std::any_of(slips.given_up.begin(), slips.given_up.end(), is_outside) ||
       std::any_of(slips.trusted.begin(), slips.trusted.end(), is_outside)) {
     throw std::invalid_argument(
-        "the start or a supposed slip of a batch estimate is not at one of its sights");
+        "the track or a supposed slip of a batch estimate is not at one of its sights");
   }
   for (const Sight& sight : sights) {
     if (!(sight.azimuth_variance_rad2 > 0.0)) {
@@ -261,8 +283,11 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Sight>& sights, const R
                                   std::to_string(sight.elevation->variance_rad2) +
                                   " rad^2 is not positive");
     }
+    if (sight.light < 0 || sight.light >= track.path.lights()) {
+      throw std::invalid_argument("light " + std::to_string(sight.light) + " is not on the track");
+    }
   }
-  return Fit(sights, trackLight(sights, start), start.errors, config_, slips).run();
+  return Fit(sights, track, config_, slips).run();
 }
 
 }  // namespace bearing_calibration

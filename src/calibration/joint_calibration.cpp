@@ -14,22 +14,17 @@ namespace {
 /// A turn known worse than this is beyond what a linearised filter can follow.
 constexpr double kUnknownTurnStddev_rad = 0.5;
 
-/// The record with some of its lights, in another order.
-std::vector<LightsImage> imagesOf(const std::vector<LightsImage>& images,
-                                  const std::vector<std::size_t>& lights) {
-  std::vector<LightsImage> chosen = images;
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    chosen[i].lights = {};
-    for (std::size_t k = 0; k < lights.size(); ++k) {
-      chosen[i].lights.at(k) = images[i].lights.at(lights[k]);
-    }
-  }
-  return chosen;
+/// Slips and outliers of each light have been decided by its own fit: what fits worse together is
+/// no slip, but one light too many.
+BatchConfig withoutSlips(BatchConfig config) {
+  config.huber_sigmas = 0.0;
+  config.slip_gain = 0.0;
+  return config;
 }
 
-bool fitsWell(const LightsFit& fit, const InitializerConfig& config) {
+bool fitsWell(const BatchEstimate& fit, const InitializerConfig& config) {
   const double n = fit.degrees_of_freedom;
-  return fit.settled && n > 0 &&
+  return fit.converged && n > 0 &&
          fit.chi_square < n + config.max_chi_square_sigmas * std::sqrt(2.0 * n);
 }
 
@@ -73,8 +68,7 @@ void JointCalibration::look(const LightsImage& image) {
     return;
   }
   LightsEstimate& estimate = joint_->estimate;
-  propagate(lineariseMotion(estimate.layout, estimate.mean, image.motion, Eigen::Vector3d::Zero()),
-            &estimate);
+  propagate(lineariseMotion(estimate.layout, estimate.mean, image.motion), &estimate);
   for (std::size_t i = 0; i < joint_->lights.size(); ++i) {
     const LightSight& sight = image.lights.at(joint_->lights[i]);
     if (!sight.isSeen()) continue;
@@ -143,9 +137,10 @@ JointCalibration::Outcome JointCalibration::fitTogether(
     taken.push_back(answers[light]);
     widening_.push_back(wideningFor(taken.back()->fit.correlation));
   }
-  const std::vector<LightsImage> images = imagesOf(record_.entries(), lights);
-  const BatchConfig& batch = config_.initializer.batch;
-  const LightsFit fit = fitLights(images, startFromAnswers(images, taken, batch.errors), batch);
+  const std::vector<Sight> sights = sightsOf(record_.entries(), lights);
+  const JointStart start = startFromAnswers(sights, taken);
+  const BatchEstimate fit = BatchEstimator(withoutSlips(config_.initializer.batch))
+                                .estimate(sights, start.track, start.slips);
   if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
   joint_ = Joint{fit.last, lights, {}};
   addSpread(taken, &joint_->estimate);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/calibration/cartesian_smoother.h"
 #include "bearing_calibration/calibration/record_weights.h"
+#include "bearing_calibration/calibration/smoother.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration {
@@ -25,9 +25,8 @@ class Likelihood {
              const NoisePriors& priors)
       : sights_(sights),
         errors_(errors),
+        path_(fit.path),
         prior_stddev_(priors.bearing_stddev, priors.wheel_stddev) {
-    path_.points = fit.path;
-    path_.errors = fit.errors.mean;
     weights_.resize(sights.size());
     for (std::size_t i : fit.rejected) weights_[i].use_bearing = false;
     for (std::size_t slip : fit.slips) {

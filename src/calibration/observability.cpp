@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/calibration/cartesian_smoother.h"
+#include "bearing_calibration/calibration/smoother.h"
 
 namespace bearing_calibration {
 
@@ -64,14 +64,12 @@ RobotEstimate cramerRaoBoundWithErrors(const std::vector<Sight>& sights,
                                        const Eigen::Vector3d& mount, const ErrorVector& errors,
                                        const ErrorPriors& priors) {
   std::vector<SightWeight> weights;
-  RecordPath path;
-  path.errors = errors;
+  RecordPath path{{}, mount, errors};
   for (std::size_t i = 0; i < sights.size(); ++i) {
     weights.push_back({sights[i].azimuth_variance_rad2, sights[i].azimuth_variance_rad2});
-    path.points.emplace_back();
-    path.points.back().state << light_in_base[i], mount;
+    path.points.push_back({light_in_base[i]});
   }
-  return smooth(sights, weights, path, kFreePass, priors).last;
+  return smooth(sights, weights, path, kFreePass, priors).last.robot(0);
 }
 
 }  // namespace bearing_calibration

@@ -53,7 +53,7 @@ class Walk {
   }
 
  private:
-  bool isJudged() const { return !batch_.path.empty(); }
+  bool isJudged() const { return !batch_.path.points.empty(); }
 
   Pose2 corrected(const OdometryIncrement& motion) const {
     return correctMotion<kErrorCount>(motion, batch_.errors.mean).start_from_end;
@@ -62,7 +62,7 @@ class Walk {
   void takeKept() {
     Pose2 motion = corrected(since_kept_);
     if (isJudged() && next_ > 0) {
-      const Eigen::Vector3d& error = batch_.path[next_].motion_error;
+      const Eigen::Vector3d& error = batch_.path.points[next_].motion_error;
       motion.position_m += error.head<2>();
       motion.yaw_rad = wrapAngle(motion.yaw_rad + error.z());
     }
@@ -80,7 +80,7 @@ class Walk {
 
   double residualOf(const Look& look) const {
     if (!isJudged() || next_ == 0 || look.kind == Look::Kind::kNothingSeen) return kNone;
-    const Vector5 state = moved(batch_.path[next_ - 1].state, corrected(since_kept_));
+    const Vector5 state = moved(batch_.path.state(next_ - 1), corrected(since_kept_));
     return ::bearing_calibration::residualOf(look.sight, state, batch_.errors.mean);
   }
 

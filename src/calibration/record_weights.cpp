@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "bearing_calibration/filter/robot_errors.h"
 
@@ -65,17 +66,48 @@ double secondsBetween(const Sight& before, const Sight& after) {
   return secondsFromDuration(after.stamp - before.stamp);
 }
 
-/// Time from one sight to the next, as it mostly is.
+/// Time from one image to the next, as it mostly is.
 double usualInterval(const std::vector<Sight>& sights) {
-  if (sights.size() < 2) return 0.0;
   std::vector<double> intervals_s;
   intervals_s.reserve(sights.size());
   for (std::size_t i = 1; i < sights.size(); ++i) {
+    if (!beginsImage(sights, i)) continue;
     intervals_s.push_back(secondsBetween(sights[i - 1], sights[i]));
   }
+  if (intervals_s.empty()) return 0.0;
   const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
   std::nth_element(intervals_s.begin(), middle, intervals_s.end());
   return *middle;
+}
+
+/// Where the image after that of each sight begins.
+std::vector<std::size_t> nextImages(const std::vector<Sight>& sights) {
+  std::vector<std::size_t> next(sights.size(), sights.size());
+  for (std::size_t i = sights.size(); i-- > 1;) {
+    next[i - 1] = beginsImage(sights, i) ? i : next[i];
+  }
+  return next;
+}
+
+/// Lag-1 correlation of the standardised innovations of each light's sights in use; 0 where
+/// insignificant.
+/// @param innovation  of a sight; none where it is not in use
+template <class Innovations>
+std::array<double, kMostLights> correlations(const std::vector<Sight>& sights,
+                                             const Innovations& innovation) {
+  std::array<LagCorrelation, kMostLights> correlations;
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    LagCorrelation& correlation = correlations.at(static_cast<std::size_t>(sights[i].light));
+    if (const std::optional<Innovation> value = innovation(i)) {
+      correlation.add(*value);
+    } else {
+      correlation.interrupt();
+    }
+  }
+  std::array<double, kMostLights> values{};
+  std::transform(correlations.begin(), correlations.end(), values.begin(),
+                 [](const LagCorrelation& correlation) { return correlation.value(); });
+  return values;
 }
 
 }  // namespace
@@ -91,8 +123,11 @@ RecordWeights::RecordWeights(const std::vector<Sight>& sights,
     : records_(sights),
       config_(config),
       usual_interval_s_(usualInterval(sights)),
+      next_image_(nextImages(sights)),
       supposed_(slips),
       huber_(config.huber_sigmas > 0.0) {
+  widening_.fill(1.0);
+  elevation_widening_.fill(1.0);
   const bool may_reject = config.reject_sigmas > 0.0;
   for (std::size_t i = 0; i < sights.size(); ++i) {
     const double variance = sights[i].azimuth_variance_rad2;
@@ -101,26 +136,34 @@ RecordWeights::RecordWeights(const std::vector<Sight>& sights,
   for (std::size_t slip : slips.given_up) giveUp(slip);
 }
 
+double RecordWeights::azimuthVariance(std::size_t i) const {
+  const auto light = static_cast<std::size_t>(records_[i].light);
+  return widening_.at(light) * records_[i].azimuth_variance_rad2;
+}
+
 double RecordWeights::sigmas(std::size_t i, const RecordPath& path) const {
-  const double residual = residualOf(records_[i], path.points[i].state, path.errors);
-  return std::abs(residual) / std::sqrt(widening_ * records_[i].azimuth_variance_rad2);
+  const double residual = residualOf(records_[i], path.state(i, records_[i].light), path.errors);
+  return std::abs(residual) / std::sqrt(azimuthVariance(i));
 }
 
 /// 0 where there is none, or none is asked for.
 double RecordWeights::elevationSigmas(std::size_t i, const RecordPath& path) const {
   if (!config_.errors.usesElevations() || !records_[i].elevation) return 0.0;
-  const double residual = *elevationResidualOf(records_[i], path.points[i].state, path.errors);
-  return std::abs(residual) / std::sqrt(elevation_widening_ * records_[i].elevation->variance_rad2);
+  const Sight& sight = records_[i];
+  const double widening = elevation_widening_.at(static_cast<std::size_t>(sight.light));
+  const double residual = *elevationResidualOf(sight, path.state(i, sight.light), path.errors);
+  return std::abs(residual) / std::sqrt(widening * sight.elevation->variance_rad2);
 }
 
 void RecordWeights::weighBearings(const RecordPath& path) {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
-    const double variance = widening_ * records_[i].azimuth_variance_rad2;
+    const double variance = azimuthVariance(i);
     const double doubt = huber_ ? std::max(1.0, sigmas(i, path) / config_.huber_sigmas) : 1.0;
     weights_[i].sensor_variance_rad2 = variance;
     weights_[i].bearing_variance_rad2 = variance * doubt;
     weights_[i].elevation_doubt =
-        elevation_widening_ * std::max(1.0, elevationSigmas(i, path) / kElevationHuberSigmas);
+        elevation_widening_.at(static_cast<std::size_t>(records_[i].light)) *
+        std::max(1.0, elevationSigmas(i, path) / kElevationHuberSigmas);
   }
 }
 
@@ -150,7 +193,7 @@ bool RecordWeights::isNear(std::size_t i, std::size_t slip) const {
 
 void RecordWeights::giveUp(std::size_t slip) {
   slips_.push_back(slip);
-  for (std::size_t i = 1; i < weights_.size(); ++i) {
+  for (std::size_t i = next_image_.front(); i < weights_.size(); ++i) {
     if (isNear(i, slip)) weights_[i].slipped = true;
   }
   for (std::size_t i = 0; i < weights_.size(); ++i) {
@@ -197,15 +240,24 @@ bool RecordWeights::giveUpSlip(const SmootherPass& pass) {
 
 /// A sight between two motions that are not believed only says where the light was at that moment.
 bool RecordWeights::isInsideSlip(std::size_t i) const {
-  return weights_[i].slipped && i + 1 < weights_.size() && weights_[i + 1].slipped;
+  const std::size_t next = next_image_[i];
+  return weights_[i].slipped && next < weights_.size() && weights_[next].slipped;
 }
 
 bool RecordWeights::widenForCorrelation(const SmootherPass& pass, const RecordPath& path) {
-  correlation_ = innovationCorrelation(pass, weights_);
-  widening_ = wideningFor(correlation_);
-  elevation_widening_ = wideningFor(elevationCorrelation(pass));
+  const auto azimuths = correlations(records_, [&](std::size_t i) -> std::optional<Innovation> {
+    if (!weights_[i].use_bearing) return std::nullopt;
+    return Innovation{pass.sights[i].innovation_rad, pass.sights[i].innovation_variance_rad2};
+  });
+  const auto elevations =
+      correlations(records_, [&](std::size_t i) { return pass.sights[i].elevation; });
+  correlation_ = *std::max_element(azimuths.begin(), azimuths.end());
+  std::transform(azimuths.begin(), azimuths.end(), widening_.begin(), wideningFor);
+  std::transform(elevations.begin(), elevations.end(), elevation_widening_.begin(), wideningFor);
   weighBearings(path);
-  return widening_ > 1.0 || elevation_widening_ > 1.0;
+  const auto isWider = [](double widening) { return widening > 1.0; };
+  return std::any_of(widening_.begin(), widening_.end(), isWider) ||
+         std::any_of(elevation_widening_.begin(), elevation_widening_.end(), isWider);
 }
 
 double RecordWeights::bearingCost(const RecordPath& path) const {
@@ -236,34 +288,10 @@ double RecordWeights::costOfDisbelief(const RecordPath& path) const {
 /// leaves it.
 bool RecordWeights::mayBeLight(std::size_t i, const RecordPath& path) const {
   constexpr double kMostTurn_rad = 0.5;
-  return std::abs(residualOf(records_[i], path.points[i].state, path.errors)) < kMostTurn_rad;
+  const Vector5 state = path.state(i, records_[i].light);
+  return std::abs(residualOf(records_[i], state, path.errors)) < kMostTurn_rad;
 }
 
 double wideningFor(double correlation) { return (1.0 + correlation) / (1.0 - correlation); }
-
-double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWeight>& weights) {
-  LagCorrelation correlation;
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    const SmoothedSight& sight = pass.sights[i];
-    if (weights[i].use_bearing) {
-      correlation.add({sight.innovation_rad, sight.innovation_variance_rad2});
-    } else {
-      correlation.interrupt();
-    }
-  }
-  return correlation.value();
-}
-
-double elevationCorrelation(const SmootherPass& pass) {
-  LagCorrelation correlation;
-  for (const SmoothedSight& sight : pass.sights) {
-    if (sight.elevation) {
-      correlation.add(*sight.elevation);
-    } else {
-      correlation.interrupt();
-    }
-  }
-  return correlation.value();
-}
 
 }  // namespace bearing_calibration

@@ -8,13 +8,22 @@
 namespace bearing_calibration {
 namespace {
 
-/// Rounding makes the two halves of a covariance differ a little, and updates make the difference
-/// grow: both become their mean.
-void symmetrise(LightsMatrix* covariance) {
-  *covariance = (0.5 * (*covariance + covariance->transpose())).eval();
+/// A light's angle out of one with the state [light, mount, errors].
+template <class Row>
+LightsAngle angleOf(const LightsLayout& layout, int light, double angle_rad, const Row& J) {
+  LightsAngle angle{angle_rad, LightsRow::Zero(layout.size())};
+  const auto errors = J.size() - (2 + kMountSize);
+  angle.J_angle_state.head<kMountSize>() = J.template segment<kMountSize>(CartesianIndex::kSensorX);
+  angle.J_angle_state.segment(kMountSize, errors) = J.tail(errors);
+  angle.J_angle_state.segment<2>(layout.lightAt(light)) = J.template head<2>();
+  return angle;
 }
 
 }  // namespace
+
+void symmetrise(LightsMatrix* covariance) {
+  *covariance = (0.5 * (*covariance + covariance->transpose())).eval();
+}
 
 Vector5 stateOf(const LightsLayout& layout, const LightsVector& state, int light) {
   Vector5 cartesian;
@@ -54,26 +63,36 @@ void addEarlier(const LastingEstimate& earlier, const ErrorPriors& priors,
              estimate->covariance);
 }
 
-LightsMotion lineariseMotion(const LightsLayout& layout, const LightsVector& before,
-                             const OdometryIncrement& measured, const Eigen::Vector3d& error) {
-  const CorrectedMotion<kErrorCount> corrected =
-      correctMotion<kErrorCount>(measured, errorsOf(layout, before));
+LightsMotion lineariseMotion(const LightsLayout& layout, const ErrorVector& errors,
+                             const LightPositions& lights_at_end, const OdometryIncrement& measured,
+                             const Eigen::Vector3d& error) {
+  const CorrectedMotion<kErrorCount> corrected = correctMotion<kErrorCount>(measured, errors);
   LightsMotion motion;
   motion.start_from_end = {corrected.start_from_end.position_m + error.head<2>(),
                            wrapAngle(corrected.start_from_end.yaw_rad + error.z())};
   motion.R_end_start = rotation2(-motion.start_from_end.yaw_rad);
   motion.error = error;
   motion.covariance = measured.covariance;
-  motion.errors_at = before.segment(kMountSize, layout.errors);
+  motion.errors_at = errors.head(layout.errors);
   motion.J_lights_error.resize(2 * layout.lights, 3);
   for (int i = 0; i < layout.lights; ++i) {
-    const Eigen::Vector2d at_end = motion.R_end_start * (before.segment<2>(layout.lightAt(i)) -
-                                                         motion.start_from_end.position_m);
     motion.J_lights_error.block<2, 2>(2 * i, 0) = -motion.R_end_start;
-    motion.J_lights_error.block<2, 1>(2 * i, 2) = -perpendicular(at_end);
+    motion.J_lights_error.block<2, 1>(2 * i, 2) = -perpendicular(lights_at_end.col(i));
   }
   motion.J_lights_errors = motion.J_lights_error * corrected.J_pose_errors.leftCols(layout.errors);
   return motion;
+}
+
+LightsMotion lineariseMotion(const LightsLayout& layout, const LightsVector& before,
+                             const OdometryIncrement& measured) {
+  const ErrorVector errors = errorsOf(layout, before);
+  const Pose2 end_from_start =
+      correctMotion<kErrorCount>(measured, errors).start_from_end.inverse();
+  LightPositions lights_at_end(2, layout.lights);
+  for (int i = 0; i < layout.lights; ++i) {
+    lights_at_end.col(i) = end_from_start * Eigen::Vector2d(before.segment<2>(layout.lightAt(i)));
+  }
+  return lineariseMotion(layout, errors, lights_at_end, measured, Eigen::Vector3d::Zero());
 }
 
 void propagate(const LightsMotion& motion, LightsEstimate* estimate) {
@@ -109,29 +128,29 @@ void propagate(const LightsMotion& motion, LightsEstimate* estimate) {
   symmetrise(&P);
 }
 
-LightsAzimuth expectAzimuth(const LightsLayout& layout, const LightsVector& state, int light,
-                            const TravelNearby& nearby) {
+LightsAngle expectAzimuth(const LightsLayout& layout, const LightsVector& state, int light,
+                          const TravelNearby& nearby) {
   return withErrorsInUse(layout.errors, [&](auto size) {
-    constexpr int K = size.value;
-    const SightModel<K> model =
-        expectSight<K>(stateOf(layout, state, light), errorsOf(layout, state), nearby);
-    LightsAzimuth azimuth{model.azimuth_rad, LightsRow::Zero(layout.size())};
-    azimuth.J_azimuth_state.head<kMountSize>() =
-        model.J_azimuth_state.template segment<kMountSize>(CartesianIndex::kSensorX);
-    azimuth.J_azimuth_state.segment(kMountSize, K) = model.J_azimuth_state.template tail<K>();
-    azimuth.J_azimuth_state.segment<2>(layout.lightAt(light)) =
-        model.J_azimuth_state.template head<2>();
-    return azimuth;
+    const SightModel<size.value> model =
+        expectSight<size.value>(stateOf(layout, state, light), errorsOf(layout, state), nearby);
+    return angleOf(layout, light, model.azimuth_rad, model.J_azimuth_state);
   });
+}
+
+LightsAngle expectElevation(const LightsLayout& layout, const LightsVector& state, int light,
+                            const TravelNearby& nearby) {
+  const ElevationModel model =
+      expectElevation(stateOf(layout, state, light), errorsOf(layout, state), nearby);
+  return angleOf(layout, light, model.elevation_rad, model.J_elevation_state);
 }
 
 LightsUpdate updateByAzimuth(const LightsVector& about, int light, double azimuth_rad,
                              double azimuth_variance_rad2, const TravelNearby& nearby,
                              LightsEstimate* estimate) {
-  const LightsAzimuth expected = expectAzimuth(estimate->layout, about, light, nearby);
+  const LightsAngle expected = expectAzimuth(estimate->layout, about, light, nearby);
   LightsUpdate update;
-  update.H = expected.J_azimuth_state;
-  update.innovation = wrapAngle(azimuth_rad - expected.azimuth_rad) -
+  update.H = expected.J_angle_state;
+  update.innovation = wrapAngle(azimuth_rad - expected.angle_rad) -
                       update.H.dot((estimate->mean - about).transpose());
   const LightsVector PHt = estimate->covariance * update.H.transpose();
   update.innovation_variance = update.H.dot(PHt.transpose()) + azimuth_variance_rad2;

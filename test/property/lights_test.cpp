@@ -5,8 +5,8 @@
 #include <Eigen/Eigenvalues>
 
 #include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/joint_record.h"
 #include "bearing_calibration/calibration/lights_agreement.h"
-#include "bearing_calibration/calibration/lights_fit.h"
 #include "bearing_calibration/calibration/mount_agreement.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/lights_state.h"
@@ -36,22 +36,27 @@ BatchConfig plainBatch(const ErrorPriors& errors) {
   return config;
 }
 
-LightsFit fitFromTruth(const SimulatedCase& simulated, const SightRun& run) {
-  const std::vector<LightsImage> images = imagesOf(run, run.sights.size());
-  return fitLights(images, startAtTruth(simulated, run, images), plainBatch(simulated.looked_for));
+BatchEstimate fitFromTruth(const SimulatedCase& simulated, const SightRun& run,
+                           const std::vector<LightsImage>& images) {
+  return BatchEstimator(plainBatch(simulated.looked_for))
+      .estimate(allSightsOf(simulated, images), trueTrack(simulated, run, images));
+}
+
+BatchEstimate fitFromTruth(const SimulatedCase& simulated, const SightRun& run) {
+  return fitFromTruth(simulated, run, imagesOf(run, run.sights.size()));
 }
 
 /// With one light it is the batch of one light, which has been held against a dense solution.
 void expectTheSameAsOneLight(SimulatedCase simulated) {
   const SightRun run = simulate(simulated);
-  const LightsFit several = fitFromTruth(simulated, run);
+  const BatchEstimate several = fitFromTruth(simulated, run);
   const std::size_t last = run.sights.size() - 1;
   const BatchEstimate one =
       BatchEstimator(plainBatch(simulated.looked_for))
           .estimate(run.sights, {run.truth[last], last, trueErrors(simulated)});
-  ASSERT_TRUE(several.settled && one.converged);
+  ASSERT_TRUE(several.converged && one.converged);
   // Both stop within a hundredth of a standard deviation of the optimum.
-  const RobotEstimate robot = several.last.robot(0);
+  const RobotEstimate robot = several.robot();
   const Vector5 stddev = one.at_last_sight.covariance.diagonal().cwiseSqrt();
   const Vector5 apart = robot.cartesian.mean - one.at_last_sight.mean;
   EXPECT_LT(apart.cwiseQuotient(stddev).cwiseAbs().maxCoeff(), 0.02);
@@ -80,7 +85,7 @@ TEST(LightsFit, OfOneLightAndAnImperfectRobotIsTheBatchOfOneLight) {
 TEST(LightsFit, TheSameLightTwiceWithTwiceTheVarianceIsThatLightOnce) {
   SimulatedCase simulated = danceWith(1, 5);
   const SightRun run = simulate(simulated);
-  const LightsFit once = fitFromTruth(simulated, run);
+  const BatchEstimate once = fitFromTruth(simulated, run);
 
   std::vector<LightsImage> images = imagesOf(run, run.sights.size());
   for (LightsImage& image : images) {
@@ -88,9 +93,8 @@ TEST(LightsFit, TheSameLightTwiceWithTwiceTheVarianceIsThatLightOnce) {
     image.lights[1] = image.lights[0];
   }
   simulated.lights.push_back(simulated.lights.front());
-  const LightsFit twice =
-      fitLights(images, startAtTruth(simulated, run, images), plainBatch(simulated.looked_for));
-  ASSERT_TRUE(once.settled && twice.settled);
+  const BatchEstimate twice = fitFromTruth(simulated, run, images);
+  ASSERT_TRUE(once.converged && twice.converged);
   const MountEstimate a = once.last.mount();
   const MountEstimate b = twice.last.mount();
   const Eigen::Vector3d stddev = a.covariance.diagonal().cwiseSqrt();
@@ -102,13 +106,12 @@ TEST(LightsFit, TheSameLightTwiceWithTwiceTheVarianceIsThatLightOnce) {
 TEST(LightsFit, DoesNotDependOnTheLightsOrder) {
   SimulatedCase simulated = danceWith(3, 6);
   const SightRun run = simulate(simulated);
-  const LightsFit fit = fitFromTruth(simulated, run);
+  const BatchEstimate fit = fitFromTruth(simulated, run);
   std::vector<LightsImage> images = imagesOf(run, run.sights.size());
   for (LightsImage& image : images) std::swap(image.lights[0], image.lights[2]);
   std::swap(simulated.lights[0], simulated.lights[2]);
-  const LightsFit swapped =
-      fitLights(images, startAtTruth(simulated, run, images), plainBatch(simulated.looked_for));
-  ASSERT_TRUE(fit.settled && swapped.settled);
+  const BatchEstimate swapped = fitFromTruth(simulated, run, images);
+  ASSERT_TRUE(fit.converged && swapped.converged);
   constexpr double kRounding = 1e-6;
   EXPECT_LT((fit.last.mount().mean - swapped.last.mount().mean).norm(), kRounding);
   const Vector5 first = fit.last.robot(0).cartesian.mean;
@@ -132,11 +135,10 @@ LightsEstimate afterManyPreciseBearings(double prior_stddev_m, double bearing_st
     const bool is_straight = i / kMotionsOfOneKind % 2 == 0;
     const WheelDisplacement wheels{is_straight ? 0.02 : -0.02, is_straight ? 0.02 : 0.03};
     const OdometryIncrement motion = append(OdometryIncrement(), wheels, kSeparation_m, kNoise);
-    propagate(lineariseMotion(estimate.layout, estimate.mean, motion, Eigen::Vector3d::Zero()),
-              &estimate);
+    propagate(lineariseMotion(estimate.layout, estimate.mean, motion), &estimate);
     for (int light = 0; light < estimate.layout.lights; ++light) {
       const LightsVector about = estimate.mean;
-      const double azimuth_rad = expectAzimuth(estimate.layout, about, light, {}).azimuth_rad;
+      const double azimuth_rad = expectAzimuth(estimate.layout, about, light, {}).angle_rad;
       updateByAzimuth(about, light, azimuth_rad, bearing_stddev_rad * bearing_stddev_rad, {},
                       &estimate);
     }

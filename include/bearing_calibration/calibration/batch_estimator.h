@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/calibration/cartesian_smoother.h"
 #include "bearing_calibration/calibration/light_track.h"
 #include "bearing_calibration/calibration/mount_jump.h"
+#include "bearing_calibration/calibration/smoother.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
@@ -43,17 +43,18 @@ struct SlipHypothesis {
 
 /// What a record of sights says about the mount and the light.
 struct BatchEstimate {
-  CartesianEstimate at_last_sight;
-  ErrorEstimate errors;  ///< of the robot, and how they hang together with at_last_sight
+  LightsEstimate last;              ///< at the last sight
+  CartesianEstimate at_last_sight;  ///< the same of the first light
+  ErrorEstimate errors;             ///< of the robot, and how they hang together with at_last_sight
   bool converged = false;
   int iterations = 0;
   double chi_square = 0.0;     ///< of the sights that were used, innovations of the last pass
-  int degrees_of_freedom = 0;  ///< of chi_square: sights used - 5
+  int degrees_of_freedom = 0;  ///< of chi_square: sights used less what was estimated
   double cost = std::numeric_limits<double>::infinity();  ///< robust cost of all sights and slips:
                                                           ///< what two fits compare by
   std::vector<double> nis;             ///< of each sight given those before it, by the variance
                                        ///< that the sensor says; NaN where left out
-  std::vector<PathPoint> path;         ///< smoothed, at each sight
+  RecordPath path;                     ///< smoothed
   std::vector<std::size_t> rejected;   ///< indices of sights left out
   std::vector<std::size_t> slips;      ///< indices of sights whose motion was given up
   std::vector<MountJump> mount_jumps;  ///< before each sight
@@ -69,7 +70,13 @@ struct BatchEstimate {
 /// @param fit  with a path
 RecordStart surestStart(const BatchEstimate& fit);
 
-/// The most probable mount, light and path given all bearings and the noise of all wheel motions:
+/// A path near enough to the truth, for a fit to begin with.
+struct RecordTrack {
+  RecordPath path;
+  std::vector<bool> is_plausible;  ///< of each sight: false where something else was seen
+};
+
+/// The most probable mount, lights and path given all bearings and the noise of all wheel motions:
 /// Gauss-Newton on the Cartesian state by relinearised Kalman smoother passes (doc/start.md,
 /// section "Batch").
 class BatchEstimator {
@@ -81,6 +88,11 @@ class BatchEstimator {
   /// @throws std::invalid_argument when the start or a supposed slip is at no sight, or a variance
   ///   is not positive.
   BatchEstimate estimate(const std::vector<Sight>& sights, const RecordStart& start,
+                         const SlipHypothesis& slips = {}) const;
+
+  /// The same of several lights.
+  /// @throws std::invalid_argument when the track is not of these sights, ...
+  BatchEstimate estimate(const std::vector<Sight>& sights, const RecordTrack& track,
                          const SlipHypothesis& slips = {}) const;
 
  private:

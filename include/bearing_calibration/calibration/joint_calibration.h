@@ -7,7 +7,7 @@
 
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/calibration/convergence_judge.h"
-#include "bearing_calibration/calibration/lights_fit.h"
+#include "bearing_calibration/calibration/joint_record.h"
 #include "bearing_calibration/calibration/lights_record.h"
 #include "bearing_calibration/calibration/own_answer.h"
 #include "bearing_calibration/filter/lasting_estimate.h"

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <chrono>
+#include <array>
 #include <cstddef>
 #include <vector>
 
 #include "bearing_calibration/calibration/batch_estimator.h"
-#include "bearing_calibration/calibration/cartesian_smoother.h"
+#include "bearing_calibration/calibration/smoother.h"
 
 namespace bearing_calibration {
 
@@ -24,6 +24,7 @@ class RecordWeights {
 
   const std::vector<SightWeight>& sights() const { return weights_; }
   const std::vector<std::size_t>& slips() const { return slips_; }
+  /// Of neighbouring bearings of one light: the largest.
   double correlation() const { return correlation_; }
 
   /// Huber's weights by the residuals along `path`, or plain ones where Huber is off or over.
@@ -46,6 +47,7 @@ class RecordWeights {
  private:
   double sigmas(std::size_t i, const RecordPath& path) const;
   double elevationSigmas(std::size_t i, const RecordPath& path) const;
+  double azimuthVariance(std::size_t i) const;
   bool isInsideSlip(std::size_t i) const;
   bool mayBeLight(std::size_t i, const RecordPath& path) const;
   bool isNear(std::size_t i, std::size_t slip) const;
@@ -56,11 +58,12 @@ class RecordWeights {
   const BatchConfig& config_;
   double usual_interval_s_;
   std::vector<SightWeight> weights_;
+  std::vector<std::size_t> next_image_;  ///< of each sight: where the next image begins
   SlipHypothesis supposed_;
   std::vector<std::size_t> slips_;
   bool huber_;
-  double widening_ = 1.0;            ///< of all bearing variances
-  double elevation_widening_ = 1.0;  ///< of all elevation variances
+  std::array<double, kMostLights> widening_;  ///< of each light's bearing variances
+  std::array<double, kMostLights> elevation_widening_;
   double correlation_ = 0.0;
   int rejection_rounds_ = 0;
 };
@@ -68,10 +71,5 @@ class RecordWeights {
 /// n measurements whose noise is a first-order autoregression are worth this times fewer white
 /// ones.
 double wideningFor(double correlation);
-
-/// Lag-1 correlation of the standardised innovations of the sights in use; 0 where insignificant.
-double innovationCorrelation(const SmootherPass& pass, const std::vector<SightWeight>& weights);
-/// The same of their elevations.
-double elevationCorrelation(const SmootherPass& pass);
 
 }  // namespace bearing_calibration

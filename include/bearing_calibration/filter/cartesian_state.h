@@ -39,6 +39,7 @@ struct Sight {
   double azimuth_variance_rad2 = 0.0;
   TravelNearby nearby;  ///< around the stamp; no motion where nobody asks for the time offset
   std::optional<Elevation> elevation = std::nullopt;  ///< where the sensor has one
+  int light = 0;                                      ///< which one of a record's lights
 };
 
 }  // namespace bearing_calibration

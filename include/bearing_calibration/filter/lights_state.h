@@ -19,6 +19,11 @@ using LightsVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostLightsStat
 using LightsRow = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostLightsState>;
 using LightsMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostLightsState, kMostLightsState>;
+/// The lights' own rows of a covariance.
+using LightsRows =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 2 * kMostLights, kMostLightsState>;
+/// The lights themselves, in the base frame: a column for each.
+using LightPositions = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostLights>;
 
 /// Places of the quantities in the state: sensor x, y, yaw; the first `errors` of the robot's
 /// errors; x, y of each light. All in the base frame of now.
@@ -63,19 +68,31 @@ struct LightsMotion {
       J_lights_errors;
 };
 
-/// @param before  the state that it is linearised about, before the motion
+/// @param lights_at_end  where the lights are after the motion, in the base frame
+/// @param error  of the motion, where it is linearised
+LightsMotion lineariseMotion(const LightsLayout& layout, const ErrorVector& errors,
+                             const LightPositions& lights_at_end, const OdometryIncrement& measured,
+                             const Eigen::Vector3d& error);
+/// The same about a state before the motion, which has no error of its own.
 LightsMotion lineariseMotion(const LightsLayout& layout, const LightsVector& before,
-                             const OdometryIncrement& measured, const Eigen::Vector3d& error);
+                             const OdometryIncrement& measured);
+
+/// Rounding makes the two halves of a covariance differ a little, and updates make the difference
+/// grow: both become their mean.
+void symmetrise(LightsMatrix* covariance);
 
 /// Moves an estimate.
 void propagate(const LightsMotion& motion, LightsEstimate* estimate);
 
-/// The azimuth [rad] at which the sensor sees a light, with its Jacobian by the state.
-struct LightsAzimuth {
-  double azimuth_rad;
-  LightsRow J_azimuth_state;
+/// An angle [rad] at which the sensor sees a light, with its Jacobian by the state.
+struct LightsAngle {
+  double angle_rad;
+  LightsRow J_angle_state;
 };
-LightsAzimuth expectAzimuth(const LightsLayout& layout, const LightsVector& state, int light,
+LightsAngle expectAzimuth(const LightsLayout& layout, const LightsVector& state, int light,
+                          const TravelNearby& nearby);
+/// Only with all errors in the state.
+LightsAngle expectElevation(const LightsLayout& layout, const LightsVector& state, int light,
                             const TravelNearby& nearby);
 
 /// An update by one bearing: what a smoother needs of it on its way back.

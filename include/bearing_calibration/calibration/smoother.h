@@ -6,51 +6,62 @@
 #include "bearing_calibration/calibration/mount_jump.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/ekf.h"
+#include "bearing_calibration/filter/lights_state.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration {
+
+/// Whether a sight is the first one of its image: several lights of one image follow each other in
+/// a record, each one's number greater than that before it, and the motion is the first one's.
+bool beginsImage(const std::vector<Sight>& sights, std::size_t i);
 
 /// How one sight of a record is weighed in a smoother pass.
 struct SightWeight {
   double sensor_variance_rad2 = 0.0;   ///< of an ordinary bearing
   double bearing_variance_rad2 = 0.0;  ///< what the pass uses: larger for a doubtful bearing
   bool use_bearing = true;
-  bool slipped = false;  ///< the motion to this sight is not trusted at all
+  bool slipped = false;  ///< the motion to this sight's image is not trusted at all
   double elevation_doubt =
       1.0;  ///< times the elevation's own variance; it is used with the bearing
 };
 
 /// A sight's place on the path that a pass is linearised about.
 struct PathPoint {
-  Vector5 state = Vector5::Zero();  ///< Cartesian, at this sight
-  /// What the odometry missed (x, y, yaw) on the motion to this sight: true minus measured.
+  LightPositions lights_in_base;
+  /// What the odometry missed (x, y, yaw) on the motion to this sight's image: true minus measured.
   Eigen::Vector3d motion_error = Eigen::Vector3d::Zero();
 };
 
 /// What a pass is linearised about.
 struct RecordPath {
-  std::vector<PathPoint> points;  ///< one for each sight
+  std::vector<PathPoint> points;                    ///< one for each sight
+  Eigen::Vector3d mount = Eigen::Vector3d::Zero();  ///< sensor x, y, yaw in the base frame
   ErrorVector errors = ErrorVector::Zero();
+
+  int lights() const { return static_cast<int>(points.front().lights_in_base.cols()); }
+  /// The Cartesian state of one light at a sight.
+  Vector5 state(std::size_t sight, int light = 0) const;
 };
 
 /// One sight seen from all others of the record.
 struct SmoothedSight {
-  PathPoint point;              ///< smoothed means
   double innovation_rad = 0.0;  ///< against the sights before it
   double innovation_variance_rad2 = 0.0;
   std::optional<Innovation> elevation;  ///< against the sights before it and its own azimuth
   /// Against all other sights, and the variance of what those expect, without the bearing's own.
   double left_out_residual_rad = 0.0;
   double left_out_variance_rad2 = 0.0;
-  /// What giving up the motion to this sight would take off the cost: chi-square(2) without slip.
+  /// What giving up the motion to this image would take off the cost: chi-square without slip, of 2
+  /// degrees with one light, of 3 with several; 0 but for the image's first sight.
   double slip_gain = 0.0;
   MountJump mount_jump;  ///< between the sight before and this one
 };
 
-/// A whole record, smoothed once about a given path of states.
+/// A whole record, smoothed once about a given path.
 struct SmootherPass {
   std::vector<SmoothedSight> sights;
-  RobotEstimate last;        ///< filtered, which is smoothed too, at the last sight
+  RecordPath path;           ///< smoothed means
+  LightsEstimate last;       ///< filtered, which is smoothed too, at the last sight
   double motion_cost = 0.0;  ///< squared noise of all motions that the smoothed path implies
 };
 

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "bearing_calibration/calibration/batch_estimator.h"
+#include "bearing_calibration/calibration/lights_record.h"
+#include "bearing_calibration/calibration/own_answer.h"
+
+namespace bearing_calibration {
+
+/// The sights of some lights in the order of time, each with its place in `lights` as its number.
+/// An image that shows none of them only moves the base.
+std::vector<Sight> sightsOf(const std::vector<LightsImage>& images,
+                            const std::vector<std::size_t>& lights);
+
+/// The path that ends with the lights and the mount of `end` and is made by the motions with their
+/// errors.
+/// @param motion_errors  for each sight, of the motion to its image (x, y, yaw): true minus
+/// measured
+RecordPath pathTo(const std::vector<Sight>& sights, const RecordPath& end,
+                  const std::vector<Eigen::Vector3d>& motion_errors);
+
+/// Where a fit of several lights begins, and what it supposes of slips.
+struct JointStart {
+  RecordTrack track;
+  SlipHypothesis slips;
+};
+
+/// From what each light's own calibration has decided of its sights: outliers are set aside,
+/// motions that any of them gave up are given up, and the path is that of the surest one.
+/// @param sights  their light i is the one of answers[i]
+JointStart startFromAnswers(const std::vector<Sight>& sights,
+                            const std::vector<const OwnAnswer*>& answers);
+
+/// The answer whose mount is known best.
+const OwnAnswer& surestOf(const std::vector<const OwnAnswer*>& answers);
+
+}  // namespace bearing_calibration

@@ -1,0 +1,350 @@
+#include "bearing_calibration/calibration/smoother.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration {
+namespace {
+
+/// Variance of Huber's bounded pull over that of an ordinary bearing's, for a sight that is mostly
+/// doubted: its square at 2 standard deviations where a fifth of all sights are outliers.
+constexpr double kDoubtfulPull = 1.6;
+
+/// One measured number, linearised about the path.
+struct LinearNumber {
+  LightsVector H;  ///< as a column
+  LightsVector gain;
+  double innovation;  ///< against the state before it, through the linearisation at the path
+  double innovation_variance;
+  double pull_variance;  ///< of innovation / innovation_variance
+};
+
+/// A number as it is measured.
+struct Measured {
+  double residual;           ///< at the path
+  double variance;           ///< larger than the ordinary one where it is doubted
+  double ordinary_variance;  ///< what a sensor without doubt would have
+};
+
+LinearNumber linearise(const LightsRow& H, const Measured& measured, const LightsVector& path,
+                       const LightsEstimate& estimate) {
+  LinearNumber number;
+  number.H = H.transpose();
+  const LightsVector PHt = estimate.covariance * number.H;
+  const double expected_variance = number.H.dot(PHt);
+  number.innovation = measured.residual - number.H.dot(estimate.mean - path);
+  number.innovation_variance = expected_variance + measured.variance;
+  number.pull_variance = 1.0 / number.innovation_variance;
+  if (measured.variance > measured.ordinary_variance) {
+    // The pull of a doubtful bearing is bounded by its weight, but it is not as small as a bearing
+    // of so large a variance would have it: else a few outliers look like a slip.
+    number.pull_variance = kDoubtfulPull / (expected_variance + measured.ordinary_variance);
+  }
+  number.gain = PHt / number.innovation_variance;
+  return number;
+}
+
+void takeIn(const LinearNumber& number, LightsEstimate* estimate) {
+  estimate->mean += number.gain * number.innovation;
+  const LightsVector scaled = number.innovation_variance * number.gain;
+  estimate->covariance.noalias() -= number.gain * scaled.transpose();
+}
+
+/// What the backward pass needs of an image from the forward one.
+struct ForwardImage {
+  std::size_t first_sight;
+  LightsMotion motion;     ///< to this image
+  LightsVector predicted;  ///< mean of the lights before the image is taken in, ...
+  LightsRows covariance;   ///< ... and their rows of the covariance
+};
+
+/// What a sight's numbers became on the way forward.
+struct ForwardSight {
+  LinearNumber azimuth;
+  std::optional<LinearNumber> elevation;
+};
+
+/// What a jump takes off the cost, along the directions in which it is told.
+template <int D>
+double gainOf(const Eigen::Matrix<double, D, 1>& pull,
+              const Eigen::Matrix<double, D, D>& information, double least_information) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, D, D>> solver;
+  solver.computeDirect(information);
+  double gain = 0.0;
+  for (int i = 0; i < D; ++i) {
+    if (solver.eigenvalues()(i) < least_information) continue;
+    gain += std::pow(solver.eigenvectors().col(i).dot(pull), 2) / solver.eigenvalues()(i);
+  }
+  return gain;
+}
+
+/// Disturbance r and its information N of everything after a moment.
+class Disturbance {
+ public:
+  explicit Disturbance(const LightsLayout& layout)
+      : layout_(layout),
+        r_(LightsVector::Zero(layout.size())),
+        N_(LightsMatrix::Zero(layout.size(), layout.size())) {}
+
+  const LightsVector& r() const { return r_; }
+  const LightsMatrix& N() const { return N_; }
+
+  void add(const LinearNumber& number) {
+    const LightsVector future = N_ * number.gain;
+    const double precision = 1.0 / number.innovation_variance;
+    const double surprise = number.innovation * precision - number.gain.dot(r_);
+    r_ += number.H * surprise;
+    // (I - KH)' N (I - KH) + H'H/S, written as updates of rank 1 and 2
+    const double scale = future.dot(number.gain) + number.pull_variance;
+    const LightsVector half = 0.5 * scale * number.H - future;
+    N_.noalias() += number.H * half.transpose();
+    N_.noalias() += half * number.H.transpose();
+  }
+
+  void passMotion(const LightsMotion& motion) {
+    const int size = 2 * layout_.lights;
+    const int errors = layout_.errors;
+    if (errors > 0) {
+      const auto J = motion.J_lights_errors.transpose();
+      r_.segment(kMountSize, errors).noalias() += J * r_.tail(size);
+      N_.middleRows(kMountSize, errors).noalias() += J * N_.bottomRows(size);
+      N_.middleCols(kMountSize, errors).noalias() += N_.rightCols(size) * motion.J_lights_errors;
+    }
+    const Eigen::Matrix2d& R = motion.R_end_start;
+    for (int light = 0; light < layout_.lights; ++light) {
+      const int at = layout_.lightAt(light);
+      r_.segment<2>(at) = (R.transpose() * r_.segment<2>(at)).eval();
+      N_.middleRows<2>(at) = (R.transpose() * N_.middleRows<2>(at)).eval();
+    }
+    for (int light = 0; light < layout_.lights; ++light) {
+      const int at = layout_.lightAt(light);
+      N_.middleCols<2>(at) = (N_.middleCols<2>(at) * R).eval();
+    }
+  }
+
+  /// What an unknown jump of the base at this moment would take off the cost. Only those of its
+  /// directions count in which the other sights tell a jump that is small against the lights'
+  /// range: in the others a gain is an accident of the linearisation.
+  /// @param range_m2  squared, the sum over all lights
+  double slipGain(const LightsMotion& motion, double range_m2) const {
+    constexpr double kTellable = 0.2;  // standard deviation of the jump, over the range
+    const double least_information = 1.0 / (kTellable * kTellable * range_m2);
+    const int size = 2 * layout_.lights;
+    if (layout_.lights == 1)
+      return gainOf<2>(r_.tail<2>(), N_.bottomRightCorner<2, 2>(), least_information);
+    // One light can go anywhere, several only as the base takes them.
+    const LightMoves moves =
+        Eigen::HouseholderQR<LightMoves>(motion.J_lights_error).householderQ() *
+        LightMoves::Identity(size, 3);
+    return gainOf<3>(moves.transpose() * r_.tail(size),
+                     moves.transpose() * N_.bottomRightCorner(size, size) * moves,
+                     least_information);
+  }
+
+ private:
+  using LightMoves = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3>;
+
+  LightsLayout layout_;
+  LightsVector r_;
+  LightsMatrix N_;
+};
+
+/// Fills in the residual of a bearing against the state smoothed from all others.
+void leaveOut(const LinearNumber& azimuth, const SightWeight& weight, const Disturbance& future,
+              SmoothedSight* smoothed) {
+  const double variance = weight.bearing_variance_rad2;
+  const double gained = azimuth.gain.dot(future.N() * azimuth.gain);
+  const double S = azimuth.innovation_variance;
+  if (weight.use_bearing) {
+    const double precision = 1.0 / S + gained;
+    smoothed->left_out_residual_rad =
+        (azimuth.innovation / S - azimuth.gain.dot(future.r())) / precision;
+    smoothed->left_out_variance_rad2 = std::max(1.0 / precision - variance, 0.0);
+    return;
+  }
+  smoothed->left_out_residual_rad = azimuth.innovation - S * azimuth.gain.dot(future.r());
+  smoothed->left_out_variance_rad2 = std::max(S - variance - S * S * gained, 0.0);
+}
+
+/// One pass over a record.
+class Smoother {
+ public:
+  Smoother(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
+           const RecordPath& path, const ErrorPriors& errors)
+      : sights_(sights),
+        weights_(weights),
+        path_(path),
+        errors_(errors),
+        layout_{errorsInUse(errors), path.lights()},
+        takes_elevations_(errors.usesElevations()) {
+    images_.reserve(sights.size());
+    forward_.reserve(sights.size());
+    pass_.sights.resize(sights.size());
+    pass_.path.points.resize(sights.size());
+  }
+
+  SmootherPass run(const SmootherPrior& prior) {
+    goForward(prior);
+    goBackward();
+    return std::move(pass_);
+  }
+
+ private:
+  LightsEstimate beforeAll(const SmootherPrior& prior) const;
+  LightsVector pathAt(std::size_t i) const;
+  void enterImage(std::size_t i, LightsEstimate* estimate);
+  void takeSight(std::size_t i, LightsEstimate* estimate);
+  void goForward(const SmootherPrior& prior);
+  void leaveImage(std::size_t end, Disturbance* future);
+  void goBackward();
+
+  const std::vector<Sight>& sights_;
+  const std::vector<SightWeight>& weights_;
+  const RecordPath& path_;
+  const ErrorPriors& errors_;
+  const LightsLayout layout_;
+  const bool takes_elevations_;
+  std::vector<ForwardImage> images_;
+  std::vector<ForwardSight> forward_;  ///< of each sight
+  SmootherPass pass_;
+};
+
+LightsVector Smoother::pathAt(std::size_t i) const {
+  LightsVector state(layout_.size());
+  state << path_.mount, path_.errors.head(layout_.errors),
+      path_.points[i].lights_in_base.reshaped();
+  return state;
+}
+
+LightsEstimate Smoother::beforeAll(const SmootherPrior& prior) const {
+  const int K = layout_.errors;
+  LightsVector variance =
+      LightsVector::Constant(layout_.size(), std::pow(prior.position_stddev_m, 2));
+  variance(kMountSize - 1) = prior.yaw_stddev_rad * prior.yaw_stddev_rad;
+  variance.segment(kMountSize, K) = errors_.stddev.head(K).cwiseAbs2();
+  LightsVector mean = pathAt(0);
+  mean.segment(kMountSize, K) = errors_.mean.head(K);
+  return {layout_, mean, variance.asDiagonal()};
+}
+
+void Smoother::enterImage(std::size_t i, LightsEstimate* estimate) {
+  const PathPoint& point = path_.points[i];
+  LightsMotion motion = lineariseMotion(layout_, path_.errors, point.lights_in_base,
+                                        sights_[i].motion, point.motion_error);
+  if (weights_[i].slipped) motion.covariance += slipCovariance();
+  if (i > 0) propagate(motion, estimate);
+  const int size = 2 * layout_.lights;
+  images_.push_back({i, motion, estimate->mean.tail(size), estimate->covariance.bottomRows(size)});
+}
+
+void Smoother::takeSight(std::size_t i, LightsEstimate* estimate) {
+  const Sight& sight = sights_[i];
+  const SightWeight& weight = weights_[i];
+  const LightsVector path = pathAt(i);
+  const LightsAngle expected = expectAzimuth(layout_, path, sight.light, sight.nearby);
+  const Measured azimuth{wrapAngle(sight.azimuth_rad - expected.angle_rad),
+                         weight.bearing_variance_rad2, weight.sensor_variance_rad2};
+  forward_.push_back({linearise(expected.J_angle_state, azimuth, path, *estimate), std::nullopt});
+  ForwardSight& forward = forward_.back();
+  SmoothedSight& smoothed = pass_.sights[i];
+  smoothed.innovation_rad = forward.azimuth.innovation;
+  smoothed.innovation_variance_rad2 = forward.azimuth.innovation_variance;
+  if (!weight.use_bearing) return;
+  takeIn(forward.azimuth, estimate);
+  if (!takes_elevations_ || !sight.elevation) return;
+  const LightsAngle over = expectElevation(layout_, path, sight.light, sight.nearby);
+  const double variance = sight.elevation->variance_rad2;
+  const Measured elevation{sight.elevation->angle_rad - over.angle_rad,
+                           weight.elevation_doubt * variance, variance};
+  forward.elevation = linearise(over.J_angle_state, elevation, path, *estimate);
+  smoothed.elevation = {forward.elevation->innovation, forward.elevation->innovation_variance};
+  takeIn(*forward.elevation, estimate);
+}
+
+void Smoother::goForward(const SmootherPrior& prior) {
+  LightsEstimate estimate = beforeAll(prior);
+  for (std::size_t i = 0; i < sights_.size(); ++i) {
+    if (beginsImage(sights_, i)) enterImage(i, &estimate);
+    takeSight(i, &estimate);
+  }
+  pass_.last = std::move(estimate);
+  symmetrise(&pass_.last.covariance);
+}
+
+/// Goes back over the motion to an image, of which all sights have been passed.
+/// @param end  behind its last sight
+void Smoother::leaveImage(std::size_t end, Disturbance* future) {
+  const ForwardImage& image = images_.back();
+  const std::size_t first = image.first_sight;
+  PathPoint point;
+  const LightsVector lights = image.predicted + image.covariance * future->r();
+  point.lights_in_base = lights.reshaped(2, layout_.lights);
+  if (first > 0) {
+    if (!weights_[first].slipped) {
+      const LightPositions& lights_at_path = path_.points[first].lights_in_base;
+      double range_m2 = 0.0;
+      for (int light = 0; light < layout_.lights; ++light) {
+        range_m2 += (lights_at_path.col(light) - path_.mount.head<2>()).squaredNorm();
+      }
+      pass_.sights[first].slip_gain = future->slipGain(image.motion, range_m2);
+    }
+    const Eigen::Vector3d pull =
+        image.motion.J_lights_error.transpose() * future->r().tail(2 * layout_.lights);
+    point.motion_error = image.motion.covariance * pull;
+    pass_.motion_cost += pull.dot(point.motion_error);
+    future->passMotion(image.motion);
+  }
+  std::fill(pass_.path.points.begin() + static_cast<std::ptrdiff_t>(first),
+            pass_.path.points.begin() + static_cast<std::ptrdiff_t>(end), point);
+  images_.pop_back();
+}
+
+void Smoother::goBackward() {
+  Disturbance future(layout_);
+  std::size_t end = sights_.size();
+  for (std::size_t i = sights_.size(); i-- > 0;) {
+    SmoothedSight& smoothed = pass_.sights[i];
+    if (forward_[i].elevation) future.add(*forward_[i].elevation);
+    leaveOut(forward_[i].azimuth, weights_[i], future, &smoothed);
+    if (weights_[i].use_bearing) future.add(forward_[i].azimuth);
+    smoothed.mount_jump = {future.r().head<kMountSize>(),
+                           future.N().topLeftCorner<kMountSize, kMountSize>()};
+    if (images_.back().first_sight < i) continue;
+    leaveImage(end, &future);
+    end = i;
+  }
+  pass_.path.mount = pass_.last.mean.head<kMountSize>();
+  pass_.path.errors = errorsOf(layout_, pass_.last.mean);
+}
+
+}  // namespace
+
+bool beginsImage(const std::vector<Sight>& sights, std::size_t i) {
+  return i == 0 || sights[i].stamp != sights[i - 1].stamp || sights[i].light <= sights[i - 1].light;
+}
+
+Vector5 RecordPath::state(std::size_t sight, int light) const {
+  Vector5 state;
+  state << points[sight].lights_in_base.col(light), mount;
+  return state;
+}
+
+Eigen::Matrix3d slipCovariance() {
+  constexpr double kPositionStddev_m = 0.3;
+  constexpr double kYawStddev_rad = 0.5;
+  return Eigen::Vector3d(kPositionStddev_m, kPositionStddev_m, kYawStddev_rad)
+      .cwiseAbs2()
+      .asDiagonal();
+}
+
+SmootherPass smooth(const std::vector<Sight>& sights, const std::vector<SightWeight>& weights,
+                    const RecordPath& path, const SmootherPrior& prior, const ErrorPriors& errors) {
+  return Smoother(sights, weights, path, errors).run(prior);
+}
+
+}  // namespace bearing_calibration
