@@ -68,7 +68,8 @@ void JointCalibration::look(const LightsImage& image) {
     return;
   }
   LightsEstimate& estimate = joint_->estimate;
-  propagate(lineariseMotion(estimate.layout, estimate.mean, image.motion), &estimate);
+  propagate(lineariseMotion(estimate.layout, estimate.mean, withNoise(image.motion, wheel_noise_)),
+            &estimate);
   for (std::size_t i = 0; i < joint_->lights.size(); ++i) {
     const LightSight& sight = image.lights.at(joint_->lights[i]);
     if (!sight.isSeen()) continue;
@@ -134,10 +135,12 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   std::vector<const OwnAnswer*> taken;
   widening_.clear();
   for (std::size_t light : lights) {
-    taken.push_back(answers[light]);
-    widening_.push_back(wideningFor(taken.back()->fit.correlation));
+    const OwnAnswer& own = *answers[light];
+    taken.push_back(&own);
+    widening_.push_back(wideningFor(own.fit.correlation) * std::pow(own.noise.bearing.value, 2));
   }
-  const std::vector<Sight> sights = sightsOf(record_.entries(), lights);
+  wheel_noise_.wheel = surestOf(taken).noise.wheel;
+  const std::vector<Sight> sights = withNoise(sightsOf(record_.entries(), lights), taken);
   const JointStart start = startFromAnswers(sights, taken);
   const BatchEstimate fit = BatchEstimator(withoutSlips(config_.initializer.batch))
                                 .estimate(sights, start.track, start.slips);

@@ -134,6 +134,17 @@ const OwnAnswer& surestOf(const std::vector<const OwnAnswer*>& answers) {
       [&](const OwnAnswer* a, const OwnAnswer* b) { return size(a) < size(b); });
 }
 
+std::vector<Sight> withNoise(std::vector<Sight> sights,
+                             const std::vector<const OwnAnswer*>& answers) {
+  const NoiseLevels& surest = surestOf(answers).noise;
+  for (Sight& sight : sights) {
+    const double factor = answers[static_cast<std::size_t>(sight.light)]->noise.bearing.value;
+    sight.azimuth_variance_rad2 *= factor * factor;
+    sight.motion = withNoise(sight.motion, surest);
+  }
+  return sights;
+}
+
 JointStart startFromAnswers(const std::vector<Sight>& sights,
                             const std::vector<const OwnAnswer*>& answers) {
   const OwnAnswer& surest = surestOf(answers);

@@ -191,7 +191,7 @@ void MountCalibration::noteSettled(const RecordStart& start) {
 void MountCalibration::noteAnswer(const SlipAverage& settled) {
   const std::vector<Sight>& sights = initializer_.record().sights();
   const bool tells_one = !settled.is_disputed && tellsOneMount(*tracker_, sights, settled.best);
-  answer_ = OwnAnswer{{}, settled.best, settled.estimate, tells_one, motionOf(sights)};
+  answer_ = OwnAnswer{{}, settled.best, settled.estimate, tells_one, motionOf(sights), noise_};
   for (const Sight& sight : sights) answer_->stamps.push_back(sight.stamp);
 }
 

@@ -118,6 +118,17 @@ TEST(LightsFit, DoesNotDependOnTheLightsOrder) {
   EXPECT_LT((first - swapped.last.robot(2).cartesian.mean).norm(), kRounding);
 }
 
+TEST(LightsFit, KeepsTheMeanOfAPrior) {
+  constexpr double kNearPerFar_m = -0.63;
+  SimulatedCase simulated = danceWith(2, 7);
+  simulated.looked_for.setBlock("mirror_harmonic", 0.03);
+  simulated.looked_for.setMirrorNearPerFar(kNearPerFar_m);
+  const BatchEstimate fit = fitFromTruth(simulated, simulate(simulated));
+  ASSERT_TRUE(fit.converged);
+  EXPECT_EQ(fit.errors.mean(placeOf<MirrorHarmonic>() + MirrorHarmonic::kNearPerFar),
+            kNearPerFar_m);
+}
+
 /// Two lights that nobody knows, seen by a robot with hardly any noise for many thousand images.
 LightsEstimate afterManyPreciseBearings(double prior_stddev_m, double bearing_stddev_rad) {
   constexpr int kMotions = 20000;

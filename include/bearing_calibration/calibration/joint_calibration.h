@@ -64,7 +64,8 @@ class JointCalibration {
   LightsRecord record_;
   OdometryIncrement motion_since_record_;
   std::optional<Joint> joint_;
-  std::vector<double> widening_;  ///< of the bearings of joint_'s lights
+  std::vector<double> widening_;  ///< of the bearings' variances of joint_'s lights
+  NoiseLevels wheel_noise_;       ///< of the motions
   std::vector<std::size_t> contradicting_;
   Outcome outcome_ = Outcome::kTooFew;
 };

@@ -33,6 +33,11 @@ struct JointStart {
 JointStart startFromAnswers(const std::vector<Sight>& sights,
                             const std::vector<const OwnAnswer*>& answers);
 
+/// The same sights with the noise that was found: each light's bearings with that of its own
+/// answer, the wheels with the surest one's.
+std::vector<Sight> withNoise(std::vector<Sight> sights,
+                             const std::vector<const OwnAnswer*>& answers);
+
 /// The answer whose mount is known best.
 const OwnAnswer& surestOf(const std::vector<const OwnAnswer*>& answers);
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "bearing_calibration/calibration/batch_estimator.h"
+#include "bearing_calibration/calibration/noise_levels.h"
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
@@ -16,6 +17,7 @@ struct OwnAnswer {
   /// No part of the record says another mount than the rest, and both halves tell it.
   bool tells_one_mount = false;
   double motion_m = 0.0;  ///< of the record, its turns included
+  NoiseLevels noise;      ///< against the stated one, with which it was fitted
 };
 
 }  // namespace bearing_calibration
