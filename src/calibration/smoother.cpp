@@ -94,8 +94,8 @@ class Disturbance {
   const LightsVector& r() const { return r_; }
   const LightsMatrix& N() const { return N_; }
 
-  void add(const LinearNumber& number) {
-    const LightsVector future = N_ * number.gain;
+  /// @param future  N times the number's gain
+  void add(const LinearNumber& number, const LightsVector& future) {
     const double precision = 1.0 / number.innovation_variance;
     const double surprise = number.innovation * precision - number.gain.dot(r_);
     r_ += number.H * surprise;
@@ -155,20 +155,20 @@ class Disturbance {
 };
 
 /// Fills in the residual of a bearing against the state smoothed from all others.
-void leaveOut(const LinearNumber& azimuth, const SightWeight& weight, const Disturbance& future,
+/// @param r_gain  the disturbance r times the azimuth's gain
+/// @param N_gain  its information N between that gain and itself
+void leaveOut(const LinearNumber& azimuth, const SightWeight& weight, double r_gain, double N_gain,
               SmoothedSight* smoothed) {
   const double variance = weight.bearing_variance_rad2;
-  const double gained = azimuth.gain.dot(future.N() * azimuth.gain);
   const double S = azimuth.innovation_variance;
   if (weight.use_bearing) {
-    const double precision = 1.0 / S + gained;
-    smoothed->left_out_residual_rad =
-        (azimuth.innovation / S - azimuth.gain.dot(future.r())) / precision;
+    const double precision = 1.0 / S + N_gain;
+    smoothed->left_out_residual_rad = (azimuth.innovation / S - r_gain) / precision;
     smoothed->left_out_variance_rad2 = std::max(1.0 / precision - variance, 0.0);
     return;
   }
-  smoothed->left_out_residual_rad = azimuth.innovation - S * azimuth.gain.dot(future.r());
-  smoothed->left_out_variance_rad2 = std::max(S - variance - S * S * gained, 0.0);
+  smoothed->left_out_residual_rad = azimuth.innovation - S * r_gain;
+  smoothed->left_out_variance_rad2 = std::max(S - variance - S * S * N_gain, 0.0);
 }
 
 /// One pass over a record.
@@ -309,9 +309,12 @@ void Smoother::goBackward() {
   std::size_t end = sights_.size();
   for (std::size_t i = sights_.size(); i-- > 0;) {
     SmoothedSight& smoothed = pass_.sights[i];
-    if (forward_[i].elevation) future.add(*forward_[i].elevation);
-    leaveOut(forward_[i].azimuth, weights_[i], future, &smoothed);
-    if (weights_[i].use_bearing) future.add(forward_[i].azimuth);
+    const auto& [azimuth, elevation] = forward_[i];
+    if (elevation) future.add(*elevation, future.N() * elevation->gain);
+    const LightsVector N_gain = future.N() * azimuth.gain;
+    leaveOut(azimuth, weights_[i], azimuth.gain.dot(future.r()), azimuth.gain.dot(N_gain),
+             &smoothed);
+    if (weights_[i].use_bearing) future.add(azimuth, N_gain);
     smoothed.mount_jump = {future.r().head<kMountSize>(),
                            future.N().topLeftCorner<kMountSize, kMountSize>()};
     if (images_.back().first_sight < i) continue;

@@ -125,7 +125,6 @@ void propagate(const LightsMotion& motion, LightsEstimate* estimate) {
   const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3> J_noise =
       motion.J_lights_error * motion.covariance;
   P.block(at, at, size, size).noalias() += J_noise * motion.J_lights_error.transpose();
-  symmetrise(&P);
 }
 
 LightsAngle expectAzimuth(const LightsLayout& layout, const LightsVector& state, int light,
