@@ -352,12 +352,17 @@ TEST(TakenUp, IsThereFromTheFirstBearingsOn) {
   EXPECT_LT(std::sqrt(result.base_from_sensor->covariance(0, 0)), 0.0031);
 }
 
-// Bearings and wheels alone never tell the wheels' separation, however often a robot starts: what
-// is known of it beforehand is counted once, not at each start.
+// Bearings tell what the wheels' scales and their separation have in common as little as all other
+// lengths, however often a robot starts: what is known of them beforehand, in three numbers of
+// which the data tell two differences, is counted once, not at each start.
 TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
-  constexpr double kSeparationStddev = 0.05;
+  constexpr double kScaleStddev = 0.03;
+  constexpr double kSeparationPrior = 0.01;
+  const double separation_expected =
+      1.0 / std::sqrt(1.0 / std::pow(kSeparationPrior, 2) + 2.0 / std::pow(kScaleStddev, 2));
   CalibratorConfig config = calibratorConfig();
-  config.initializer.batch.errors.setBlock(WheelSeparation::kName, kSeparationStddev);
+  config.initializer.batch.errors.setBlock(WheelScales::kName, kScaleStddev);
+  config.initializer.batch.errors.setBlock(WheelSeparation::kName, kSeparationPrior);
   std::optional<LastingEstimate> earlier;
   constexpr int kStarts = 6;
   for (int start = 1; start <= kStarts; ++start) {
@@ -368,12 +373,12 @@ TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
     ASSERT_TRUE(result.base_from_sensor.has_value());
     const double separation_stddev = std::sqrt(
         result.robot_errors.covariance(placeOf<WheelSeparation>(), placeOf<WheelSeparation>()));
-    EXPECT_NEAR(separation_stddev, kSeparationStddev, 0.02 * kSeparationStddev);
+    EXPECT_NEAR(separation_stddev, separation_expected, 0.02 * separation_expected);
     // The mount's distance from the base is measured by it.
     const Eigen::Vector2d way = robot.base_from_sensor.position_m;
     const double along_m = std::sqrt(way.normalized().dot(
         result.base_from_sensor->covariance.topLeftCorner<2, 2>() * way.normalized()));
-    EXPECT_GT(along_m, 0.98 * kSeparationStddev * way.norm()) << "start " << start;
+    EXPECT_GT(along_m, 0.98 * separation_expected * way.norm()) << "start " << start;
     earlier = LastingEstimate::of(RobotEstimate{*result.cartesian_state, result.robot_errors});
   }
 }
