@@ -10,6 +10,7 @@
 #include "bearing_calibration/calibration/record_weights.h"
 #include "bearing_calibration/calibration/smoother.h"
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/cancellation.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
@@ -181,6 +182,7 @@ void Fit::judgeInnovations(BatchEstimate& estimate) const {
 BatchEstimate Fit::run() {
   BatchEstimate estimate;
   while (stage_ != Stage::kDone && estimate.iterations < config_.max_iterations) {
+    endIfCancelled();
     ++estimate.iterations;
     if (!step()) {
       if (++failures_ > kMaxFailures) break;

@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/calibration/bearing_input.h"
 #include "bearing_calibration/calibration/bearing_queue.h"
-#include "bearing_calibration/calibration/several_lights.h"
+#include "bearing_calibration/calibration/fits_beside.h"
 #include "bearing_calibration/common/validated.h"
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
@@ -17,14 +17,14 @@ namespace bearing_calibration {
 /// hands each image with the motion before it to the calibration.
 class Calibrator::Impl {
  public:
-  explicit Impl(const CalibratorConfig& config)
-      : config_(validated(config)),
+  Impl(const CalibratorConfig& config, std::unique_ptr<FitsBeside> calibration)
+      : config_(config),
         pairing_(config.drive.counter_bits, config.max_wheels_apart_s),
         odometer_(config.drive),
         track_(config.drive.wheel_separation_m, config.wheel_noise,
                durationFromSeconds(config.tick_history_s)),
         queue_(static_cast<std::size_t>(config.bearings.max_waiting)),
-        calibration_(config) {}
+        calibration_(std::move(calibration)) {}
 
   const CalibratorConfig& config() const { return config_; }
 
@@ -89,11 +89,11 @@ class Calibrator::Impl {
     const Stamp moment = std::clamp(stamp - durationFromSeconds(config_.bearings.latency_s),
                                     *last_fused_, std::max(*last_fused_, track_.newest()));
     if (!track_.covers(moment)) return std::nullopt;
-    const auto azimuth =
-        calibration_.predictAzimuthAfter(track_.motionTo(moment), track_.travelAround(moment));
+    const auto azimuth = calibration_->live().predictAzimuthAfter(track_.motionTo(moment),
+                                                                  track_.travelAround(moment));
     if (!azimuth) return std::nullopt;
     return BearingPrediction{stamp, azimuth->azimuth_rad, azimuth->variance_rad2,
-                             calibration_.lightId()};
+                             calibration_->live().lightId()};
   }
 
   std::optional<BasePlace> place() const {
@@ -102,14 +102,27 @@ class Calibrator::Impl {
     return BasePlace{newest, start_from_fused_ * track_.motionTo(newest).start_from_end};
   }
 
-  void takeUp(const LastingEstimate& earlier) { calibration_.takeUp(earlier); }
+  void takeUp(const LastingEstimate& earlier) { calibration_->takeUp(earlier); }
+
+  void takeOverFit() {
+    calibration_->takeOver();
+    calibration_->rethrow();
+  }
+  FitsReport fits() const { return calibration_->report(); }
+  /// With all forgotten; nothing else may be called afterwards.
+  std::unique_ptr<FitsBeside> release() {
+    calibration_->forget();
+    return std::move(calibration_);
+  }
 
   void observe(LookObserver observer) { observer_ = std::move(observer); }
   const LookObserver& observer() const { return observer_; }
 
   void setPaused(bool paused) {
     paused_ = paused;
-    if (paused) queue_.clear();
+    if (!paused) return;
+    queue_.clear();
+    calibration_->drop();
   }
 
   CalibrationResult result() const {
@@ -119,7 +132,7 @@ class Calibrator::Impl {
     result.bearings_waiting = static_cast<std::uint32_t>(queue_.size());
     result.state =
         track_.empty() ? CalibrationState::kWaitingForTicks : CalibrationState::kWaitingForLight;
-    calibration_.describe(&result);
+    calibration_->live().describe(&result);
     if (paused_) result.state = CalibrationState::kPaused;
     if (paused_ || result.advice.empty()) result.advice = adviceFor(result.state);
     result.advice = adviceWithSensor(counts_.bearing_inputs, result.bearings_used, result.advice);
@@ -134,7 +147,9 @@ class Calibrator::Impl {
   }
 
   void noteStepBack() {
-    if (odometer_.isSteppedBack()) passed_twice_ = track_.newest();
+    if (!odometer_.isSteppedBack()) return;
+    passed_twice_ = track_.newest();
+    calibration_->drop();
   }
 
   InputOutcome countBearings(const InputOutcome& outcome) {
@@ -178,7 +193,7 @@ class Calibrator::Impl {
     track_.anchorAt(bearings.stamp);
     last_fused_ = bearings.stamp;
     start_from_fused_ = start_from_fused_ * motion.start_from_end;
-    const Look look = calibration_.look(bearings, motion, nearby);
+    const Look look = calibration_->look(bearings, motion, nearby);
     if (observer_) observer_(look);
   }
 
@@ -187,7 +202,7 @@ class Calibrator::Impl {
   WheelOdometer odometer_;
   OdometryTrack track_;
   BearingQueue queue_;
-  SeveralLights calibration_;
+  std::unique_ptr<FitsBeside> calibration_;
   std::optional<WheelTravel> last_travel_;
   std::optional<Stamp> last_fused_;  ///< on the encoders' clock
   /// The encoders' clock has stepped back from here: what is stamped earlier may be of either time.
@@ -198,25 +213,35 @@ class Calibrator::Impl {
   CalibrationResult counts_;  ///< only what is counted up here
 };
 
-Calibrator::Calibrator(const CalibratorConfig& config) : impl_(std::make_unique<Impl>(config)) {}
+Calibrator::Calibrator(const CalibratorConfig& config, FitsRun fits_run)
+    : impl_(std::make_unique<Impl>(config,
+                                   std::make_unique<FitsBeside>(validated(config), fits_run))) {}
 Calibrator::~Calibrator() = default;
 Calibrator::Calibrator(Calibrator&&) noexcept = default;
 Calibrator& Calibrator::operator=(Calibrator&&) noexcept = default;
 
 InputOutcome Calibrator::addTicks(const WheelCounts& ticks, Stamp received) {
-  return impl_->addReading(ticks, received);
+  const InputOutcome outcome = impl_->addReading(ticks, received);
+  impl_->takeOverFit();
+  return outcome;
 }
 
 InputOutcome Calibrator::addAngles(const WheelAngles& angles, Stamp received) {
-  return impl_->addReading(angles, received);
+  const InputOutcome outcome = impl_->addReading(angles, received);
+  impl_->takeOverFit();
+  return outcome;
 }
 
 InputOutcome Calibrator::addWheel(WheelSide side, const WheelCount& count, Stamp received) {
-  return impl_->addWheel(side, count, received);
+  const InputOutcome outcome = impl_->addWheel(side, count, received);
+  impl_->takeOverFit();
+  return outcome;
 }
 
 InputOutcome Calibrator::addBearings(const BearingSet& bearings, Stamp received) {
-  return impl_->addBearings(bearings, received);
+  const InputOutcome outcome = impl_->addBearings(bearings, received);
+  impl_->takeOverFit();
+  return outcome;
 }
 
 std::optional<BearingPrediction> Calibrator::predictBearing(Stamp stamp) const {
@@ -224,6 +249,10 @@ std::optional<BearingPrediction> Calibrator::predictBearing(Stamp stamp) const {
 }
 
 CalibrationResult Calibrator::result() const { return impl_->result(); }
+
+void Calibrator::takeOverFit() { impl_->takeOverFit(); }
+
+FitsReport Calibrator::fits() const { return impl_->fits(); }
 
 std::optional<BasePlace> Calibrator::place() const { return impl_->place(); }
 
@@ -233,7 +262,7 @@ void Calibrator::observe(LookObserver observer) { impl_->observe(std::move(obser
 
 void Calibrator::reset() {
   LookObserver observer = impl_->observer();
-  impl_ = std::make_unique<Impl>(impl_->config());
+  impl_ = std::make_unique<Impl>(CalibratorConfig(impl_->config()), impl_->release());
   impl_->observe(std::move(observer));
 }
 

@@ -6,6 +6,7 @@
 
 #include "bearing_calibration/calibration/closed_form.h"
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/cancellation.h"
 #include "bearing_calibration/filter/bearing_model.h"
 
 namespace bearing_calibration {
@@ -87,6 +88,7 @@ FixedPathFit fitOnFixedPath(const std::vector<PosedSight>& sights, const Vector5
   NormalEquations normal;
   FixedPathFit best = evaluate(sights, start, weight, &normal);
   for (int i = 0; i < kMaxIterations && damping < kMostDamping; ++i) {
+    endIfCancelled();
     Matrix5 damped = normal.hessian.selfadjointView<Eigen::Lower>();
     damped.diagonal() *= 1.0 + damping;
     const Vector5 state = best.state_at_first + damped.ldlt().solve(normal.gradient);

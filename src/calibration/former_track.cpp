@@ -14,7 +14,7 @@ constexpr int kPatience = 60;
 
 }  // namespace
 
-FormerTrack::FormerTrack(std::unique_ptr<MountFilter> filter) : filter_(std::move(filter)) {}
+FormerTrack::FormerTrack(FilterValue filter) : filter_(std::move(filter)) {}
 
 Association FormerTrack::look(const std::vector<Bearing>& candidates, const TravelNearby& nearby,
                               const FusionConfig& fusion, const Association& present) {

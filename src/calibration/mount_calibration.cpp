@@ -43,11 +43,15 @@ void note(Look::Kind kind, const Bearing& light, Look* look) {
 
 }  // namespace
 
-MountCalibration::MountCalibration(const CalibratorConfig& config)
-    : config_(config), initializer_(config.initializer), batch_(config.initializer.batch) {}
+MountCalibration::MountCalibration(const CalibratorConfig& config, FitsRun fits_run)
+    : config_(config),
+      fits_run_(fits_run),
+      initializer_(config.initializer),
+      batch_(config.initializer.batch) {}
 
 Look MountCalibration::look(const BearingSet& image, const OdometryIncrement& motion,
                             const TravelNearby& nearby) {
+  is_work_due_ = false;
   const BearingSet ours{image.stamp, ofThisLight(image.candidates)};
   motion_since_sight_ = append(motion_since_sight_, motion);
   picker_.move(motion);
@@ -82,8 +86,20 @@ void MountCalibration::start(const BearingSet& image, const TravelNearby& nearby
   noteLight(*light);
   remember(stamp, *light, nearby);
   if (!tracker_) ++bearings_used_;
-  if (!attempt_) startFromGuess(*light);
-  if (attempt_ && !attempts_.isDue(initializer_.record())) return;
+  if (!attempt_ && !tracker_) startFromGuess(*light);
+  is_work_due_ = !attempt_ || attempts_.isDue(initializer_.record());
+  if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();
+}
+
+void MountCalibration::work() {
+  is_work_due_ = false;
+  if (!started_) return attemptStart();
+  if (isFitDue()) refineAndJudge();
+  if (judge_->last().state == CalibrationState::kInconsistent) diagnose();
+  if (config_.knocked.start_anew && judge_->last().knocked) followKnock();
+}
+
+void MountCalibration::attemptStart() {
   attempt_ = initializer_.attempt();
   moveAlong(*attempt_);
   misfits_ = doesNotFit(*attempt_) ? misfits_ + 1 : 0;
@@ -149,10 +165,11 @@ void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearb
   if (found) noteLight(candidates[association.candidate]);
   if (started_) {
     remember(stamp, candidates[association.candidate], nearby);
-    refineAndJudge();
-    if (judge_->last().state == CalibrationState::kInconsistent) diagnose();
+    is_work_due_ = isFitDue() || (judge_->last().state == CalibrationState::kInconsistent &&
+                                  diagnoses_.isDue(initializer_.record()));
+    if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();
+    if (!started_) return;  // after a knock
   }
-  if (started_ && config_.knocked.start_anew && judge_->last().knocked) return followKnock();
   if (!tracker_->isLost() || tracker_->isSearching()) return;
   look->lost_light = started_;
   tracker_.reset();
@@ -199,13 +216,15 @@ bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
   return batch.converged && batch.inlierFraction() >= config_.initializer.min_inlier_fraction;
 }
 
+bool MountCalibration::isFitDue() const {
+  const SightRecord& record = initializer_.record();
+  return fits_.isDue(record) || (fits_.isTime(record) && ConvergenceJudge::isDoubted(*tracker_));
+}
+
 /// The filter cannot take back what it has once believed: a slip that passed the gate, a bearing
 /// that was none. The batch over the record can, and knows about them by what came after.
 void MountCalibration::refineAndJudge() {
   const SightRecord& record = initializer_.record();
-  const bool is_due =
-      fits_.isDue(record) || (fits_.isTime(record) && ConvergenceJudge::isDoubted(*tracker_));
-  if (!is_due) return;
   fits_.begin(record, {kFitInterval, config_.refit_growth});
   const std::vector<Sight>& stated = record.sights();
   const std::vector<Sight> scaled =
@@ -270,7 +289,7 @@ void MountCalibration::noteLight(const Bearing& light) {
 
 /// Forgets what the sights have said, but not which light it is, nor what is said about it all.
 void MountCalibration::startAnew() {
-  MountCalibration fresh(config_);
+  MountCalibration fresh(config_, fits_run_);
   fresh.earlier_ = earlier_;
   fresh.knock_ = knock_;
   fresh.light_id_ = light_id_;

@@ -1,6 +1,7 @@
 #include "bearing_calibration/calibration/mount_tracker.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "bearing_calibration/calibration/light_start.h"
 #include "bearing_calibration/calibration/record_weights.h"
@@ -15,15 +16,14 @@ constexpr double kUnknownTurnStddev_rad = 0.5;
 constexpr double kLostBelowFusedShare = 0.3;
 constexpr int kLostWindow = MountTracker::kWindow / 2;
 
-std::unique_ptr<MountFilter> makeFilter(FilterConfig::Chart chart, const RobotEstimate& start,
-                                        int errors_in_use) {
+FilterValue makeFilter(FilterConfig::Chart chart, const RobotEstimate& start, int errors_in_use) {
   if (chart == FilterConfig::Chart::kCartesian && errors_in_use > 0) {
-    return makeRobotFilter(start, errors_in_use);
+    return FilterValue(makeRobotFilter(start, errors_in_use));
   }
   auto filter = chart == FilterConfig::Chart::kPaper ? makePaperFilter(start.cartesian)
                                                      : makeCartesianFilter(start.cartesian);
   filter->restart(start);
-  return filter;
+  return FilterValue(std::move(filter));
 }
 
 }  // namespace

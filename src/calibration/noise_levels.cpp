@@ -6,6 +6,7 @@
 
 #include "bearing_calibration/calibration/record_weights.h"
 #include "bearing_calibration/calibration/smoother.h"
+#include "bearing_calibration/common/cancellation.h"
 #include "bearing_calibration/common/requirement.h"
 
 namespace bearing_calibration {
@@ -41,6 +42,7 @@ class Likelihood {
 
   /// Minus its logarithm.
   double cost(const Logs& logs) const {
+    endIfCancelled();
     const std::vector<Sight> scaled = withNoise(sights_, levelsOf(logs, Logs::Zero()));
     std::vector<SightWeight> weights = weights_;
     for (std::size_t i = 0; i < scaled.size(); ++i) {

@@ -29,11 +29,11 @@ bool isSame(const Bearing& bearing, const Sight& sight) {
 
 }  // namespace
 
-SeveralLights::SeveralLights(const CalibratorConfig& config)
-    : config_(forOne(config)), joint_(config_) {
+SeveralLights::SeveralLights(const CalibratorConfig& config, FitsRun fits_run)
+    : config_(forOne(config)), fits_run_(fits_run), joint_(config_) {
   config_.knocked = config.knocked;
   lights_.reserve(kMostLights);
-  if (!isMany()) lights_.emplace_back(config_);
+  if (!isMany()) lights_.emplace_back(config_, fits_run_);
 }
 
 void SeveralLights::takeUp(const LastingEstimate& earlier) {
@@ -43,7 +43,12 @@ void SeveralLights::takeUp(const LastingEstimate& earlier) {
 
 Look SeveralLights::look(const BearingSet& image, const OdometryIncrement& motion,
                          const TravelNearby& nearby) {
-  if (!isMany()) return lights_.front().look(image, motion, nearby);
+  if (!isMany()) {
+    const Look look = lights_.front().look(image, motion, nearby);
+    if (look.lost_light) ++new_starts_;
+    return look;
+  }
+  last_image_ = image.stamp;
   motion_ = motion;
   nearby_ = nearby;
   way_m_ += motion.distance_m + kLever_m * motion.rotation_rad;
@@ -66,15 +71,28 @@ Look SeveralLights::look(const BearingSet& image, const OdometryIncrement& motio
   joint_.look(seen);
   const bool shows_any = std::any_of(seen.lights.begin(), seen.lights.end(),
                                      [](const LightSight& sight) { return sight.isSeen(); });
-  if (shows_any && image.stamp >= next_review_) {
-    review();
-    if (first_image_ == Stamp()) first_image_ = image.stamp;
-    const double record_s = secondsFromDuration(image.stamp - first_image_);
-    next_review_ =
-        image.stamp +
-        std::max<Duration>(kReviewInterval, durationFromSeconds(config_.refit_growth * record_s));
-  }
+  is_review_due_ = shows_any && image.stamp >= next_review_;
+  if (fits_run_ == FitsRun::kAtOnce) work();
   return first;
+}
+
+bool SeveralLights::isWorkDue() const {
+  return is_review_due_ || std::any_of(lights_.begin(), lights_.end(),
+                                       [](const LightMember& light) { return light.isWorkDue(); });
+}
+
+void SeveralLights::work() {
+  for (LightMember& light : lights_) {
+    if (light.isWorkDue()) light.work();
+  }
+  if (!is_review_due_) return;
+  is_review_due_ = false;
+  review();
+  if (first_image_ == Stamp()) first_image_ = last_image_;
+  const double record_s = secondsFromDuration(last_image_ - first_image_);
+  next_review_ =
+      last_image_ +
+      std::max<Duration>(kReviewInterval, durationFromSeconds(config_.refit_growth * record_s));
 }
 
 bool SeveralLights::isOwned(std::int32_t light_id) const {
@@ -95,7 +113,10 @@ Look SeveralLights::show(std::size_t light, const BearingSet& image, std::vector
   std::copy_if(left->begin(), left->end(), std::back_inserter(offered.candidates),
                [&](const Bearing& candidate) { return isOffered(candidate, light); });
   const Look look = lights_[light].look(offered, motion_, nearby_);
-  if (look.lost_light) joint_.forget(light);
+  if (look.lost_light) {
+    joint_.forget(light);
+    ++new_starts_;
+  }
   if (look.kind != Look::Kind::kTaken) return look;
   seen->lights.at(light) = {look.sight.azimuth_rad, look.sight.azimuth_variance_rad2};
   const auto taken = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
@@ -121,9 +142,9 @@ void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
     if (newcomer == left->end() || !place) return;
     if (newcomer->light_id == kUnknownLight) may_be_unknown = false;
     if (*place == lights_.size()) {
-      lights_.emplace_back(forOne(config_));
+      lights_.emplace_back(forOne(config_), fits_run_);
     } else {
-      lights_[*place] = LightMember(forOne(config_));
+      lights_[*place] = LightMember(forOne(config_), fits_run_);
       joint_.forget(*place);
     }
     if (earlier_) lights_[*place].takeUp(*earlier_);

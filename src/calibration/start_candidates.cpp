@@ -7,6 +7,7 @@
 
 #include "bearing_calibration/calibration/closed_form.h"
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/cancellation.h"
 
 namespace bearing_calibration {
 namespace {
@@ -91,6 +92,7 @@ FixedPathFit findConsensus(const std::vector<PosedSight>& all, const SightWindow
   keepBetter(sights, plain, weight, best);
   const int draws = one_of_many ? kDrawsOfMany : kDraws;
   for (int draw = 0; draw < draws; ++draw) {
+    endIfCancelled();
     const std::optional<Vector5> drawn = solveDraw(sights, random);
     if (drawn) keepBetter(sights, withLightInFront(sights, *drawn), weight, best);
   }

@@ -30,6 +30,9 @@ template <class Chart>
 class ChartFilter : public MountFilter {
  public:
   explicit ChartFilter(const CartesianEstimate& start) { restart({start, {}}); }
+  std::unique_ptr<MountFilter> clone() const override {
+    return std::make_unique<ChartFilter>(*this);
+  }
 
   void predict(const OdometryIncrement& motion) override { state_ = after(motion); }
 
@@ -93,6 +96,9 @@ template <int K>
 class RobotFilter : public MountFilter {
  public:
   explicit RobotFilter(const RobotEstimate& start) { restart(start); }
+  std::unique_ptr<MountFilter> clone() const override {
+    return std::make_unique<RobotFilter>(*this);
+  }
 
   void predict(const OdometryIncrement& motion) override { state_ = after(motion); }
 

@@ -38,10 +38,11 @@ namespace core = bearing_calibration;
 ///
 /// Threading: every subscriber, timer and service hangs on getNodeHandle()'s queue, which a nodelet
 /// manager serves with one thread at a time. So no callback runs beside another; callback_mutex_
-/// only keeps out the thread that saves at the end (ResultSaver). That queue may be served while
-/// onInit() is still under way: everything that a callback uses exists before the first of them can
-/// come, and is not touched by onInit() afterwards. An exception ends at its callback (see
-/// guarded()): the manager and its other nodelets live on.
+/// only keeps out the thread that saves at the end (ResultSaver). Fits run on a thread of the
+/// calibrator's own, which touches nothing that a callback does (FitsBeside). That queue may be
+/// served while onInit() is still under way: everything that a callback uses exists before the
+/// first of them can come, and is not touched by onInit() afterwards. An exception ends at its
+/// callback (see guarded()): the manager and its other nodelets live on.
 class CalibrationNodelet : public nodelet::Nodelet {
  private:
   void onInit() override;
@@ -118,7 +119,7 @@ void CalibrationNodelet::onInit() {
   try {
     config_ =
         readCalibrationNodeConfig(ParamReader(getPrivateNodeHandle()), ResultFolder::kWritten);
-    calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator);
+    calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator, core::FitsRun::kBeside);
     watchInputs();
     advertise();
     takeUpEarlierResult();
@@ -259,6 +260,7 @@ void CalibrationNodelet::onBearings(const core::LightBearingsConstPtr& message) 
 }
 
 void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
+  guarded("fit", [&] { calibrator_->takeOverFit(); });  // there may be no inputs any more
   guarded("timer", [&] {
     timeOfReceipt();  // a clock that jumped back is noticed without inputs, too
     publishNow();
@@ -384,6 +386,9 @@ void CalibrationNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& s
       result.tick_inputs.remarks() + result.bearing_inputs.remarks() + joint_states_without_wheels_;
   fillDiagnostics(result, joint_states_without_wheels_, silence, remarks != remarks_before_,
                   &status);
+  const core::FitsReport fits = calibrator_->fits();
+  status.add("fits taken over", fits.taken);
+  status.add("fits dropped", fits.dropped);
   remarks_before_ = remarks;
 }
 

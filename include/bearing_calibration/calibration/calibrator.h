@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/fits_run.h"
 #include "bearing_calibration/calibration/look.h"
 #include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/common/input_outcome.h"
@@ -17,11 +18,11 @@ namespace bearing_calibration {
 /// The calibration of one sensor's mount: wheel readings and bearings in, the mount out.
 /// Bearings are fused in the order of their stamps, as soon as the ticks cover them; memory is
 /// bounded whatever stream stops. Reads no clock: `received` is the time of an input's receipt.
-/// Not thread-safe.
+/// Not thread-safe, wherever its fits run.
 class Calibrator {
  public:
   /// @throws std::invalid_argument with every sentence of config.validate().
-  explicit Calibrator(const CalibratorConfig& config);
+  explicit Calibrator(const CalibratorConfig& config, FitsRun fits_run = FitsRun::kAtOnce);
   ~Calibrator();
   Calibrator(Calibrator&&) noexcept;
   Calibrator& operator=(Calibrator&&) noexcept;
@@ -41,6 +42,12 @@ class Calibrator {
   std::optional<BearingPrediction> predictBearing(Stamp stamp) const;
 
   CalibrationResult result() const;
+
+  /// Takes over a fit that has ended beside, if there is one; the inputs do so, too.
+  /// @throws what has ended a fit; from an input, too, which is taken in nevertheless
+  void takeOverFit();
+  /// All zero where fits are done at once.
+  FitsReport fits() const;
 
   /// Where the newest wheel reading has the base; none before the first one.
   std::optional<BasePlace> place() const;

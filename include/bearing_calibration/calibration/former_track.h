@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -15,7 +14,7 @@ namespace bearing_calibration {
 /// the odometry says.
 class FormerTrack {
  public:
-  explicit FormerTrack(std::unique_ptr<MountFilter> filter);
+  explicit FormerTrack(FilterValue filter);
 
   void move(const OdometryIncrement& motion) { filter_->predict(motion); }
 
@@ -29,10 +28,10 @@ class FormerTrack {
   /// It has not turned up for so long that it will not.
   bool isHistory() const;
 
-  std::unique_ptr<MountFilter> takeFilter() { return std::move(filter_); }
+  FilterValue takeFilter() { return std::move(filter_); }
 
  private:
-  std::unique_ptr<MountFilter> filter_;
+  FilterValue filter_;
   unsigned found_ = 0;  ///< there only: a bit for each image, the last one's lowest
   int images_ = 0;
 };

@@ -11,10 +11,13 @@ namespace bearing_calibration {
 /// One light among several: its own calibration, and what the others may make of it.
 class LightMember {
  public:
-  explicit LightMember(const CalibratorConfig& config) : calibration_(config) {}
+  LightMember(const CalibratorConfig& config, FitsRun fits_run) : calibration_(config, fits_run) {}
 
   void takeUp(const LastingEstimate& earlier) { calibration_.takeUp(earlier); }
   Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
+
+  bool isWorkDue() const { return calibration_.isWorkDue(); }
+  void work() { calibration_.work(); }
 
   /// Looks at what its calibration has made of itself since the last time.
   /// @param way_m  of the robot so far, turns included

@@ -7,6 +7,7 @@
 
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/calibration/convergence_judge.h"
+#include "bearing_calibration/calibration/fits_run.h"
 #include "bearing_calibration/calibration/initializer.h"
 #include "bearing_calibration/calibration/light_picker.h"
 #include "bearing_calibration/calibration/look.h"
@@ -21,9 +22,11 @@ namespace bearing_calibration {
 /// One calibration from its first sight on: the base's motion and what each image saw, in the order
 /// of time; the mount out. Collects sights until the initialiser finds mount and light in them,
 /// goes on with the filter, holds the filter against the whole record once a second, and judges.
+/// A value: a copy goes on by itself.
 class MountCalibration {
  public:
-  explicit MountCalibration(const CalibratorConfig& config);
+  /// @param fits_run  kBeside: look() leaves what is heavy to work()
+  explicit MountCalibration(const CalibratorConfig& config, FitsRun fits_run = FitsRun::kAtOnce);
 
   /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with
   /// it. To be called before the first sight.
@@ -33,6 +36,11 @@ class MountCalibration {
   /// @param nearby  the wheels' travel around the image's stamp
   /// @returns what became of it
   Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
+
+  /// Whether the last image has made heavy work due that is not done.
+  bool isWorkDue() const { return is_work_due_; }
+  /// Does it. To be called before the next image only: what fits say is of the last one.
+  void work();
 
   /// Where the light would be seen after a further motion; none before the first estimate, or while
   /// the light is looked for.
@@ -54,11 +62,13 @@ class MountCalibration {
  private:
   std::vector<Bearing> ofThisLight(const std::vector<Bearing>& candidates) const;
   void start(const BearingSet& image, const TravelNearby& nearby, Look* look);
+  void attemptStart();
   void startFromGuess(const Bearing& light);
   void startTracker(const RobotEstimate& estimate, double bearing_correlation);
   void moveAlong(const StartAttempt& attempt);
   RobotEstimate withEarlier(const RobotEstimate& estimate);
   void follow(const BearingSet& image, const TravelNearby& nearby, Look* look);
+  bool isFitDue() const;
   void refineAndJudge();
   BatchEstimate fitRecord(const std::vector<Sight>& sights, const RobotEstimate& running) const;
   void noteSettled(const RecordStart& start);
@@ -73,6 +83,8 @@ class MountCalibration {
   void followKnock();
 
   CalibratorConfig config_;
+  FitsRun fits_run_;
+  bool is_work_due_ = false;
   std::optional<LastingEstimate> earlier_;  ///< taken up, and not contradicted so far
   LightPicker picker_;
   Initializer initializer_;  ///< keeps the record, after the start too

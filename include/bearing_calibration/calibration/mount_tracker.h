@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/circular_buffer.hpp>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -59,7 +58,7 @@ class MountTracker {
   FilterConfig config_;
   int errors_in_use_;
   FusionConfig fusion_;
-  std::unique_ptr<MountFilter> filter_;
+  FilterValue filter_;
   std::optional<FormerTrack> former_;  ///< while the light may turn up at its old place
   bool motion_unknown_ = false;        ///< the light's direction is lost since the last update
   int gated_in_a_row_ = 0;

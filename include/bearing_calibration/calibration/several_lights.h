@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/calibration/fits_run.h"
 #include "bearing_calibration/calibration/joint_calibration.h"
 #include "bearing_calibration/calibration/light_member.h"
 #include "bearing_calibration/calibration/mount_calibration.h"
@@ -15,9 +16,11 @@ namespace bearing_calibration {
 /// The calibration of one mount with up to LightsConfig::most lights. Each light has a calibration
 /// of its own, with all that makes that one robust and honest; together they make a joint one
 /// (doc/lights.md). With one light at most it is that light's calibration and nothing else.
+/// A value: a copy goes on by itself.
 class SeveralLights {
  public:
-  explicit SeveralLights(const CalibratorConfig& config);
+  /// @param fits_run  kBeside: look() leaves what is heavy to work()
+  explicit SeveralLights(const CalibratorConfig& config, FitsRun fits_run = FitsRun::kAtOnce);
 
   /// Goes on from a mount that an earlier calibration has found. To be called before the first
   /// image.
@@ -26,6 +29,13 @@ class SeveralLights {
   /// An image, after a motion since the one before it (see MountCalibration::look()).
   /// @returns what became of it in the calibration of the first light
   Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
+
+  /// Whether the last image has made heavy work due that is not done.
+  bool isWorkDue() const;
+  /// Does it. To be called before the next image only: what fits say is of the last one.
+  void work();
+  /// How often look() has given up all that it had of a light.
+  int newStarts() const { return new_starts_; }
 
   /// Where the light would be seen; none where there are several: all of the image is looked at.
   std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion,
@@ -53,9 +63,13 @@ class SeveralLights {
   void takeJoint(CalibrationResult* result) const;
 
   CalibratorConfig config_;
+  FitsRun fits_run_;
+  bool is_review_due_ = false;
+  int new_starts_ = 0;
   std::optional<LastingEstimate> earlier_;
   std::vector<LightMember> lights_;
   JointCalibration joint_;
+  Stamp last_image_;
   OdometryIncrement motion_;  ///< of the last image
   TravelNearby nearby_;       ///< around it
   double way_m_ = 0.0;        ///< with its turns

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/ekf.h"
@@ -23,6 +24,7 @@ struct AzimuthPrediction {
 class MountFilter {
  public:
   virtual ~MountFilter() = default;
+  virtual std::unique_ptr<MountFilter> clone() const = 0;
 
   virtual void predict(const OdometryIncrement& motion) = 0;
   /// @param nearby  travel around the stamp of the bearing; without it, as if the base stood
@@ -53,5 +55,26 @@ std::unique_ptr<MountFilter> makePaperFilter(const CartesianEstimate& start);
 /// The Cartesian filter with the first `errors_in_use` of the robot's errors in its state (see
 /// errorsInUse()).
 std::unique_ptr<MountFilter> makeRobotFilter(const RobotEstimate& start, int errors_in_use);
+
+/// A filter as a value: a copy is a filter of its own in the same state.
+class FilterValue {
+ public:
+  explicit FilterValue(std::unique_ptr<MountFilter> filter) : filter_(std::move(filter)) {}
+  FilterValue(const FilterValue& other) : filter_(other.filter_->clone()) {}
+  FilterValue(FilterValue&&) noexcept = default;
+  FilterValue& operator=(FilterValue other) noexcept {
+    filter_ = std::move(other.filter_);
+    return *this;
+  }
+  ~FilterValue() = default;
+
+  MountFilter* get() { return filter_.get(); }
+  MountFilter* operator->() { return filter_.get(); }
+  const MountFilter* operator->() const { return filter_.get(); }
+  const MountFilter& operator*() const { return *filter_; }
+
+ private:
+  std::unique_ptr<MountFilter> filter_;
+};
 
 }  // namespace bearing_calibration
