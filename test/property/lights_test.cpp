@@ -69,11 +69,11 @@ void expectTheSameAsOneLight(SimulatedCase simulated) {
   EXPECT_NEAR(several.chi_square, one.chi_square, 1e-2 * one.chi_square);
 }
 
-TEST(LightsFit, OfOneLightIsTheBatchOfOneLight) {
+TEST(JointFit, OfOneLightIsTheBatchOfOneLight) {
   for (std::uint64_t seed : {1, 2, 3}) expectTheSameAsOneLight(danceWith(1, seed));
 }
 
-TEST(LightsFit, OfOneLightAndAnImperfectRobotIsTheBatchOfOneLight) {
+TEST(JointFit, OfOneLightAndAnImperfectRobotIsTheBatchOfOneLight) {
   SimulatedCase simulated = danceWith(1, 4);
   makeImperfect(simulated, {0.03, 0.01, 0.0, 0.0, 0.0, 0.0}, 4);
   simulated.looked_for = usualErrors();
@@ -82,7 +82,7 @@ TEST(LightsFit, OfOneLightAndAnImperfectRobotIsTheBatchOfOneLight) {
 
 // Two lights of which each is seen in every other image only, at one place, are not one light: but
 // the same light twice in each image, with twice the variance, says as much of the mount as once.
-TEST(LightsFit, TheSameLightTwiceWithTwiceTheVarianceIsThatLightOnce) {
+TEST(JointFit, TheSameLightTwiceWithTwiceTheVarianceIsThatLightOnce) {
   SimulatedCase simulated = danceWith(1, 5);
   const SightRun run = simulate(simulated);
   const BatchEstimate once = fitFromTruth(simulated, run);
@@ -103,7 +103,7 @@ TEST(LightsFit, TheSameLightTwiceWithTwiceTheVarianceIsThatLightOnce) {
   EXPECT_LT((scale * (a.covariance - b.covariance) * scale).cwiseAbs().maxCoeff(), 1e-2);
 }
 
-TEST(LightsFit, DoesNotDependOnTheLightsOrder) {
+TEST(JointFit, DoesNotDependOnTheLightsOrder) {
   SimulatedCase simulated = danceWith(3, 6);
   const SightRun run = simulate(simulated);
   const BatchEstimate fit = fitFromTruth(simulated, run);
@@ -118,7 +118,7 @@ TEST(LightsFit, DoesNotDependOnTheLightsOrder) {
   EXPECT_LT((first - swapped.last.robot(2).cartesian.mean).norm(), kRounding);
 }
 
-TEST(LightsFit, KeepsTheMeanOfAPrior) {
+TEST(JointFit, KeepsTheMeanOfAPrior) {
   constexpr double kNearPerFar_m = -0.63;
   SimulatedCase simulated = danceWith(2, 7);
   simulated.looked_for.setBlock("mirror_harmonic", 0.03);
