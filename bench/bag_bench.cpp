@@ -20,14 +20,14 @@
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_conversion.h"
-#include "support/rendered_sights.h"
-#include "tools/bag_calibration.h"
-#include "tools/simulated_case.h"
+#include "support/rendered_observations.h"
+#include "tools/owner/bag_calibration.h"
+#include "tools/study/simulated_case.h"
 
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
+namespace core = bearing_calibration::core;
 
 constexpr double kDuration_s = 60.0;  // 600 images, 6000 readings of the encoders
 constexpr double kLightHeight_m = -0.03;
@@ -73,7 +73,7 @@ void RenderedBag::write() const {
   core::ImageRenderer renderer(rig(), core::test::plainWall);
   rosbag::Bag bag(path_, rosbag::bagmode::Write);
   for (const core::WheelCounts& counts : record.ticks) {
-    core::WheelTicks ticks;
+    bearing_calibration::WheelTicks ticks;
     ticks.header.stamp = rosFromStamp(counts.stamp);
     ticks.left = counts.left_ticks;
     ticks.right = counts.right_ticks;
@@ -98,14 +98,14 @@ const RenderedBag& bagOfImages() {
   return bag;
 }
 
-using OnTicks = std::function<void(const core::WheelTicks&)>;
+using OnTicks = std::function<void(const bearing_calibration::WheelTicks&)>;
 using OnImage = std::function<void(const sensor_msgs::ImageConstPtr&)>;
 
 void readBag(const OnTicks& on_ticks, const OnImage& on_image) {
   const rosbag::Bag bag(bagOfImages().path());
   rosbag::View view(bag);
   for (const rosbag::MessageInstance& message : view) {
-    if (const auto ticks = message.instantiate<core::WheelTicks>()) on_ticks(*ticks);
+    if (const auto ticks = message.instantiate<bearing_calibration::WheelTicks>()) on_ticks(*ticks);
     if (const auto image = message.instantiate<sensor_msgs::Image>()) on_image(image);
   }
 }
@@ -113,10 +113,11 @@ void readBag(const OnTicks& on_ticks, const OnImage& on_image) {
 void readOnly(benchmark::State& state) {
   bagOfImages();
   for (auto _ : state) {
-    readBag([](const core::WheelTicks& ticks) { benchmark::DoNotOptimize(ticks.left); },
-            [](const sensor_msgs::ImageConstPtr& image) {
-              benchmark::DoNotOptimize(image->data.data());
-            });
+    readBag(
+        [](const bearing_calibration::WheelTicks& ticks) { benchmark::DoNotOptimize(ticks.left); },
+        [](const sensor_msgs::ImageConstPtr& image) {
+          benchmark::DoNotOptimize(image->data.data());
+        });
   }
 }
 BENCHMARK(readOnly)->Unit(benchmark::kMillisecond)->UseRealTime();
@@ -140,10 +141,11 @@ void readAndDetect(benchmark::State& state) {
   ImageToBearings bearings_of;
   for (auto _ : state) {
     std::size_t found = 0;
-    readBag([](const core::WheelTicks& ticks) { benchmark::DoNotOptimize(ticks.left); },
-            [&](const sensor_msgs::ImageConstPtr& image) {
-              found += bearings_of(image).candidates.size();
-            });
+    readBag(
+        [](const bearing_calibration::WheelTicks& ticks) { benchmark::DoNotOptimize(ticks.left); },
+        [&](const sensor_msgs::ImageConstPtr& image) {
+          found += bearings_of(image).candidates.size();
+        });
     if (found == 0) state.SkipWithError("no light was found in any image");
   }
 }

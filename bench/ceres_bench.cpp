@@ -4,25 +4,25 @@
 
 #include <vector>
 
-#include "bearing_calibration/calibration/start_candidates.h"
+#include "bearing_calibration/init/start_candidates.h"
 #include "bench/paper_run.h"
 #include "bench/reference/ceres_batch.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using reference::CeresTolerance;
 
 constexpr double kHuber = 2.0;  // as the package's fits have it
 /// What the initialiser searches on, whatever the record's length.
-constexpr std::size_t kSearchSights = 150;
+constexpr std::size_t kSearchObservations = 150;
 
-/// The first `count` sights of the run and a start near the truth.
+/// The first `count` observations of the run and a start near the truth.
 struct BatchProblem {
   explicit BatchProblem(std::int64_t count)
-      : sights(paperRun().sights.begin(), paperRun().sights.begin() + count),
-        start{paperRun().truth[sights.size() - 1], sights.size() - 1} {}
-  std::vector<Sight> sights;
+      : observations(paperRun().observations.begin(), paperRun().observations.begin() + count),
+        start{paperRun().truth[observations.size() - 1], observations.size() - 1} {}
+  std::vector<Observation> observations;
   RecordStart start;
 };
 
@@ -31,7 +31,7 @@ void runBatch(benchmark::State& state, const Config& config) {
   const BatchProblem problem(state.range(0));
   const BatchEstimator estimator{config};
   for (auto _ : state) {
-    benchmark::DoNotOptimize(estimator.estimate(problem.sights, problem.start));
+    benchmark::DoNotOptimize(estimator.estimate(problem.observations, problem.start));
   }
 }
 
@@ -39,7 +39,7 @@ void runCeresBatch(benchmark::State& state, double huber_sigmas, CeresTolerance 
   const BatchProblem problem(state.range(0));
   for (auto _ : state) {
     benchmark::DoNotOptimize(
-        reference::estimateByCeres(problem.sights, problem.start, huber_sigmas, tolerance));
+        reference::estimateByCeres(problem.observations, problem.start, huber_sigmas, tolerance));
   }
 }
 
@@ -56,17 +56,17 @@ BENCHMARK(batchHuber)->Arg(100)->Arg(300)->Arg(1000)->Unit(benchmark::kMilliseco
 BENCHMARK(ceresHuber)->Arg(100)->Arg(300)->Arg(1000)->Unit(benchmark::kMillisecond);
 BENCHMARK(batchFull)->Arg(1000)->Unit(benchmark::kMillisecond);
 
-/// Sights of the first 20 s along a path that is taken as exact.
-std::vector<PosedSight> searchSights() {
+/// Observations of the first 20 s along a path that is taken as exact.
+std::vector<PosedObservation> searchObservations() {
   constexpr std::ptrdiff_t kRecord = 200;
-  const auto& all = paperRun().sights;
-  std::vector<PosedSight> sights =
-      poseSights(thinned({all.begin(), all.begin() + kRecord}, kSearchSights));
-  for (PosedSight& sight : sights) {
-    sight.heading_variance_rad2 = 0.0;
-    sight.position_variance_m2 = 0.0;
+  const auto& all = paperRun().observations;
+  std::vector<PosedObservation> observations =
+      poseObservations(thinned({all.begin(), all.begin() + kRecord}, kSearchObservations));
+  for (PosedObservation& observation : observations) {
+    observation.heading_variance_rad2 = 0.0;
+    observation.position_variance_m2 = 0.0;
   }
-  return sights;
+  return observations;
 }
 
 /// The truth with the light moved by 10 cm and the yaw by 3 degrees, about.
@@ -77,28 +77,28 @@ Vector5 nearStart() {
 }
 
 void fit(benchmark::State& state) {
-  const std::vector<PosedSight> sights = searchSights();
+  const std::vector<PosedObservation> observations = searchObservations();
   const FixedPathWeight weight{0, kHuber};
-  for (auto _ : state) benchmark::DoNotOptimize(fitOnFixedPath(sights, nearStart(), weight));
+  for (auto _ : state) benchmark::DoNotOptimize(fitOnFixedPath(observations, nearStart(), weight));
 }
 void ceresFit(benchmark::State& state) {
-  const std::vector<PosedSight> sights = searchSights();
+  const std::vector<PosedObservation> observations = searchObservations();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(
-        reference::fitOnFixedPathByCeres(sights, nearStart(), kHuber, CeresTolerance::kDefault));
+    benchmark::DoNotOptimize(reference::fitOnFixedPathByCeres(observations, nearStart(), kHuber,
+                                                              CeresTolerance::kDefault));
   }
 }
 void search(benchmark::State& state) {
-  const std::vector<PosedSight> sights = searchSights();
+  const std::vector<PosedObservation> observations = searchObservations();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(findConsensus(sights, {0, sights.size()}, 1));
+    benchmark::DoNotOptimize(findConsensus(observations, {0, observations.size()}, 1));
   }
 }
 void ceresSearch(benchmark::State& state) {
-  const std::vector<PosedSight> sights = searchSights();
+  const std::vector<PosedObservation> observations = searchObservations();
   for (auto _ : state) {
     benchmark::DoNotOptimize(
-        reference::findStartByCeres(sights, static_cast<int>(state.range(0)), kHuber));
+        reference::findStartByCeres(observations, static_cast<int>(state.range(0)), kHuber));
   }
 }
 BENCHMARK(fit)->Unit(benchmark::kMillisecond);
@@ -107,6 +107,6 @@ BENCHMARK(search)->Unit(benchmark::kMillisecond);
 BENCHMARK(ceresSearch)->Arg(8)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core
 
 BENCHMARK_MAIN();

@@ -17,9 +17,9 @@
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/default_rig.h"
 #include "support/synthetic_spot.h"
-#include "tools/simple_blob.h"
+#include "tools/study/simple_blob.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kAzimuth_rad = 0.7;
@@ -209,7 +209,7 @@ BENCHMARK(thresholdAndContours)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(simpleBlob)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core
 
 int main(int argc, char** argv) {
   cv::setNumThreads(1);

@@ -1,16 +1,16 @@
 // Cost of one decision of the planner: the bar is 5 ms on one core. Nothing is asserted.
 #include <benchmark/benchmark.h>
 
-#include "bearing_calibration/planning/hop_planner.h"
+#include "bearing_calibration/planning/motion_planner.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// A decision at the light's distance of `range(0)` centimetres, the robot's errors looked for as
 /// config/calibration.yaml has it.
 void decision(benchmark::State& state) {
-  const HopPlanner planner({PlannerConfig::Block::kMount, 0.5, 2.0, 0.1, 1.0}, {0.25, 0.2, 0.5},
-                           {{1e-6, 0.0}, 0.0175, 10.0}, {4.0, {}});
+  const MotionPlanner planner({PlannerConfig::Block::kMount, 0.5, 2.0, 0.1, 1.0}, {0.25, 0.2, 0.5},
+                              {{1e-6, 0.0}, 0.0175, 10.0}, {4.0, {}});
   RobotEstimate estimate;
   estimate.cartesian.mean << 0.01 * static_cast<double>(state.range(0)), 0.0, 0.08, 0.05, 1.0;
   estimate.cartesian.covariance = 1e-4 * Matrix5::Identity();
@@ -24,6 +24,6 @@ void decision(benchmark::State& state) {
 BENCHMARK(decision)->Arg(60)->Arg(100)->Arg(300)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core
 
 BENCHMARK_MAIN();

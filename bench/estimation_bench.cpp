@@ -1,21 +1,22 @@
-// How the start and the batch scale with what they are given: sights, and errors of the robot.
+// How the start and the batch scale with what they are given: observations, and errors of the
+// robot.
 #include <benchmark/benchmark.h>
 
 #include <vector>
 
-#include "bearing_calibration/calibration/batch_estimator.h"
-#include "bearing_calibration/calibration/initializer.h"
+#include "bearing_calibration/init/initializer.h"
+#include "bearing_calibration/solve/batch_estimator.h"
 #include "bench/paper_run.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
-/// One attempt of the initialiser on the first `range` sights.
+/// One attempt of the initialiser on the first `range` observations.
 void attempt(benchmark::State& state) {
-  const auto& all = paperRun().sights;
-  const std::vector<Sight> sights(all.begin(), all.begin() + state.range(0));
+  const auto& all = paperRun().observations;
+  const std::vector<Observation> observations(all.begin(), all.begin() + state.range(0));
   const InitializerConfig config;
-  for (auto _ : state) benchmark::DoNotOptimize(findStart(sights, config));
+  for (auto _ : state) benchmark::DoNotOptimize(findStart(observations, config));
 }
 BENCHMARK(attempt)->Arg(150)->Arg(300)->Arg(1000)->Unit(benchmark::kMillisecond);
 
@@ -23,16 +24,16 @@ BENCHMARK(attempt)->Arg(150)->Arg(300)->Arg(1000)->Unit(benchmark::kMillisecond)
 /// robot; 17 have elevations to use.
 void batchStates(benchmark::State& state) {
   constexpr double kErrorStddev = 0.01;
-  const SightRun& run = elevationRun();
+  const ObservationRun& run = elevationRun();
   BatchConfig config;
   config.errors.stddev.head(state.range(0) - 5).setConstant(kErrorStddev);
   const BatchEstimator estimator{config};
-  const RecordStart start{run.truth.back(), run.sights.size() - 1};
-  for (auto _ : state) benchmark::DoNotOptimize(estimator.estimate(run.sights, start));
+  const RecordStart start{run.truth.back(), run.observations.size() - 1};
+  for (auto _ : state) benchmark::DoNotOptimize(estimator.estimate(run.observations, start));
 }
 BENCHMARK(batchStates)->Arg(5)->Arg(9)->Arg(14)->Arg(17)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core
 
 BENCHMARK_MAIN();

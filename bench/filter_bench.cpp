@@ -3,10 +3,11 @@
 #include <benchmark/benchmark.h>
 
 #include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/paper_filter.h"
 #include "bench/paper_run.h"
 #include "bench/reference/dynamic_ekf.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 CartesianEstimate goodStart() {
@@ -16,15 +17,15 @@ CartesianEstimate goodStart() {
 
 /// A run, over and over: each pass starts afresh, so that nothing can run away.
 template <class MakeFilter, class Update>
-void stepThroughRun(benchmark::State& state, const SightRun& run, const MakeFilter& make_filter,
-                    const Update& update) {
-  const std::vector<Sight>& sights = run.sights;
+void stepThroughRun(benchmark::State& state, const ObservationRun& run,
+                    const MakeFilter& make_filter, const Update& update) {
+  const std::vector<Observation>& observations = run.observations;
   auto filter = make_filter();
   std::size_t i = 1;
   for (auto _ : state) {
-    filter->predict(sights[i].motion);
-    update(*filter, sights[i]);
-    if (++i < sights.size()) continue;
+    filter->predict(observations[i].motion);
+    update(*filter, observations[i]);
+    if (++i < observations.size()) continue;
     filter = make_filter();
     i = 1;
   }
@@ -32,13 +33,13 @@ void stepThroughRun(benchmark::State& state, const SightRun& run, const MakeFilt
 
 template <class MakeFilter>
 void stepThroughRun(benchmark::State& state, const MakeFilter& make_filter) {
-  stepThroughRun(state, paperRun(), make_filter, [](auto& filter, const Sight& sight) {
-    filter.update(sight.azimuth_rad, sight.azimuth_variance_rad2);
+  stepThroughRun(state, paperRun(), make_filter, [](auto& filter, const Observation& observation) {
+    filter.update(observation.azimuth_rad, observation.azimuth_variance_rad2);
   });
 }
 
 void cartesianStep(benchmark::State& state) {
-  stepThroughRun(state, [] { return makeCartesianFilter(goodStart()); });
+  stepThroughRun(state, [] { return makeCartesianFilter({goodStart(), {}}); });
 }
 BENCHMARK(cartesianStep);
 
@@ -67,22 +68,23 @@ RobotEstimate robotStart() {
 void robotStep(benchmark::State& state) {
   const RobotEstimate start = robotStart();
   const int errors_in_use = static_cast<int>(state.range(0)) - 5;
-  stepThroughRun(state, [&] { return makeRobotFilter(start, errors_in_use); });
+  stepThroughRun(state, [&] { return makeCartesianFilter(start, errors_in_use); });
 }
 BENCHMARK(robotStep)->Arg(9)->Arg(14)->Arg(17);  // the sizes that there are
 
-/// With the elevation of each sight, which takes all errors.
+/// With the elevation of each observation, which takes all errors.
 void elevationStep(benchmark::State& state) {
   const RobotEstimate start = robotStart();
   stepThroughRun(
-      state, elevationRun(), [&] { return makeRobotFilter(start, kErrorCount); },
-      [](auto& filter, const Sight& sight) {
-        filter.update(sight.azimuth_rad, sight.azimuth_variance_rad2, {}, sight.elevation);
+      state, elevationRun(), [&] { return makeCartesianFilter(start, kErrorCount); },
+      [](auto& filter, const Observation& observation) {
+        filter.update(observation.azimuth_rad, observation.azimuth_variance_rad2, {},
+                      observation.elevation);
       });
 }
 BENCHMARK(elevationStep);
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core
 
 BENCHMARK_MAIN();

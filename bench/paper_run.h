@@ -1,19 +1,19 @@
 #pragma once
 
-#include "tools/simulated_case.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
-/// The paper's settings, second trajectory, seed 1: 1001 sights in 100 s. What every bench of an
-/// estimator runs on.
-inline const SightRun& paperRun() {
-  static const SightRun run = simulate(paperCase(1));
+/// The paper's settings, second trajectory, seed 1: 1001 observations in 100 s. What every bench of
+/// an estimator runs on.
+inline const ObservationRun& paperRun() {
+  static const ObservationRun run = simulate(paperCase(1));
   return run;
 }
 
 /// The same with elevations of 1 degree.
-inline const SightRun& elevationRun() {
-  static const SightRun run = [] {
+inline const ObservationRun& elevationRun() {
+  static const ObservationRun run = [] {
     SimulatedCase simulated = paperCase(1);
     simulated.robot.sensor.elevation_stddev_rad = radiansFromDegrees(1.0);
     return simulate(simulated);
@@ -21,4 +21,4 @@ inline const SightRun& elevationRun() {
   return run;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

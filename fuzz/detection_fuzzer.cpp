@@ -13,7 +13,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
+namespace core = bearing_calibration::core;
 
 /// The default rig behind a sensor of the image's size, which must be able to be one.
 core::DetectorConfig configFor(const sensor_msgs::Image& image) {
@@ -37,7 +37,8 @@ void requireMeaning(const core::DetectionResult& result) {
     require(std::abs(bearing.azimuth_rad) <= core::kPi, "an azimuth is no angle in [-pi, pi]");
     require(std::isfinite(bearing.azimuth_variance_rad2) && bearing.azimuth_variance_rad2 > 0.0,
             "a variance is not positive and finite");
-    require(bearing.quality >= 0.0 && bearing.quality <= 1.0, "a quality is not in [0, 1]");
+    require(bearing.probability >= 0.0 && bearing.probability <= 1.0,
+            "a probability is not in [0, 1]");
   }
 }
 

@@ -17,17 +17,17 @@ class DetectionFuzzer {
   /// An image that is refused, or searched with and without a predicted region.
   /// @return whether it was searched
   /// @throws std::logic_error when a result means nothing: an azimuth that is no angle, a variance
-  ///   that is not positive, a quality outside of [0, 1]
+  ///   that is not positive, a probability outside of [0, 1]
   bool run(const sensor_msgs::Image& image);
   /// The same for an image made of a fuzzer's bytes.
   bool run(const std::uint8_t* data, std::size_t size);
 
  private:
-  bearing_calibration::LightDetector& detectorFor(const sensor_msgs::Image& image);
+  bearing_calibration::core::LightDetector& detectorFor(const sensor_msgs::Image& image);
 
   /// By width and height: some take long to make.
   std::map<std::pair<std::uint32_t, std::uint32_t>,
-           std::unique_ptr<bearing_calibration::LightDetector>>
+           std::unique_ptr<bearing_calibration::core::LightDetector>>
       detectors_;
   GreyConverter converter_;
 };

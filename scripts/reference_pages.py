@@ -22,6 +22,7 @@ INTERFACES = (
     ('msg', 'LightBearing', 'one candidate in LightBearings'),
     ('msg', 'CalibrationEstimate', 'out: `~estimate` of the calibration'),
     ('msg', 'CalibrationLight', 'one light in CalibrationEstimate'),
+    ('msg', 'RobotError', 'one error of the robot in CalibrationEstimate'),
     ('msg', 'PredictedBearing', 'out: `~predicted_bearing` of the calibration; in: the detection'),
     ('srv', 'FindMirror', '`~find_mirror` of the light detection'),
     ('srv', 'StartDrive', '`~start` of the drive'),

@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 
-#include "bearing_calibration/calibration/closed_form.h"
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/init/closed_form.h"
 
-namespace bearing_calibration::reference {
+namespace bearing_calibration::core::reference {
 namespace {
 
 /// The angle's representative in [-pi, pi], for numbers with derivatives.
@@ -111,29 +111,29 @@ BatchConfig costAlone(double huber_sigmas) {
   return config;
 }
 
-CeresAnswer estimateByCeres(const std::vector<Sight>& sights, const RecordStart& start,
+CeresAnswer estimateByCeres(const std::vector<Observation>& observations, const RecordStart& start,
                             double huber_sigmas, CeresTolerance tolerance) {
-  const std::vector<PosedSight> posed = poseSights(sights);
+  const std::vector<PosedObservation> posed = poseObservations(observations);
   std::vector<std::array<double, 3>> poses;
-  for (const PosedSight& sight : posed) {
-    const Pose2& pose = sight.first_from_base;
+  for (const PosedObservation& observation : posed) {
+    const Pose2& pose = observation.first_from_base;
     poses.push_back({pose.position_m.x(), pose.position_m.y(), pose.yaw_rad});
   }
   Eigen::Vector2d light =
-      posed[start.sight].first_from_base * Eigen::Vector2d(start.state.head<2>());
+      posed[start.observation].first_from_base * Eigen::Vector2d(start.state.head<2>());
   Eigen::Vector3d mount = start.state.tail<3>();
 
   ceres::Problem problem;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
+  for (std::size_t i = 0; i < observations.size(); ++i) {
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<BearingResidual, 1, 2, 3, 3>(new BearingResidual(
-            residualOf(sights[i].azimuth_rad, sights[i].azimuth_variance_rad2))),
+            residualOf(observations[i].azimuth_rad, observations[i].azimuth_variance_rad2))),
         makeLoss(huber_sigmas), light.data(), poses[i].data(), mount.data());
     if (i == 0) continue;
-    const Eigen::Matrix3d L = sights[i].motion.covariance.llt().matrixL();
+    const Eigen::Matrix3d L = observations[i].motion.covariance.llt().matrixL();
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<MotionResidual, 3, 3, 3>(new MotionResidual{
-            sights[i].motion.start_from_end,
+            observations[i].motion.start_from_end,
             L.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity())}),
         nullptr, poses[i - 1].data(), poses[i].data());
   }
@@ -145,16 +145,18 @@ CeresAnswer estimateByCeres(const std::vector<Sight>& sights, const RecordStart&
   return answer;
 }
 
-CeresAnswer fitOnFixedPathByCeres(const std::vector<PosedSight>& sights, const Vector5& start,
-                                  double huber_sigmas, CeresTolerance tolerance) {
+CeresAnswer fitOnFixedPathByCeres(const std::vector<PosedObservation>& observations,
+                                  const Vector5& start, double huber_sigmas,
+                                  CeresTolerance tolerance) {
   Eigen::Vector2d light = start.head<2>();
   Eigen::Vector3d mount = start.tail<3>();
   ceres::Problem problem;
-  for (const PosedSight& sight : sights) {
+  for (const PosedObservation& observation : observations) {
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<FixedPoseBearingResidual, 1, 2, 3>(
-            new FixedPoseBearingResidual{residualOf(sight.azimuth_rad, sight.azimuth_variance_rad2),
-                                         sight.first_from_base}),
+            new FixedPoseBearingResidual{
+                residualOf(observation.azimuth_rad, observation.azimuth_variance_rad2),
+                observation.first_from_base}),
         makeLoss(huber_sigmas), light.data(), mount.data());
   }
   CeresAnswer answer = solve(&problem, ceres::DENSE_QR, tolerance);
@@ -162,19 +164,19 @@ CeresAnswer fitOnFixedPathByCeres(const std::vector<PosedSight>& sights, const V
   return answer;
 }
 
-CeresAnswer findStartByCeres(const std::vector<PosedSight>& sights, int starts,
+CeresAnswer findStartByCeres(const std::vector<PosedObservation>& observations, int starts,
                              double huber_sigmas) {
   CeresAnswer best;
   for (int i = 0; i < starts; ++i) {
     const double yaw = 2.0 * kPi * i / starts;
-    const double direction = yaw + sights.front().azimuth_rad;
+    const double direction = yaw + observations.front().azimuth_rad;
     Vector5 start;
     start << std::cos(direction), std::sin(direction), 0.0, 0.0, yaw;
     const CeresAnswer answer =
-        fitOnFixedPathByCeres(sights, start, huber_sigmas, CeresTolerance::kDefault);
+        fitOnFixedPathByCeres(observations, start, huber_sigmas, CeresTolerance::kDefault);
     if (i == 0 || answer.cost < best.cost) best = answer;
   }
   return best;
 }
 
-}  // namespace bearing_calibration::reference
+}  // namespace bearing_calibration::core::reference

@@ -2,12 +2,12 @@
 
 #include <vector>
 
-#include "bearing_calibration/calibration/batch_estimator.h"
-#include "bearing_calibration/calibration/fixed_path_fit.h"
-#include "bearing_calibration/calibration/light_track.h"
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/init/fixed_path_fit.h"
+#include "bearing_calibration/solve/batch_estimator.h"
+#include "bearing_calibration/solve/light_track.h"
 
-namespace bearing_calibration::reference {
+namespace bearing_calibration::core::reference {
 
 /// What Ceres found. `cost` is counted as the package's own estimators do: twice that of Ceres.
 struct CeresAnswer {
@@ -27,18 +27,19 @@ BatchConfig costAlone(double huber_sigmas);
 /// of robot poses with one light and one mount. One thread, automatic derivatives, sparse Cholesky.
 /// @param start  as for BatchEstimator; the poses start at the odometry's word
 /// @param huber_sigmas  0: plain least squares
-/// @returns state at the last sight
-CeresAnswer estimateByCeres(const std::vector<Sight>& sights, const RecordStart& start,
+/// @returns state at the last observation
+CeresAnswer estimateByCeres(const std::vector<Observation>& observations, const RecordStart& start,
                             double huber_sigmas, CeresTolerance tolerance);
 
-/// fitOnFixedPath() by Ceres, for a path without errors (its sights' heading and position variances
-/// are not used): five unknowns, dense QR. State at the record's first sight.
-CeresAnswer fitOnFixedPathByCeres(const std::vector<PosedSight>& sights, const Vector5& start,
-                                  double huber_sigmas, CeresTolerance tolerance);
+/// fitOnFixedPath() by Ceres, for a path without errors (its observations' heading and position
+/// variances are not used): five unknowns, dense QR. State at the record's first observation.
+CeresAnswer fitOnFixedPathByCeres(const std::vector<PosedObservation>& observations,
+                                  const Vector5& start, double huber_sigmas,
+                                  CeresTolerance tolerance);
 
 /// The usual way to a start from nothing where no closed form is known: that fit from `starts` yaws
 /// all around, the light a metre in front of the first bearing; the best one counts.
-CeresAnswer findStartByCeres(const std::vector<PosedSight>& sights, int starts,
+CeresAnswer findStartByCeres(const std::vector<PosedObservation>& observations, int starts,
                              double huber_sigmas);
 
-}  // namespace bearing_calibration::reference
+}  // namespace bearing_calibration::core::reference

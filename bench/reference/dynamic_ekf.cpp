@@ -6,7 +6,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/geometry/pose2.h"
 
-namespace bearing_calibration::reference {
+namespace bearing_calibration::core::reference {
 namespace {
 
 constexpr Eigen::Index kModelStates = 5;
@@ -35,9 +35,9 @@ void DynamicEkf::predict(const OdometryIncrement& motion) {
 
 void DynamicEkf::update(double azimuth_rad, double azimuth_variance_rad2) {
   const Eigen::Index n = mean_.size();
-  const Eigen::Vector2d sight = mean_.head<2>() - mean_.segment<2>(CartesianIndex::kSensorX);
-  const double expected = std::atan2(sight.y(), sight.x()) - mean_(CartesianIndex::kSensorYaw);
-  const Eigen::RowVector2d J = perpendicular(sight).transpose() / sight.squaredNorm();
+  const Eigen::Vector2d ray = mean_.head<2>() - mean_.segment<2>(CartesianIndex::kSensorX);
+  const double expected = std::atan2(ray.y(), ray.x()) - mean_(CartesianIndex::kSensorYaw);
+  const Eigen::RowVector2d J = perpendicular(ray).transpose() / ray.squaredNorm();
   Eigen::RowVectorXd H = Eigen::RowVectorXd::Zero(n);
   H.segment<2>(CartesianIndex::kLightX) = J;
   H.segment<2>(CartesianIndex::kSensorX) = -J;
@@ -50,4 +50,4 @@ void DynamicEkf::update(double azimuth_rad, double azimuth_variance_rad2) {
   covariance_ = I_KH * covariance_ * I_KH.transpose() + K * azimuth_variance_rad2 * K.transpose();
 }
 
-}  // namespace bearing_calibration::reference
+}  // namespace bearing_calibration::core::reference

@@ -5,7 +5,7 @@
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 
-namespace bearing_calibration::reference {
+namespace bearing_calibration::core::reference {
 
 /// The Cartesian filter as it is usually written: matrices of dynamic size, every product dense.
 /// The state is that of CartesianIndex, followed by any number of constants that neither motion nor
@@ -26,4 +26,4 @@ class DynamicEkf {
   Eigen::MatrixXd covariance_;
 };
 
-}  // namespace bearing_calibration::reference
+}  // namespace bearing_calibration::core::reference

@@ -7,8 +7,9 @@
 #include <vector>
 
 #include "bearing_calibration/calibration/config.h"
-#include "bearing_calibration/calibration/unestimated_mount.h"
+#include "bearing_calibration/output/unestimated_mount.h"
 #include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
 #include "bearing_calibration_ros/wheel_params.h"
 
@@ -26,7 +27,6 @@ struct FrameNames {
 struct OutputConfig {
   std::string folder;          ///< where result.yaml is written
   double save_period_s = 0.0;  ///< wall time between two savings without being asked; 0 is never
-  bool take_up = false;        ///< go on from the result.yaml that is there at the start
   bool publish_tf = false;
   std::string tf_child_frame;  ///< of its own: a frame may have one parent only
   std::string start_frame;     ///< of the markers that stand in the world: the base's child, too
@@ -41,8 +41,9 @@ struct CalibrationNodeConfig {
   FrameNames frames;
   WheelSource wheel_source = WheelSource::kTicks;
   WheelJoints joints;
-  bearing_calibration::CalibratorConfig calibrator;
-  bearing_calibration::UnestimatedMount unestimated_mount;
+  core::CalibratorConfig calibrator;
+  core::UnestimatedMount unestimated_mount;
+  bool resume = false;  ///< go on from the result.yaml that is there at the start
   OutputConfig output;
   double max_step_back_s = 0.0;  ///< of ROS time and of the encoders' stamps; more begins anew
   double input_timeout_s = 0.0;  ///< a stream silent for longer is said to be missing

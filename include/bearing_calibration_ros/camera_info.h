@@ -6,6 +6,7 @@
 #include <string>
 
 #include "bearing_calibration/vision/detector_config.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
@@ -17,13 +18,12 @@ struct DeliveredImage {
   double focal_length_px = 0.0;  ///< 0: not said
 
   bool isSaid() const { return width_px > 0 && height_px > 0; }
-  bool isOf(const bearing_calibration::ImageSensor& sensor) const;
+  bool isOf(const core::ImageSensor& sensor) const;
 };
 
 DeliveredImage deliveredImage(const sensor_msgs::CameraInfo& info);
 
 /// What of it the configuration contradicts, in a sentence; empty when nothing does.
-std::string contradiction(const DeliveredImage& image,
-                          const bearing_calibration::DetectorConfig& detector);
+std::string contradiction(const DeliveredImage& image, const core::DetectorConfig& detector);
 
 }  // namespace bearing_calibration_ros

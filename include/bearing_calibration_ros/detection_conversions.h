@@ -6,13 +6,13 @@
 #include <string>
 
 #include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
-bearing_calibration::LightBearings messageFromBearings(const bearing_calibration::BearingSet& set,
-                                                       const std::string& sensor_frame);
+msg::LightBearings messageFromBearings(const core::BearingSet& set,
+                                       const std::string& sensor_frame);
 
-bearing_calibration::BearingPrediction predictionFromMessage(
-    const bearing_calibration::PredictedBearing& message);
+core::BearingPrediction predictionFromMessage(const msg::PredictedBearing& message);
 
 }  // namespace bearing_calibration_ros

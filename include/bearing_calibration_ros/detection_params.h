@@ -7,6 +7,7 @@
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/search_region.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
 
 namespace bearing_calibration_ros {
@@ -16,11 +17,11 @@ struct DetectionNodeConfig {
   std::string sensor_frame;
   bool camera_info_required = false;
   int image_queue = 0;  ///< images that wait while one is searched
-  bearing_calibration::DetectorConfig detector;
-  bearing_calibration::ShutterConfig shutter;
-  bearing_calibration::SearchConfig search;
-  bearing_calibration::BlinkConfig blink;
-  bearing_calibration::ColourConfig colour;
+  core::DetectorConfig detector;
+  core::ShutterConfig shutter;
+  core::SearchConfig search;
+  core::BlinkConfig blink;
+  core::ColourConfig colour;
   /// Of so many images one is searched whole, so that a wrong prediction does not feed itself.
   int full_scan_every = 0;
 };

@@ -6,10 +6,11 @@
 
 #include <memory>
 
-#include "bearing_calibration/calibration/calibration_sketch.h"
 #include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration/output/visualisation.h"
 #include "bearing_calibration_ros/calibrator_params.h"
-#include "bearing_calibration_ros/sketch_markers.h"
+#include "bearing_calibration_ros/namespaces.h"
+#include "bearing_calibration_ros/visualisation_markers.h"
 
 namespace bearing_calibration_ros {
 
@@ -20,22 +21,22 @@ class DisplayPublisher {
  public:
   DisplayPublisher(ros::NodeHandle private_node_handle, const CalibrationNodeConfig& config);
 
-  void see(const bearing_calibration::Look& look) { sketcher_.see(look); }
+  void see(const core::AssociationOutcome& outcome) { visualiser_.see(outcome); }
   /// Draws and publishes what there is now, when the rate allows it.
-  void offer(const bearing_calibration::Calibrator& calibrator);
+  void offer(const core::Calibrator& calibrator);
   /// Everything begins anew, the stamps too.
   void restart();
 
  private:
-  void sendStart(const bearing_calibration::BasePlace& place);
+  void sendStart(const core::BasePlace& place);
 
-  SketchStyle style_;
-  bearing_calibration::CalibrationSketcher sketcher_;
+  VisualisationStyle style_;
+  core::Visualiser visualiser_;
   ros::Publisher publisher_;
   /// None until somebody listens: who wants no transforms gets no topic of them.
   std::unique_ptr<tf2_ros::TransformBroadcaster> tf_broadcaster_;
   ros::SteadyTime last_drawn_;
-  bearing_calibration::Stamp last_sent_;
+  core::Stamp last_sent_;
 };
 
 }  // namespace bearing_calibration_ros

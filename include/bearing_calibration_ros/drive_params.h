@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bearing_calibration/planning/calibration_driver.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
 #include "bearing_calibration_ros/wheel_params.h"
 
@@ -14,9 +15,9 @@ namespace bearing_calibration_ros {
 /// Everything that the drive nodelet reads from its private parameters.
 struct DriveNodeConfig {
   WheelParams wheels;
-  bearing_calibration::DriveConfig drive;
-  bearing_calibration::DriveGoal default_goal;  ///< what a goal does not name
-  double clock_timeout_s = 0.0;                 ///< of real time in which ROS time may stand still
+  core::DriveConfig drive;
+  core::DriveGoal default_goal;     ///< what a goal does not name
+  double clock_timeout_s = 0.0;     ///< of real time in which ROS time may stand still
   double enable_timeout_s = 0.0;    ///< of real time in which ~enable may be silent; 0: for ever
   double obstacle_timeout_s = 0.0;  ///< ... and obstacle
   bool enable_required = false;     ///< nothing moves before the first ~enable
@@ -32,8 +33,7 @@ DriveNodeConfig readDriveNodeConfig(ParamReader params);
 
 /// The drive that somebody asks for, with the defaults for what is not named.
 /// @throws std::invalid_argument for an unknown motion or a budget out of its bounds.
-bearing_calibration::DriveGoal goalFrom(const std::string& motion, double max_time_s,
-                                        double max_path_m,
-                                        const bearing_calibration::DriveGoal& default_goal);
+core::DriveGoal goalFrom(const std::string& motion, double max_time_s, double max_path_m,
+                         const core::DriveGoal& default_goal);
 
 }  // namespace bearing_calibration_ros

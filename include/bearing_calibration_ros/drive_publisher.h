@@ -12,19 +12,17 @@
 #include <string>
 
 #include "bearing_calibration/planning/calibration_driver.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
-geometry_msgs::Twist twistFrom(const bearing_calibration::WheelSpeeds& speeds,
-                               double wheel_separation_m);
+geometry_msgs::Twist twistFrom(const core::WheelSpeeds& speeds, double wheel_separation_m);
 
-bearing_calibration::CalibrationDriveFeedback feedbackFrom(
-    const bearing_calibration::CalibrationDriver& driver,
-    const bearing_calibration::CalibrationEstimate& estimate);
+msg::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver& driver,
+                                           const msg::CalibrationEstimate& estimate);
 
-bearing_calibration::CalibrationDriveResult resultFrom(
-    const bearing_calibration::CalibrationDriver& driver,
-    const bearing_calibration::CalibrationEstimate& estimate);
+msg::CalibrationDriveResult resultFrom(const core::CalibrationDriver& driver,
+                                       const msg::CalibrationEstimate& estimate);
 
 /// What people see of a drive: ~path (driven), ~way_ahead (planned), and
 /// ~expected_base_from_camera, the mount with the covariance that the way ahead promises. The frame
@@ -35,13 +33,13 @@ class DrivePublisher {
 
   /// A new drive begins: the old path is forgotten.
   void restart() { path_.poses.clear(); }
-  void publish(const bearing_calibration::CalibrationDriver& driver, const std::string& base_frame,
+  void publish(const core::CalibrationDriver& driver, const std::string& base_frame,
                const ros::Time& now);
 
  private:
-  void extendPath(const bearing_calibration::Pose2& start_from_base, const ros::Time& now);
+  void extendPath(const core::Pose2& start_from_base, const ros::Time& now);
 
-  void placeStart(const bearing_calibration::Pose2& start_from_base, const std::string& base_frame,
+  void placeStart(const core::Pose2& start_from_base, const std::string& base_frame,
                   const ros::Time& now);
 
   tf2_ros::TransformBroadcaster tf_broadcaster_;

@@ -11,6 +11,7 @@
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/image_conversion.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
@@ -20,29 +21,28 @@ class ImageBearings {
   explicit ImageBearings(const DetectionNodeConfig& config);
 
   /// Looks with another detector from the next image on; what is known of blinking stays.
-  void setDetector(const bearing_calibration::DetectorConfig& detector);
+  void setDetector(const core::DetectorConfig& detector);
 
   /// Moment of the image's middle row, for which a prediction is of use.
-  bearing_calibration::Stamp middleOf(const sensor_msgs::Image& image) const;
+  core::Stamp middleOf(const sensor_msgs::Image& image) const;
 
   /// @param image  that refusalOf() has nothing against
   /// @param prediction  of the bearing at about that moment
-  bearing_calibration::BearingSet detect(
-      const sensor_msgs::ImageConstPtr& image,
-      const std::optional<bearing_calibration::BearingPrediction>& prediction);
+  core::BearingSet detect(const sensor_msgs::ImageConstPtr& image,
+                          const std::optional<core::BearingPrediction>& prediction);
 
   /// What the last image showed, and that image in grey.
-  const bearing_calibration::DetectionResult& result() const { return *result_; }
+  const core::DetectionResult& result() const { return *result_; }
   const cv::Mat& grey() const { return *grey_; }
 
  private:
   DetectionNodeConfig config_;
-  bearing_calibration::LightDetector detector_;
-  std::optional<bearing_calibration::BlinkIdentifier> blink_;  ///< none unless blink/use is set
+  core::LightDetector detector_;
+  std::optional<core::BlinkIdentifier> blink_;  ///< none unless blink/use is set
   GreyConverter converter_;
-  const bearing_calibration::DetectionResult* result_ = nullptr;
+  const core::DetectionResult* result_ = nullptr;
   const cv::Mat* grey_ = nullptr;
-  std::optional<bearing_calibration::SeenRadius> seen_;  ///< by the last light that was expected
+  std::optional<core::SeenRadius> seen_;  ///< by the last light that was expected
   std::uint64_t images_ = 0;
 };
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bearing_calibration/vision/detector_config.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
@@ -19,7 +20,7 @@ struct ImageRefusal {
 /// Compares the message with itself (data against step and height, step against width and
 /// encoding) and with the sensor that is configured. Nothing when it may be converted.
 std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
-                                      const bearing_calibration::ImageSensor& sensor);
+                                      const core::ImageSensor& sensor);
 
 /// Whether images of this encoding have colours.
 bool hasColours(const std::string& encoding);

@@ -7,6 +7,7 @@
 
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
@@ -28,12 +29,11 @@ class ClockWatch {
 class StampWatch {
  public:
   /// Tells about the next reading of the stream; @returns true once for each new beginning.
-  bool hasBegunAnew(const bearing_calibration::InputOutcome& outcome,
-                    bearing_calibration::Stamp stamp, double max_step_back_s);
+  bool hasBegunAnew(const core::InputOutcome& outcome, core::Stamp stamp, double max_step_back_s);
 
  private:
   int refused_in_a_row_ = 0;
-  bearing_calibration::Stamp last_refused_;
+  core::Stamp last_refused_;
   double step_back_s_ = 0.0;  ///< of the first one in the row
 };
 

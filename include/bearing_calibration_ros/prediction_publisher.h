@@ -8,6 +8,7 @@
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration_ros/calibrator_params.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
@@ -19,8 +20,7 @@ class PredictionPublisher {
 
   /// Predicts for the moment of the newest wheel readings, when someone listens, there is an
   /// estimate, and the rate allows it.
-  void offer(const bearing_calibration::Calibrator& calibrator,
-             bearing_calibration::Stamp newest_wheels);
+  void offer(const core::Calibrator& calibrator, core::Stamp newest_wheels);
 
   /// The stamps begin anew.
   void restart() { last_ = {}; }
@@ -28,9 +28,9 @@ class PredictionPublisher {
  private:
   std::string sensor_frame_;
   double max_rate_hz_;
-  bearing_calibration::Duration latency_;  ///< of the sensor's stamps
+  core::Duration latency_;  ///< of the sensor's stamps
   ros::Publisher publisher_;
-  bearing_calibration::Stamp last_;  ///< of the wheel readings
+  core::Stamp last_;  ///< of the wheel readings
 };
 
 }  // namespace bearing_calibration_ros

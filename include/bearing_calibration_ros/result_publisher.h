@@ -9,6 +9,7 @@
 
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration_ros/calibrator_params.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
@@ -23,25 +24,22 @@ class ResultPublisher {
   void expectNews() { has_news_ = true; }
   /// Publishes when there is news and the rate allows it. Only then the result is asked for: to
   /// build one takes longer than to follow a wheel reading.
-  void offer(const bearing_calibration::Calibrator& calibrator,
-             std::uint32_t joint_states_without_wheels);
+  void offer(const core::Calibrator& calibrator, std::uint32_t joint_states_without_wheels);
   /// Publishes the estimate whatever there is; the poses still only when their stamp is a new one.
-  void publish(const bearing_calibration::CalibrationResult& result,
-               std::uint32_t joint_states_without_wheels);
+  void publish(const core::CalibrationResult& result, std::uint32_t joint_states_without_wheels);
 
   /// Sends the mount to /tf when that is asked for, an estimate is there, and `now` is a new
   /// moment: TF takes each stamp once. Never to /tf_static: what is there cannot be taken back.
-  void sendTransform(const bearing_calibration::CalibrationResult& result, const ros::Time& now);
+  void sendTransform(const core::CalibrationResult& result, const ros::Time& now);
 
   /// The stamps begin anew with the clock.
   void restartStamps();
 
  private:
-  void publishPose(const bearing_calibration::MountEstimate& base_from_sensor,
-                   bearing_calibration::Stamp stamp);
+  void publishPose(const core::MountEstimate& base_from_sensor, core::Stamp stamp);
 
   FrameNames frames_;
-  bearing_calibration::UnestimatedMount unestimated_mount_;
+  core::UnestimatedMount unestimated_mount_;
   OutputConfig output_;
   ros::Publisher estimate_publisher_;
   ros::Publisher pose_publisher_;
@@ -49,7 +47,7 @@ class ResultPublisher {
   std::unique_ptr<tf2_ros::TransformBroadcaster> tf_broadcaster_;  ///< none unless on request
   bool has_news_ = false;
   ros::SteadyTime last_published_;
-  bearing_calibration::Stamp last_pose_stamp_;
+  core::Stamp last_pose_stamp_;
   ros::Time last_transform_;
 };
 

@@ -9,9 +9,10 @@
 #include <optional>
 #include <string>
 
-#include "bearing_calibration/calibration/result.h"
+#include "bearing_calibration/output/result.h"
 #include "bearing_calibration_ros/calibrator_params.h"
-#include "bearing_calibration_ros/last_words.h"
+#include "bearing_calibration_ros/namespaces.h"
+#include "bearing_calibration_ros/shutdown_hook.h"
 
 namespace bearing_calibration_ros {
 
@@ -30,7 +31,7 @@ struct SavingOutcome {
 /// saves what was seen last.
 class ResultSaver {
  public:
-  using Source = std::function<bearing_calibration::CalibrationResult()>;
+  using Source = std::function<core::CalibrationResult()>;
 
   /// @param name    of the node: for the log, and in the file
   /// @param inputs  where the measurements come from, for the file
@@ -44,7 +45,7 @@ class ResultSaver {
 
   /// Sees the newest result, which should be done once a second and before a pause (what is known
   /// during one is what was known before it), and saves it when it has become CONVERGED.
-  void look();
+  void check();
   /// Saves because somebody asks for it: a result that gives way to a better one is written, too.
   SavingOutcome save();
   /// Saves what is to be forgotten. @returns what became of it; empty where there was nothing
@@ -67,13 +68,13 @@ class ResultSaver {
   std::timed_mutex* const callback_mutex_;
 
   std::mutex mutex_;  ///< of what follows
-  bearing_calibration::CalibrationResult seen_;
+  core::CalibrationResult seen_;
   std::optional<SavingOutcome> saved_;  ///< what was seen; none: not yet
   std::atomic<bool> expects_another_mount_{false};
 
   bool was_converged_ = false;
   std::atomic<bool> has_ended_{false};
-  std::unique_ptr<LastWords> last_words_;
+  std::unique_ptr<ShutdownHook> shutdown_hook_;
   ros::WallTimer timer_;
 };
 

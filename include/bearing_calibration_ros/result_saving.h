@@ -3,21 +3,23 @@
 #include <optional>
 #include <string>
 
-#include "bearing_calibration/calibration/result.h"
-#include "bearing_calibration/calibration/result_file.h"
+#include "bearing_calibration/output/result.h"
+#include "bearing_calibration/output/result_file.h"
 #include "bearing_calibration_ros/calibrator_params.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
 /// A result as it is saved; none before there is an estimate.
 /// @param program,source  what calls, and where its measurements come from: provenance
-std::optional<bearing_calibration::SavedCalibration> savedFrom(
-    const bearing_calibration::CalibrationResult& result, const CalibrationNodeConfig& config,
-    const std::string& program, const std::string& source);
+std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& result,
+                                                const CalibrationNodeConfig& config,
+                                                const std::string& program,
+                                                const std::string& source);
 
 /// What is in the configured folder's result.yaml to go on from.
 struct EarlierResult {
-  std::optional<bearing_calibration::LastingEstimate> lasting;
+  std::optional<core::LastingEstimate> lasting;
   std::string message;  ///< what was taken up, or why nothing was
 };
 

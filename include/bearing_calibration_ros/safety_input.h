@@ -3,6 +3,7 @@
 #include <ros/time.h>
 
 #include "bearing_calibration/planning/drive_end.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
@@ -12,7 +13,7 @@ class SafetyInput {
  public:
   /// What is objected when the topic says no, and when it is silent.
   struct Ends {
-    bearing_calibration::DriveEnd says_no, is_silent;
+    core::DriveEnd says_no, is_silent;
   };
 
   /// @param timeout_s  of silence; 0: the last message holds for ever
@@ -32,11 +33,11 @@ class SafetyInput {
   }
 
   /// @returns why the robot must not drive; kNone when it may.
-  bearing_calibration::DriveEnd objection(const ros::SteadyTime& now) const {
+  core::DriveEnd objection(const ros::SteadyTime& now) const {
     if (!allows_) return ends_.says_no;
     const bool is_late = !timeout_.isZero() && !last_.isZero() && now - last_ > timeout_;
     const bool is_missing = is_required_ && !is_heard_;
-    return is_late || is_missing ? ends_.is_silent : bearing_calibration::DriveEnd::kNone;
+    return is_late || is_missing ? ends_.is_silent : core::DriveEnd::kNone;
   }
 
  private:

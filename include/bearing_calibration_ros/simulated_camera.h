@@ -17,18 +17,19 @@
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/simulation/image_renderer.h"
 #include "bearing_calibration/simulation/scene.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
 /// A rendered image as the camera's driver would deliver it, without stamp and frame.
-sensor_msgs::ImagePtr messageFromRendered(const bearing_calibration::MonoImage& image,
-                                          const bearing_calibration::ImageEncoding& encoding);
+sensor_msgs::ImagePtr messageFromRendered(const core::MonoImage& image,
+                                          const core::ImageEncoding& encoding);
 
 /// What the camera is to photograph.
 struct Shot {
-  bearing_calibration::Stamp stamp;  ///< of the message
-  std::uint64_t number = 0;          ///< decides the noise
-  bearing_calibration::SensorMotion motion;
+  core::Stamp stamp;         ///< of the message
+  std::uint64_t number = 0;  ///< decides the noise
+  core::SensorMotion motion;
   bool lights_occluded = false;
 };
 
@@ -42,8 +43,7 @@ class SimulatedCamera {
 
   /// @throws std::invalid_argument for a wrong renderer.
   SimulatedCamera(const ros::NodeHandle& node_handle, const std::string& frame,
-                  const bearing_calibration::RendererConfig& config,
-                  const bearing_calibration::Scene& scene, ErrorLog log_error);
+                  const core::RendererConfig& config, const core::Scene& scene, ErrorLog log_error);
   ~SimulatedCamera();
   SimulatedCamera(const SimulatedCamera&) = delete;
   SimulatedCamera& operator=(const SimulatedCamera&) = delete;
@@ -61,8 +61,8 @@ class SimulatedCamera {
 
   static constexpr std::size_t kMostWaiting = 2;  ///< one in work, two behind it
 
-  bearing_calibration::ImageRenderer renderer_;
-  const std::vector<bearing_calibration::Light> lights_;
+  core::ImageRenderer renderer_;
+  const std::vector<core::Light> lights_;
   sensor_msgs::CameraInfo camera_info_;
   image_transport::CameraPublisher publisher_;
   ErrorLog log_error_;

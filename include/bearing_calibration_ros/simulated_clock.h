@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/simulation_params.h"
 
 namespace bearing_calibration_ros {
@@ -19,17 +20,17 @@ class SimulatedClock {
   SimulatedClock(ros::NodeHandle node_handle, const SimulatedClockConfig& config);
 
   /// Stamp of the simulation's beginning.
-  bearing_calibration::Stamp start() const { return start_; }
+  core::Stamp start() const { return start_; }
 
   /// Waits until it is `stamp` and sends it to /clock, if that is wanted. False when stopped.
-  bool waitUntil(bearing_calibration::Stamp stamp);
+  bool waitUntil(core::Stamp stamp);
   void stop();
 
  private:
   using WallClock = std::chrono::steady_clock;
 
   SimulatedClockConfig config_;
-  bearing_calibration::Stamp start_;
+  core::Stamp start_;
   WallClock::time_point wall_start_;
   ros::Publisher publisher_;
   std::mutex mutex_;

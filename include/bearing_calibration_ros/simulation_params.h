@@ -8,6 +8,7 @@
 #include "bearing_calibration/simulation/robot_simulator.h"
 #include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/simulation/trajectory_config.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
 
 namespace bearing_calibration_ros {
@@ -23,7 +24,7 @@ struct SimulatedClockConfig {
 /// Parameter group `trajectory`.
 struct DrivingConfig {
   bool follows_commands = false;  ///< of cmd_vel; else drives `trajectory`
-  bearing_calibration::TrajectoryConfig trajectory;
+  core::TrajectoryConfig trajectory;
   double duration_s = 0.0;         ///< the robot stands still afterwards; 0 is without end
   bool stops_at_end = false;       ///< and the simulation falls silent
   double command_timeout_s = 0.0;  ///< a command older than this no longer moves the robot
@@ -45,11 +46,11 @@ struct SimulationNodeConfig {
   SimulatedClockConfig clock;
   SimulatedFrames frames;
   DrivingConfig driving;
-  bearing_calibration::RobotConfig robot;
+  core::RobotConfig robot;
   double mount_height_m = 0.0;  ///< of the sensor over the base frame
-  bearing_calibration::SceneConfig scene;
-  bearing_calibration::RendererConfig renderer;  ///< its holders are drawn with the scene
-  std::uint64_t seed = 0;                        ///< of the scene and of every noise
+  core::SceneConfig scene;
+  core::RendererConfig renderer;  ///< its holders are drawn with the scene
+  std::uint64_t seed = 0;         ///< of the scene and of every noise
 };
 
 /// Reads config/simulation.yaml's parameters.

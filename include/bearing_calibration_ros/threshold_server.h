@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bearing_calibration/vision/detector_config.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
@@ -16,19 +17,19 @@ namespace bearing_calibration_ros {
 class ThresholdServer {
  public:
   /// Takes the changed thresholds over; they have been validated.
-  using Apply = std::function<void(const bearing_calibration::DetectorConfig&)>;
+  using Apply = std::function<void(const core::DetectorConfig&)>;
   /// Is told of each change, or of its refusal.
   using Say = std::function<void(bool is_refused, const std::string& sentence)>;
 
   /// @param detector  what the thresholds are when it begins, and all that they belong to
-  ThresholdServer(const ros::NodeHandle& private_node_handle,
-                  const bearing_calibration::DetectorConfig& detector, Apply apply, Say say);
+  ThresholdServer(const ros::NodeHandle& private_node_handle, const core::DetectorConfig& detector,
+                  Apply apply, Say say);
 
  private:
-  using Config = bearing_calibration::DetectionThresholdsConfig;
+  using Config = msg::DetectionThresholdsConfig;
   void onChange(Config& config);
 
-  bearing_calibration::DetectorConfig detector_;
+  core::DetectorConfig detector_;
   Apply apply_;
   Say say_;
   bool has_begun_ = false;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "bearing_calibration/odometry/wheel_pairing.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
@@ -16,7 +17,7 @@ bool isWheelCount(const std::string& message_definition);
 
 /// The count of one wheel, with the stamp of its header, or of its receipt where it has none.
 /// @throws std::invalid_argument that names the type, for a message that is no such count.
-bearing_calibration::WheelCount countFromMessage(const topic_tools::ShapeShifter& message,
-                                                 const ros::Time& received);
+core::WheelCount countFromMessage(const topic_tools::ShapeShifter& message,
+                                  const ros::Time& received);
 
 }  // namespace bearing_calibration_ros

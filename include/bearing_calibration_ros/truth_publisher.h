@@ -4,6 +4,7 @@
 #include <ros/publisher.h>
 
 #include "bearing_calibration/simulation/robot_simulator.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/simulation_params.h"
 
 namespace bearing_calibration_ros {
@@ -13,10 +14,10 @@ namespace bearing_calibration_ros {
 class TruthPublisher {
  public:
   TruthPublisher(ros::NodeHandle private_node_handle, const SimulationNodeConfig& config,
-                 bearing_calibration::Stamp start);
+                 core::Stamp start);
 
   /// Pose of the base and exact bearings of this moment.
-  void publish(const bearing_calibration::RobotSimulator& simulator);
+  void publish(const core::RobotSimulator& simulator);
 
  private:
   SimulatedFrames frames_;

@@ -4,6 +4,7 @@
 
 #include "bearing_calibration/odometry/drive_geometry.h"
 #include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
 
 namespace bearing_calibration_ros {
@@ -20,9 +21,9 @@ enum class WheelSource : std::uint8_t {
 struct WheelParams {
   WheelSource source = WheelSource::kTicks;
   WheelJoints joints;
-  bearing_calibration::DriveGeometry drive;
-  bearing_calibration::WheelNoise noise;
-  double max_apart_s = 0.0;  ///< see bearing_calibration::WheelPairing
+  core::DriveGeometry drive;
+  core::WheelNoise noise;
+  double max_apart_s = 0.0;  ///< see core::WheelPairing
   double history_s = 0.0;    ///< travel is remembered so long
 
   std::vector<std::string> validate() const;

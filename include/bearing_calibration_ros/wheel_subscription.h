@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bearing_calibration/odometry/wheel_pairing.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/wheel_params.h"
 
 namespace bearing_calibration_ros {
@@ -21,9 +22,9 @@ using WheelCountEvent = ros::MessageEvent<topic_tools::ShapeShifter const>;
 
 /// Who takes the wheels' readings; one of them is called, by the source.
 struct WheelHandlers {
-  std::function<void(const bearing_calibration::WheelTicksConstPtr&)> ticks;
+  std::function<void(const msg::WheelTicksConstPtr&)> ticks;
   std::function<void(const sensor_msgs::JointStateConstPtr&)> joint_states;
-  std::function<void(bearing_calibration::WheelSide, const WheelCountEvent&)> wheel;
+  std::function<void(core::WheelSide, const WheelCountEvent&)> wheel;
 };
 
 /// Names of the topics before they are resolved; two for separate ticks, left and right.

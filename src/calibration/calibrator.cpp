@@ -4,14 +4,14 @@
 #include <cmath>
 #include <utility>
 
-#include "bearing_calibration/calibration/bearing_input.h"
-#include "bearing_calibration/calibration/bearing_queue.h"
 #include "bearing_calibration/calibration/fits_beside.h"
 #include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/input/bearing_input.h"
+#include "bearing_calibration/input/bearing_queue.h"
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The doors: checks and counts what comes in, brings both streams into one order of time, and
 /// hands each image with the motion before it to the calibration.
@@ -102,7 +102,7 @@ class Calibrator::Impl {
     return BasePlace{newest, start_from_fused_ * track_.motionTo(newest).start_from_end};
   }
 
-  void takeUp(const LastingEstimate& earlier) { calibration_->takeUp(earlier); }
+  void resume(const LastingEstimate& earlier) { calibration_->resume(earlier); }
 
   void takeOverFit() {
     calibration_->takeOver();
@@ -115,8 +115,8 @@ class Calibrator::Impl {
     return std::move(calibration_);
   }
 
-  void observe(LookObserver observer) { observer_ = std::move(observer); }
-  const LookObserver& observer() const { return observer_; }
+  void observe(OutcomeObserver observer) { observer_ = std::move(observer); }
+  const OutcomeObserver& observer() const { return observer_; }
 
   void setPaused(bool paused) {
     paused_ = paused;
@@ -133,7 +133,10 @@ class Calibrator::Impl {
     result.state =
         track_.empty() ? CalibrationState::kWaitingForTicks : CalibrationState::kWaitingForLight;
     calibration_->live().describe(&result);
-    if (paused_) result.state = CalibrationState::kPaused;
+    if (paused_) {
+      result.state = CalibrationState::kPaused;
+      result.cause = Fault::kNone;
+    }
     if (paused_ || result.advice.empty()) result.advice = adviceFor(result.state);
     result.advice = adviceWithSensor(counts_.bearing_inputs, result.bearings_used, result.advice);
     return result;
@@ -189,12 +192,12 @@ class Calibrator::Impl {
       return;
     }
     const OdometryIncrement motion = track_.motionTo(bearings.stamp);
-    const TravelNearby nearby = track_.travelAround(bearings.stamp);
+    const OdometryWindow nearby = track_.travelAround(bearings.stamp);
     track_.anchorAt(bearings.stamp);
     last_fused_ = bearings.stamp;
     start_from_fused_ = start_from_fused_ * motion.start_from_end;
-    const Look look = calibration_->look(bearings, motion, nearby);
-    if (observer_) observer_(look);
+    const AssociationOutcome outcome = calibration_->process(bearings, motion, nearby);
+    if (observer_) observer_(outcome);
   }
 
   CalibratorConfig config_;
@@ -209,7 +212,7 @@ class Calibrator::Impl {
   std::optional<Stamp> passed_twice_;
   Pose2 start_from_fused_;  ///< the base at that moment, in its frame at the first one
   bool paused_ = false;
-  LookObserver observer_;     ///< may be empty
+  OutcomeObserver observer_;  ///< may be empty
   CalibrationResult counts_;  ///< only what is counted up here
 };
 
@@ -256,16 +259,16 @@ FitsReport Calibrator::fits() const { return impl_->fits(); }
 
 std::optional<BasePlace> Calibrator::place() const { return impl_->place(); }
 
-void Calibrator::takeUp(const LastingEstimate& earlier) { impl_->takeUp(earlier); }
+void Calibrator::resume(const LastingEstimate& earlier) { impl_->resume(earlier); }
 
-void Calibrator::observe(LookObserver observer) { impl_->observe(std::move(observer)); }
+void Calibrator::observe(OutcomeObserver observer) { impl_->observe(std::move(observer)); }
 
 void Calibrator::reset() {
-  LookObserver observer = impl_->observer();
+  OutcomeObserver observer = impl_->observer();
   impl_ = std::make_unique<Impl>(CalibratorConfig(impl_->config()), impl_->release());
   impl_->observe(std::move(observer));
 }
 
 void Calibrator::setPaused(bool paused) { impl_->setPaused(paused); }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// So few images are left to the inputs' thread: one more round of the worker would find as many.
@@ -37,12 +37,12 @@ FitsReport FitsBeside::report() const {
   return {stage_ != Stage::kIdle, taken_, dropped_};
 }
 
-Look FitsBeside::look(const BearingSet& image, const OdometryIncrement& motion,
-                      const TravelNearby& nearby) {
-  if (fits_run_ == FitsRun::kAtOnce) return live_->look(image, motion, nearby);
+AssociationOutcome FitsBeside::process(const BearingSet& image, const OdometryIncrement& motion,
+                                       const OdometryWindow& nearby) {
+  if (fits_run_ == FitsRun::kAtOnce) return live_->process(image, motion, nearby);
   takeOver();
   const int starts = live_->newStarts();
-  const Look look = live_->look(image, motion, nearby);
+  const AssociationOutcome outcome = live_->process(image, motion, nearby);
   if (live_->newStarts() != starts) drop();
   const std::lock_guard<std::mutex> lock(mutex_);
   if (stage_ != Stage::kIdle) {
@@ -50,7 +50,7 @@ Look FitsBeside::look(const BearingSet& image, const OdometryIncrement& motion,
   } else if (live_->isWorkDue()) {
     begin();
   }
-  return look;
+  return outcome;
 }
 
 /// Copies into what is there already: memory is neither asked for nor given back.
@@ -99,9 +99,9 @@ void FitsBeside::forget() {
   error_ = nullptr;
 }
 
-void FitsBeside::takeUp(const LastingEstimate& earlier) {
+void FitsBeside::resume(const LastingEstimate& earlier) {
   drop();
-  live_->takeUp(earlier);
+  live_->resume(earlier);
 }
 
 /// The worker's thread.
@@ -148,8 +148,8 @@ std::vector<FitsBeside::Frame> FitsBeside::takeFrames() {
 void FitsBeside::seeAll(const std::vector<Frame>& frames) {
   for (const Frame& frame : frames) {
     endIfCancelled();
-    copy_->look(frame.image, frame.motion, frame.nearby);
+    copy_->process(frame.image, frame.motion, frame.nearby);
   }
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "bearing_calibration/calibration/lights_agreement.h"
-#include "bearing_calibration/calibration/record_weights.h"
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/judge/lights_agreement.h"
+#include "bearing_calibration/solve/record_weights.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// A turn known worse than this is beyond what a linearised filter can follow.
@@ -29,9 +29,9 @@ bool fitsWell(const BatchEstimate& fit, const InitializerConfig& config) {
 }
 
 /// What the suppositions about slips in one light's record differ by (see averageOverSlips).
-Eigen::Matrix3d spreadOf(const OwnAnswer& answer) {
+Eigen::Matrix3d spreadOf(const LandmarkSolution& answer) {
   const MountEstimate average = mountFromCartesian(answer.average.cartesian);
-  const MountEstimate best = mountFromCartesian(answer.fit.at_last_sight);
+  const MountEstimate best = mountFromCartesian(answer.fit.at_last_observation);
   Eigen::Vector3d shift = average.mean - best.mean;
   shift.z() = wrapAngle(shift.z());
   return average.covariance - best.covariance + shift * shift.transpose();
@@ -39,10 +39,10 @@ Eigen::Matrix3d spreadOf(const OwnAnswer& answer) {
 
 /// A slip that one light suspects and another does not is none: the least spread stays in the
 /// mount's covariance.
-void addSpread(const std::vector<const OwnAnswer*>& answers, LightsEstimate* estimate) {
+void addSpread(const std::vector<const LandmarkSolution*>& answers, LightsEstimate* estimate) {
   std::vector<Eigen::Matrix3d> spreads;
   spreads.reserve(answers.size());
-  for (const OwnAnswer* answer : answers) spreads.push_back(spreadOf(*answer));
+  for (const LandmarkSolution* answer : answers) spreads.push_back(spreadOf(*answer));
   const Eigen::Matrix3d covariance = estimate->mount().covariance;
   estimate->covariance.topLeftCorner<3, 3>() += leastSpread(spreads, covariance);
 }
@@ -52,10 +52,11 @@ void addSpread(const std::vector<const OwnAnswer*>& answers, LightsEstimate* est
 JointCalibration::JointCalibration(const CalibratorConfig& config)
     : config_(config), record_(config.initializer.record) {}
 
-void JointCalibration::look(const LightsImage& image) {
+void JointCalibration::add(const LightsImage& image) {
   motion_since_record_ = append(motion_since_record_, image.motion);
-  const bool shows_any = std::any_of(image.lights.begin(), image.lights.end(),
-                                     [](const LightSight& sight) { return sight.isSeen(); });
+  const bool shows_any =
+      std::any_of(image.lights.begin(), image.lights.end(),
+                  [](const LightObservation& observation) { return observation.isSeen(); });
   if (shows_any) {
     LightsImage kept = image;
     kept.motion = motion_since_record_;
@@ -71,11 +72,11 @@ void JointCalibration::look(const LightsImage& image) {
   propagate(lineariseMotion(estimate.layout, estimate.mean, withNoise(image.motion, wheel_noise_)),
             &estimate);
   for (std::size_t i = 0; i < joint_->lights.size(); ++i) {
-    const LightSight& sight = image.lights.at(joint_->lights[i]);
-    if (!sight.isSeen()) continue;
+    const LightObservation& observation = image.lights.at(joint_->lights[i]);
+    if (!observation.isSeen()) continue;
     const LightsVector about = estimate.mean;
-    updateByAzimuth(about, static_cast<int>(i), sight.azimuth_rad,
-                    widening_[i] * sight.azimuth_variance_rad2, image.nearby, &estimate);
+    updateByAzimuth(about, static_cast<int>(i), observation.azimuth_rad,
+                    widening_[i] * observation.azimuth_variance_rad2, image.nearby, &estimate);
   }
 }
 
@@ -86,7 +87,7 @@ void JointCalibration::forget(std::size_t light) {
   }
 }
 
-void JointCalibration::review(const std::vector<const OwnAnswer*>& answers,
+void JointCalibration::review(const std::vector<const LandmarkSolution*>& answers,
                               const std::optional<LastingEstimate>& earlier) {
   std::vector<std::size_t> lights;
   std::vector<MountEstimate> mounts;
@@ -130,20 +131,21 @@ void JointCalibration::review(const std::vector<const OwnAnswer*>& answers,
 
 /// @returns kJoint when they agree, kTorn when one of them does not, kUnfit
 JointCalibration::Outcome JointCalibration::fitTogether(
-    const std::vector<const OwnAnswer*>& answers, const std::vector<std::size_t>& lights) {
+    const std::vector<const LandmarkSolution*>& answers, const std::vector<std::size_t>& lights) {
   constexpr double kFalseAlarm = 1e-4;
-  std::vector<const OwnAnswer*> taken;
+  std::vector<const LandmarkSolution*> taken;
   widening_.clear();
   for (std::size_t light : lights) {
-    const OwnAnswer& own = *answers[light];
+    const LandmarkSolution& own = *answers[light];
     taken.push_back(&own);
     widening_.push_back(wideningFor(own.fit.correlation) * std::pow(own.noise.bearing.value, 2));
   }
   wheel_noise_.wheel = surestOf(taken).noise.wheel;
-  const std::vector<Sight> sights = withNoise(sightsOf(record_.entries(), lights), taken);
-  const JointStart start = startFromAnswers(sights, taken);
+  const std::vector<Observation> observations =
+      withNoise(observationsOf(record_.entries(), lights), taken);
+  const JointStart start = startFromAnswers(observations, taken);
   const BatchEstimate fit = BatchEstimator(withoutSlips(config_.initializer.batch))
-                                .estimate(sights, start.track, start.slips);
+                                .estimate(observations, start.track, start.slips);
   if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
   joint_ = Joint{fit.last, lights, {}};
   addSpread(taken, &joint_->estimate);
@@ -153,7 +155,7 @@ JointCalibration::Outcome JointCalibration::fitTogether(
 
 /// The only light without which all others fit; none when there is no such light, or another one.
 std::optional<std::size_t> JointCalibration::oneTooMany(
-    const std::vector<const OwnAnswer*>& answers, const std::vector<std::size_t>& lights) {
+    const std::vector<const LandmarkSolution*>& answers, const std::vector<std::size_t>& lights) {
   std::optional<std::size_t> found;
   for (std::size_t light : lights) {
     std::vector<std::size_t> others = lights;
@@ -165,11 +167,12 @@ std::optional<std::size_t> JointCalibration::oneTooMany(
   return found;
 }
 
-double JointCalibration::contradictionOf(const OwnAnswer& answer) const {
+double JointCalibration::contradictionOf(const LandmarkSolution& answer) const {
   return contradiction(mountFromCartesian(answer.average.cartesian), joint_->estimate.mount());
 }
 
-std::size_t JointCalibration::mostContradicted(const std::vector<const OwnAnswer*>& answers) const {
+std::size_t JointCalibration::mostContradicted(
+    const std::vector<const LandmarkSolution*>& answers) const {
   return *std::max_element(joint_->lights.begin(), joint_->lights.end(),
                            [&](std::size_t a, std::size_t b) {
                              return contradictionOf(*answers[a]) < contradictionOf(*answers[b]);
@@ -194,4 +197,4 @@ Judgement JointCalibration::judge(const LightsEstimate& estimate, bool is_clear)
   return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

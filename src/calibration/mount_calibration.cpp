@@ -4,14 +4,14 @@
 #include <limits>
 #include <utility>
 
-#include "bearing_calibration/calibration/driver_advice.h"
-#include "bearing_calibration/calibration/fault_finder.h"
-#include "bearing_calibration/calibration/light_start.h"
-#include "bearing_calibration/calibration/mount_agreement.h"
-#include "bearing_calibration/calibration/slip_rivals.h"
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/judge/driver_advice.h"
+#include "bearing_calibration/judge/fault_finder.h"
+#include "bearing_calibration/judge/mount_agreement.h"
+#include "bearing_calibration/solve/slip_hypotheses.h"
+#include "bearing_calibration/track/light_start.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr Pace kAttempts{std::chrono::seconds(1), 0.05};  // tens of milliseconds
@@ -23,7 +23,7 @@ constexpr std::chrono::seconds kFitInterval{1};            // tens of millisecon
 /// A light that is passed closely, or a slip, can make one attempt fail; not so many in a row.
 constexpr int kMisfitsToSay = 5;
 
-MountEstimate mountFromGuess(const StartConfig& guess) {
+MountEstimate mountFromGuess(const InitialisationConfig& guess) {
   const double position_variance = guess.position_stddev_m * guess.position_stddev_m;
   MountEstimate mount;
   mount.mean << guess.x_m, guess.y_m, guess.yaw_rad;
@@ -34,11 +34,11 @@ MountEstimate mountFromGuess(const StartConfig& guess) {
 
 constexpr double kNoAzimuth = std::numeric_limits<double>::quiet_NaN();
 
-void note(Look::Kind kind, const Bearing& light, Look* look) {
-  look->kind = kind;
-  look->sight.azimuth_rad = light.azimuth_rad;
-  look->sight.azimuth_variance_rad2 = light.azimuth_variance_rad2;
-  look->sight.elevation = elevationOf(light);
+void note(AssociationOutcome::Kind kind, const Bearing& light, AssociationOutcome* outcome) {
+  outcome->kind = kind;
+  outcome->observation.azimuth_rad = light.azimuth_rad;
+  outcome->observation.azimuth_variance_rad2 = light.azimuth_variance_rad2;
+  outcome->observation.elevation = elevationOf(light);
 }
 
 }  // namespace
@@ -49,21 +49,22 @@ MountCalibration::MountCalibration(const CalibratorConfig& config, FitsRun fits_
       initializer_(config.initializer),
       batch_(config.initializer.batch) {}
 
-Look MountCalibration::look(const BearingSet& image, const OdometryIncrement& motion,
-                            const TravelNearby& nearby) {
+AssociationOutcome MountCalibration::process(const BearingSet& image,
+                                             const OdometryIncrement& motion,
+                                             const OdometryWindow& nearby) {
   is_work_due_ = false;
   const BearingSet ours{image.stamp, ofThisLight(image.candidates)};
-  motion_since_sight_ = append(motion_since_sight_, motion);
+  motion_since_observation_ = append(motion_since_observation_, motion);
   picker_.move(motion);
-  Look look;
-  look.sight = {image.stamp, motion, kNoAzimuth, kNoAzimuth, nearby};
+  AssociationOutcome outcome;
+  outcome.observation = {image.stamp, motion, kNoAzimuth, kNoAzimuth, nearby};
   if (weak_) weak_->move(motion);
   if (tracker_) {
     tracker_->move(withNoise(motion, noise_));
-    follow(ours, nearby, &look);
+    follow(ours, nearby, &outcome);
   }
-  if (!started_) start(ours, nearby, &look);
-  return look;
+  if (!started_) start(ours, nearby, &outcome);
+  return outcome;
 }
 
 /// Lights that a sensor tells apart are told apart here too; the first one seen is the one.
@@ -78,11 +79,12 @@ std::vector<Bearing> MountCalibration::ofThisLight(const std::vector<Bearing>& c
 }
 
 /// Nothing is known yet, or only a guess that a filter works on meanwhile.
-void MountCalibration::start(const BearingSet& image, const TravelNearby& nearby, Look* look) {
+void MountCalibration::start(const BearingSet& image, const OdometryWindow& nearby,
+                             AssociationOutcome* outcome) {
   const Stamp stamp = image.stamp;
   const std::optional<Bearing> light = picker_.pick(image.candidates);
   if (!light) return;
-  note(Look::Kind::kTaken, *light, look);
+  note(AssociationOutcome::Kind::kTaken, *light, outcome);
   noteLight(*light);
   remember(stamp, *light, nearby);
   if (!tracker_) ++bearings_used_;
@@ -96,7 +98,9 @@ void MountCalibration::work() {
   if (!started_) return attemptStart();
   if (isFitDue()) refineAndJudge();
   if (judge_->last().state == CalibrationState::kInconsistent) diagnose();
-  if (config_.knocked.start_anew && judge_->last().knocked) followKnock();
+  if (config_.restart_on_mount_change && judge_->last().cause == Fault::kMountMoved) {
+    followMountChange();
+  }
 }
 
 void MountCalibration::attemptStart() {
@@ -107,17 +111,17 @@ void MountCalibration::attemptStart() {
   attempts_.begin(initializer_.record(), in_vain ? kAttemptsInVain : kAttempts);
   if (in_vain) diagnose();
   if (!attempt_->ready()) return;
-  diagnosis_.clear();
+  diagnosis_ = {};
   noise_ = attempt_->noise;
-  noteSettled(
-      {attempt_->estimate.mean, initializer_.record().sights().size() - 1, attempt_->errors.mean});
+  noteSettled({attempt_->estimate.mean, initializer_.record().observations().size() - 1,
+               attempt_->errors.mean});
   startTracker(withEarlier({attempt_->estimate, attempt_->errors}), attempt_->bearing_correlation);
   judge_.emplace(config_.converged);
   started_ = true;
 }
 
 void MountCalibration::startFromGuess(const Bearing& light) {
-  const StartConfig& guess = config_.start;
+  const InitialisationConfig& guess = config_.initialisation;
   constexpr double kUncorrelated = 0.0;
   RobotEstimate robot;
   robot.errors = priorEstimate(config_.initializer.batch.errors);
@@ -128,7 +132,7 @@ void MountCalibration::startFromGuess(const Bearing& light) {
     startTracker(robot, kUncorrelated);
     return;
   }
-  if (guess.kind != StartConfig::Kind::kGuess) return;
+  if (guess.kind != InitialisationConfig::Kind::kGuess) return;
   robot.cartesian =
       placeLight(mountFromGuess(guess), {guess.light_distance_m, guess.light_distance_stddev_m},
                  light.azimuth_rad, light.azimuth_variance_rad2);
@@ -144,23 +148,25 @@ void MountCalibration::moveAlong(const StartAttempt& attempt) {
   weak_.reset();
   if (attempt.obstacle != StartObstacle::kWeakDirection) return;
   FilterConfig filter = config_.filter;
-  filter.chart = FilterConfig::Chart::kCartesian;  // in which a motion is linear
+  filter.parametrisation =
+      FilterConfig::Parametrisation::kCartesian;  // in which a motion is linear
   weak_.emplace(filter, RobotEstimate{attempt.estimate, attempt.errors},
                 attempt.bearing_correlation, errorsInUse(config_.initializer.batch.errors));
 }
 
-void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearby, Look* look) {
+void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nearby,
+                              AssociationOutcome* outcome) {
   const Stamp stamp = image.stamp;
   const std::vector<Bearing>& candidates = image.candidates;
   const Association association = looksForNoise()
-                                      ? tracker_->look(withNoise(candidates, noise_), nearby)
-                                      : tracker_->look(candidates, nearby);
+                                      ? tracker_->associate(withNoise(candidates, noise_), nearby)
+                                      : tracker_->associate(candidates, nearby);
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
-  note(found                                               ? Look::Kind::kTaken
-       : association.kind == Association::Kind::kAmbiguous ? Look::Kind::kAmbiguous
-                                                           : Look::Kind::kGated,
-       candidates[association.candidate], look);
+  note(found                                               ? AssociationOutcome::Kind::kTaken
+       : association.kind == Association::Kind::kAmbiguous ? AssociationOutcome::Kind::kAmbiguous
+                                                           : AssociationOutcome::Kind::kGated,
+       candidates[association.candidate], outcome);
   ++(found ? bearings_used_ : bearings_gated_);
   if (found) noteLight(candidates[association.candidate]);
   if (started_) {
@@ -168,48 +174,51 @@ void MountCalibration::follow(const BearingSet& image, const TravelNearby& nearb
     is_work_due_ = isFitDue() || (judge_->last().state == CalibrationState::kInconsistent &&
                                   diagnoses_.isDue(initializer_.record()));
     if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();
-    if (!started_) return;  // after a knock
+    if (!started_) return;  // the mount has moved
   }
   if (!tracker_->isLost() || tracker_->isSearching()) return;
-  look->lost_light = started_;
+  outcome->lost_light = started_;
   tracker_.reset();
   if (started_) startAnew();
 }
 
 /// Nothing of the old mount holds any longer.
-void MountCalibration::followKnock() {
-  knock_ = "the mount was knocked and is calibrated anew: ";
+void MountCalibration::followMountChange() {
+  restarted_ = true;
   earlier_.reset();
   startAnew();
 }
 
 /// The batch over the record, from where it settled the last time: since then the filter may have
 /// followed something else. Only without success there, from the filter.
-BatchEstimate MountCalibration::fitRecord(const std::vector<Sight>& sights,
+BatchEstimate MountCalibration::fitRecord(const std::vector<Observation>& observations,
                                           const RobotEstimate& running) const {
   if (settled_) {
-    const auto there = std::find_if(sights.begin(), sights.end(), [this](const Sight& sight) {
-      return sight.stamp == settled_->stamp;
-    });
-    if (there != sights.end()) {  // it has not been thinned out
+    const auto there = std::find_if(
+        observations.begin(), observations.end(),
+        [this](const Observation& observation) { return observation.stamp == settled_->stamp; });
+    if (there != observations.end()) {  // it has not been thinned out
       RecordStart start = settled_->start;
-      start.sight = static_cast<std::size_t>(there - sights.begin());
-      BatchEstimate batch = batch_.estimate(sights, start);
+      start.observation = static_cast<std::size_t>(there - observations.begin());
+      BatchEstimate batch = batch_.estimate(observations, start);
       if (hasSettled(batch)) return batch;
     }
   }
-  return batch_.estimate(sights, {running.cartesian.mean, sights.size() - 1, running.errors.mean});
+  return batch_.estimate(observations,
+                         {running.cartesian.mean, observations.size() - 1, running.errors.mean});
 }
 
 void MountCalibration::noteSettled(const RecordStart& start) {
-  settled_ = {initializer_.record().sights()[start.sight].stamp, start};
+  settled_ = {initializer_.record().observations()[start.observation].stamp, start};
 }
 
-void MountCalibration::noteAnswer(const SlipAverage& settled) {
-  const std::vector<Sight>& sights = initializer_.record().sights();
-  const bool tells_one = !settled.is_disputed && tellsOneMount(*tracker_, sights, settled.best);
-  answer_ = OwnAnswer{{}, settled.best, settled.estimate, tells_one, motionOf(sights), noise_};
-  for (const Sight& sight : sights) answer_->stamps.push_back(sight.stamp);
+void MountCalibration::noteSolution(const SlipAverage& settled) {
+  const std::vector<Observation>& observations = initializer_.record().observations();
+  const bool tells_one =
+      !settled.is_disputed && tellsOneMount(*tracker_, observations, settled.best);
+  answer_ = LandmarkSolution{{},        settled.best,           settled.estimate,
+                             tells_one, motionOf(observations), noise_};
+  for (const Observation& observation : observations) answer_->stamps.push_back(observation.stamp);
 }
 
 bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
@@ -217,47 +226,47 @@ bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
 }
 
 bool MountCalibration::isFitDue() const {
-  const SightRecord& record = initializer_.record();
+  const ObservationRecord& record = initializer_.record();
   return fits_.isDue(record) || (fits_.isTime(record) && ConvergenceJudge::isDoubted(*tracker_));
 }
 
 /// The filter cannot take back what it has once believed: a slip that passed the gate, a bearing
 /// that was none. The batch over the record can, and knows about them by what came after.
 void MountCalibration::refineAndJudge() {
-  const SightRecord& record = initializer_.record();
+  const ObservationRecord& record = initializer_.record();
   fits_.begin(record, {kFitInterval, config_.refit_growth});
-  const std::vector<Sight>& stated = record.sights();
-  const std::vector<Sight> scaled =
-      looksForNoise() ? withNoise(stated, noise_) : std::vector<Sight>();
-  const std::vector<Sight>& sights = looksForNoise() ? scaled : stated;
+  const std::vector<Observation>& stated = record.observations();
+  const std::vector<Observation> scaled =
+      looksForNoise() ? withNoise(stated, noise_) : std::vector<Observation>();
+  const std::vector<Observation>& observations = looksForNoise() ? scaled : stated;
   const RobotEstimate robot = tracker_->filter().robot();
-  const BatchEstimate batch = fitRecord(sights, robot);
+  const BatchEstimate batch = fitRecord(observations, robot);
   std::optional<SlipAverage> settled;
   if (hasSettled(batch)) {
-    SlipAverage average = averageOverSlips(sights, batch, config_.initializer.batch);
+    SlipAverage average = averageOverSlips(observations, batch, config_.initializer.batch);
     if (!tracker_->isSearching()) {
       tracker_->rebase(withEarlier(average.estimate), average.best.correlation);
     }
     noteSettled(surestStart(average.best));
-    if (config_.lights.most > 1) noteAnswer(average);
+    if (config_.max_lights > 1) noteSolution(average);
     noteNoise(average.best);
     settled = std::move(average);
   }
-  judge_->judge(*tracker_, sights, settled);
+  judge_->judge(*tracker_, observations, settled);
 }
 
 /// For the next fit: all hypotheses of one must be weighed alike.
 void MountCalibration::noteNoise(const BatchEstimate& fit) {
-  const std::vector<Sight>& sights = initializer_.record().sights();
-  correlation_time_ = correlationTime(sights, fit.correlation);
+  const std::vector<Observation>& observations = initializer_.record().observations();
+  correlation_time_ = correlationTime(observations, fit.correlation);
   const InitializerConfig& config = config_.initializer;
   if (looksForNoise()) {
-    noise_ = findNoiseLevels(sights, fit, config.batch.errors, config.noise);
+    noise_ = findNoiseLevels(observations, fit, config.batch.errors, config.noise);
   }
 }
 
-/// An estimate from the sights, with the earlier calibration unless they contradict it: then that
-/// one is forgotten.
+/// An estimate from the observations, with the earlier calibration unless they contradict it: then
+/// that one is forgotten.
 RobotEstimate MountCalibration::withEarlier(const RobotEstimate& estimate) {
   constexpr double kFalseAlarm = 1e-4;
   if (earlier_ && disagreement(mountFromCartesian(estimate.cartesian), earlier_->mount()) >
@@ -265,33 +274,35 @@ RobotEstimate MountCalibration::withEarlier(const RobotEstimate& estimate) {
     earlier_.reset();
   }
   if (!earlier_) return estimate;
-  return ::bearing_calibration::withEarlier(estimate, *earlier_, config_.initializer.batch.errors);
+  return ::bearing_calibration::core::withEarlier(estimate, *earlier_,
+                                                  config_.initializer.batch.errors);
 }
 
 /// Which single fault of the robot would explain the record.
 void MountCalibration::diagnose() {
   if (!diagnoses_.isDue(initializer_.record())) return;
   diagnoses_.begin(initializer_.record(), kDiagnoses);
-  diagnosis_ = ::bearing_calibration::describe(findFault(
-      initializer_.record().sights(), config_.drive.wheel_separation_m, config_.initializer));
+  diagnosis_ = findFault(initializer_.record().observations(), config_.drive.wheel_separation_m,
+                         config_.initializer);
 }
 
-/// Keeps a sight: for the initialiser before the start, for batch and judge after it.
-void MountCalibration::remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby) {
-  initializer_.add({stamp, motion_since_sight_, light.azimuth_rad, light.azimuth_variance_rad2,
-                    nearby, elevationOf(light)});
-  motion_since_sight_ = {};
+/// Keeps an observation: for the initialiser before the start, for batch and judge after it.
+void MountCalibration::remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby) {
+  initializer_.add({stamp, motion_since_observation_, light.azimuth_rad,
+                    light.azimuth_variance_rad2, nearby, elevationOf(light)});
+  motion_since_observation_ = {};
 }
 
 void MountCalibration::noteLight(const Bearing& light) {
   if (light.light_id != kUnknownLight) light_id_ = light.light_id;
 }
 
-/// Forgets what the sights have said, but not which light it is, nor what is said about it all.
+/// Forgets what the observations have said, but not which light it is, nor what is said about it
+/// all.
 void MountCalibration::startAnew() {
   MountCalibration fresh(config_, fits_run_);
   fresh.earlier_ = earlier_;
-  fresh.knock_ = knock_;
+  fresh.restarted_ = restarted_;
   fresh.light_id_ = light_id_;
   fresh.bearings_used_ = bearings_used_;
   fresh.bearings_gated_ = bearings_gated_;
@@ -299,7 +310,7 @@ void MountCalibration::startAnew() {
 }
 
 std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
-    const OdometryIncrement& motion, const TravelNearby& nearby) const {
+    const OdometryIncrement& motion, const OdometryWindow& nearby) const {
   if (!tracker_ || tracker_->isSearching()) return std::nullopt;
   return tracker_->filter().predictAzimuthAfter(motion, nearby);
 }
@@ -325,20 +336,20 @@ void MountCalibration::describe(CalibrationResult* result) const {
   if (started_) {
     result->state = judge_->last().state;
     result->advice = judge_->last().advice;
+    result->cause = judge_->last().cause;
   } else if (attempt_) {
     result->state = misfits_ >= kMisfitsToSay ? CalibrationState::kInconsistent
                     : isDegenerate(*attempt_) ? CalibrationState::kDegenerateMotion
                                               : CalibrationState::kInitialising;
     result->advice = adviceFor(*attempt_);
+    if (result->state == CalibrationState::kInconsistent) result->cause = Fault::kUnexplained;
   }
   result->lights = {{lightId(), result->state, result->cartesian_state, true, bearings_used_, ""}};
-  if (result->state == CalibrationState::kInconsistent && !diagnosis_.empty()) {
-    result->advice = diagnosis_;
+  if (result->state == CalibrationState::kInconsistent && diagnosis_.fault != Fault::kNone) {
+    result->advice = ::bearing_calibration::core::describe(diagnosis_);
+    result->cause = diagnosis_.fault;
   }
-  const bool calibrated = result->state == CalibrationState::kConverged;
-  if (!knock_.empty() && !calibrated) {
-    result->advice = knock_ + (result->advice.empty() ? adviceFor(result->state) : result->advice);
-  }
+  if (restarted_) sayRestarted(result);
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

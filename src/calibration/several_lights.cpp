@@ -5,48 +5,48 @@
 #include <iterator>
 #include <limits>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// A light that has not been found out and not been seen for so long makes room for another.
 constexpr std::chrono::seconds kForgottenAfter{30};
 constexpr std::chrono::seconds kReviewInterval{1};
 /// After so much way a light that alone says that the mount has moved has moved itself: what a
-/// knock of 3 degrees takes the others to notice (doc/faults.md).
+/// displacement of 3 degrees takes the others to notice (doc/faults.md).
 constexpr double kAloneFor_m = 10.0;
 constexpr double kLever_m = 0.5;  // of turns, as a verdict counts them
 
 /// Each light for itself: what concerns all of them is decided here.
 CalibratorConfig forOne(CalibratorConfig config) {
-  if (config.lights.most > 1) config.knocked.start_anew = false;
+  if (config.max_lights > 1) config.restart_on_mount_change = false;
   return config;
 }
 
-bool isSame(const Bearing& bearing, const Sight& sight) {
-  return bearing.azimuth_rad == sight.azimuth_rad &&
-         bearing.azimuth_variance_rad2 == sight.azimuth_variance_rad2;
+bool isSame(const Bearing& bearing, const Observation& observation) {
+  return bearing.azimuth_rad == observation.azimuth_rad &&
+         bearing.azimuth_variance_rad2 == observation.azimuth_variance_rad2;
 }
 
 }  // namespace
 
 SeveralLights::SeveralLights(const CalibratorConfig& config, FitsRun fits_run)
     : config_(forOne(config)), fits_run_(fits_run), joint_(config_) {
-  config_.knocked = config.knocked;
+  config_.restart_on_mount_change = config.restart_on_mount_change;
   lights_.reserve(kMostLights);
   if (!isMany()) lights_.emplace_back(config_, fits_run_);
 }
 
-void SeveralLights::takeUp(const LastingEstimate& earlier) {
+void SeveralLights::resume(const LastingEstimate& earlier) {
   earlier_ = earlier;
-  for (LightMember& light : lights_) light.takeUp(earlier);
+  for (Landmark& light : lights_) light.resume(earlier);
 }
 
-Look SeveralLights::look(const BearingSet& image, const OdometryIncrement& motion,
-                         const TravelNearby& nearby) {
+AssociationOutcome SeveralLights::process(const BearingSet& image, const OdometryIncrement& motion,
+                                          const OdometryWindow& nearby) {
   if (!isMany()) {
-    const Look look = lights_.front().look(image, motion, nearby);
-    if (look.lost_light) ++new_starts_;
-    return look;
+    const AssociationOutcome outcome = lights_.front().process(image, motion, nearby);
+    if (outcome.lost_light) ++new_starts_;
+    return outcome;
   }
   last_image_ = image.stamp;
   motion_ = motion;
@@ -54,23 +54,24 @@ Look SeveralLights::look(const BearingSet& image, const OdometryIncrement& motio
   way_m_ += motion.distance_m + kLever_m * motion.rotation_rad;
   std::vector<Bearing> left = image.candidates;
   LightsImage seen{image.stamp, motion, nearby, {}};
-  Look first;
+  AssociationOutcome first;
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  first.sight = {image.stamp, motion, kNone, kNone, nearby};
+  first.observation = {image.stamp, motion, kNone, kNone, nearby};
   for (std::size_t i = 0; i < lights_.size(); ++i) {
-    const Look look = show(i, image, &left, &seen);
-    if (i == 0) first = look;
+    const AssociationOutcome outcome = show(i, image, &left, &seen);
+    if (i == 0) first = outcome;
   }
   const bool is_empty = lights_.empty();
   welcome(image, &left, &seen);
   if (is_empty && !lights_.empty() && seen.lights[0].isSeen()) {
-    first.kind = Look::Kind::kTaken;
-    first.sight.azimuth_rad = seen.lights[0].azimuth_rad;
-    first.sight.azimuth_variance_rad2 = seen.lights[0].azimuth_variance_rad2;
+    first.kind = AssociationOutcome::Kind::kTaken;
+    first.observation.azimuth_rad = seen.lights[0].azimuth_rad;
+    first.observation.azimuth_variance_rad2 = seen.lights[0].azimuth_variance_rad2;
   }
-  joint_.look(seen);
-  const bool shows_any = std::any_of(seen.lights.begin(), seen.lights.end(),
-                                     [](const LightSight& sight) { return sight.isSeen(); });
+  joint_.add(seen);
+  const bool shows_any =
+      std::any_of(seen.lights.begin(), seen.lights.end(),
+                  [](const LightObservation& observation) { return observation.isSeen(); });
   is_review_due_ = shows_any && image.stamp >= next_review_;
   if (fits_run_ == FitsRun::kAtOnce) work();
   return first;
@@ -78,11 +79,11 @@ Look SeveralLights::look(const BearingSet& image, const OdometryIncrement& motio
 
 bool SeveralLights::isWorkDue() const {
   return is_review_due_ || std::any_of(lights_.begin(), lights_.end(),
-                                       [](const LightMember& light) { return light.isWorkDue(); });
+                                       [](const Landmark& light) { return light.isWorkDue(); });
 }
 
 void SeveralLights::work() {
-  for (LightMember& light : lights_) {
+  for (Landmark& light : lights_) {
     if (light.isWorkDue()) light.work();
   }
   if (!is_review_due_) return;
@@ -97,7 +98,7 @@ void SeveralLights::work() {
 
 bool SeveralLights::isOwned(std::int32_t light_id) const {
   return std::any_of(lights_.begin(), lights_.end(),
-                     [&](const LightMember& light) { return light.lightId() == light_id; });
+                     [&](const Landmark& light) { return light.lightId() == light_id; });
 }
 
 bool SeveralLights::isOffered(const Bearing& candidate, std::size_t light) const {
@@ -107,32 +108,32 @@ bool SeveralLights::isOffered(const Bearing& candidate, std::size_t light) const
 }
 
 /// Shows a light what the lights before it have left of an image, and takes away what it takes.
-Look SeveralLights::show(std::size_t light, const BearingSet& image, std::vector<Bearing>* left,
-                         LightsImage* seen) {
+AssociationOutcome SeveralLights::show(std::size_t light, const BearingSet& image,
+                                       std::vector<Bearing>* left, LightsImage* seen) {
   BearingSet offered{image.stamp, {}};
   std::copy_if(left->begin(), left->end(), std::back_inserter(offered.candidates),
                [&](const Bearing& candidate) { return isOffered(candidate, light); });
-  const Look look = lights_[light].look(offered, motion_, nearby_);
-  if (look.lost_light) {
+  const AssociationOutcome outcome = lights_[light].process(offered, motion_, nearby_);
+  if (outcome.lost_light) {
     joint_.forget(light);
     ++new_starts_;
   }
-  if (look.kind != Look::Kind::kTaken) return look;
-  seen->lights.at(light) = {look.sight.azimuth_rad, look.sight.azimuth_variance_rad2};
+  if (outcome.kind != AssociationOutcome::Kind::kTaken) return outcome;
+  seen->lights.at(light) = {outcome.observation.azimuth_rad,
+                            outcome.observation.azimuth_variance_rad2};
   const auto taken = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
-    return isSame(candidate, look.sight);
+    return isSame(candidate, outcome.observation);
   });
   if (taken != left->end()) left->erase(taken);
-  return look;
+  return outcome;
 }
 
 /// What no light has taken may be a further one.
 void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
                             LightsImage* seen) {
-  const bool has_newcomer =
-      std::any_of(lights_.begin(), lights_.end(), [](const LightMember& light) {
-        return light.lightId() == kUnknownLight && !light.isFound();
-      });
+  const bool has_newcomer = std::any_of(lights_.begin(), lights_.end(), [](const Landmark& light) {
+    return light.lightId() == kUnknownLight && !light.isFound();
+  });
   bool may_be_unknown = !has_newcomer;
   for (;;) {
     const auto newcomer = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
@@ -144,10 +145,10 @@ void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
     if (*place == lights_.size()) {
       lights_.emplace_back(forOne(config_), fits_run_);
     } else {
-      lights_[*place] = LightMember(forOne(config_), fits_run_);
+      lights_[*place] = Landmark(forOne(config_), fits_run_);
       joint_.forget(*place);
     }
-    if (earlier_) lights_[*place].takeUp(*earlier_);
+    if (earlier_) lights_[*place].resume(*earlier_);
     std::vector<Bearing> own = {*newcomer};
     show(*place, image, &own, seen);
     left->erase(newcomer);
@@ -155,41 +156,42 @@ void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
 }
 
 std::optional<std::size_t> SeveralLights::placeForAnother(Stamp now) const {
-  if (lights_.size() < static_cast<std::size_t>(config_.lights.most)) return lights_.size();
+  if (lights_.size() < static_cast<std::size_t>(config_.max_lights)) return lights_.size();
   for (std::size_t i = 0; i < lights_.size(); ++i) {
-    const LightMember& light = lights_[i];
+    const Landmark& light = lights_[i];
     if (!light.isFound() && light.lastSeen() + kForgottenAfter < now) return i;
   }
   return std::nullopt;
 }
 
 void SeveralLights::review() {
-  for (LightMember& light : lights_) light.review(way_m_);
-  knock_ = hearKnocks();
-  if (knock_ && knock_->knocked && config_.knocked.start_anew) {
+  for (Landmark& light : lights_) light.review(way_m_);
+  mount_moved_ = agreeOnMountMoved();
+  if (mount_moved_ && mount_moved_->cause == Fault::kMountMoved &&
+      config_.restart_on_mount_change) {
     startAnew();
     return;
   }
-  std::vector<const OwnAnswer*> answers;
+  std::vector<const LandmarkSolution*> answers;
   bool is_earlier_believed = earlier_.has_value();
-  for (const LightMember& light : lights_) {
-    answers.push_back(light.isSound() ? &*light.calibration().ownAnswer() : nullptr);
+  for (const Landmark& light : lights_) {
+    answers.push_back(light.isSound() ? &*light.calibration().solution() : nullptr);
     if (light.isSound() && !light.calibration().earlier()) is_earlier_believed = false;
   }
   joint_.review(answers, is_earlier_believed ? earlier_ : std::nullopt);
 }
 
-/// A mount that was knocked is noticed by all lights, though not at once; a light that was moved
-/// says the same, but alone.
-std::optional<Judgement> SeveralLights::hearKnocks() const {
+/// A mount that has moved is noticed by all lights, though not at once; a light that was moved says
+/// the same, but alone.
+std::optional<Judgement> SeveralLights::agreeOnMountMoved() const {
   const auto found = std::count_if(lights_.begin(), lights_.end(),
-                                   [](const LightMember& light) { return light.isFound(); });
-  std::ptrdiff_t knocked = 0;
+                                   [](const Landmark& light) { return light.isFound(); });
+  std::ptrdiff_t moved = 0;
   std::optional<Judgement> alone;
   for (std::size_t i = 0; i < lights_.size(); ++i) {
-    if (!lights_[i].isKnocked()) continue;
-    if (2 * ++knocked >= found) return *lights_[i].calibration().judgement();
-    if (lights_[i].knockedFor(way_m_) < kAloneFor_m) {
+    if (!lights_[i].saysMountMoved()) continue;
+    if (2 * ++moved >= found) return *lights_[i].calibration().judgement();
+    if (lights_[i].saysSoFor(way_m_) < kAloneFor_m) {
       alone = {CalibrationState::kConverging,
                nameOf(i) + " says that the mount has moved, the others do not: drive on"};
     }
@@ -201,8 +203,8 @@ void SeveralLights::startAnew() {
   lights_.clear();
   earlier_.reset();
   joint_ = JointCalibration(forOne(config_));
-  knock_.reset();
-  knock_prefix_ = "the mount was knocked and is calibrated anew: ";
+  mount_moved_.reset();
+  restarted_ = true;
 }
 
 /// The light whose own calibration speaks while there is no joint one: that of the best known
@@ -231,11 +233,12 @@ std::string SeveralLights::nameOf(std::size_t light) const {
 
 /// What stands against the verdict of one light alone.
 std::optional<Judgement> SeveralLights::objection() const {
-  if (knock_) return knock_;
+  if (mount_moved_) return mount_moved_;
   if (joint_.outcome() == JointCalibration::Outcome::kTorn) {
     return Judgement{CalibrationState::kInconsistent,
                      "the lights give different mounts (" + nameOf(joint_.contradicting().front()) +
-                         " against others): one of them moves, or is a reflection"};
+                         " against others): one of them moves, or is a reflection",
+                     Fault::kLightsDisagree};
   }
   if (joint_.outcome() == JointCalibration::Outcome::kUnfit) {
     return Judgement{CalibrationState::kConverging,
@@ -295,6 +298,7 @@ void SeveralLights::takeJoint(CalibrationResult* result) const {
   result->base_from_sensor = mountFromCartesian(robot.cartesian);
   result->state = joint->judgement.state;
   result->advice = joint->judgement.advice;
+  result->cause = joint->judgement.cause;
 }
 
 void SeveralLights::describe(CalibrationResult* result) const {
@@ -313,15 +317,13 @@ void SeveralLights::describe(CalibrationResult* result) const {
   if (against && is_verdict) {
     result->state = against->state;
     result->advice = against->advice;
+    result->cause = against->cause;
   }
-  if (!knock_prefix_.empty() && result->state != CalibrationState::kConverged) {
-    result->advice =
-        knock_prefix_ + (result->advice.empty() ? adviceFor(result->state) : result->advice);
-  }
+  if (restarted_) sayRestarted(result);
 }
 
 std::optional<AzimuthPrediction> SeveralLights::predictAzimuthAfter(
-    const OdometryIncrement& motion, const TravelNearby& nearby) const {
+    const OdometryIncrement& motion, const OdometryWindow& nearby) const {
   if (isMany()) return std::nullopt;
   return lights_.front().calibration().predictAzimuthAfter(motion, nearby);
 }
@@ -330,4 +332,4 @@ std::int32_t SeveralLights::lightId() const {
   return isMany() ? kUnknownLight : lights_.front().calibration().lightId();
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

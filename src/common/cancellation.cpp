@@ -1,6 +1,6 @@
 #include "bearing_calibration/common/cancellation.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 struct OwnWork {
@@ -21,4 +21,4 @@ void endIfCancelled() {
   if (own_work.present != nullptr && *own_work.present != own_work.own) throw Cancelled();
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

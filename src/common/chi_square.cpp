@@ -2,7 +2,7 @@
 
 #include <boost/math/distributions/chi_squared.hpp>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 double chiSquareQuantile(double probability, double degrees_of_freedom) {
   return boost::math::quantile(boost::math::chi_squared(degrees_of_freedom), probability);
@@ -12,4 +12,4 @@ double chiSquareProbability(double value, double degrees_of_freedom) {
   return boost::math::cdf(boost::math::chi_squared(degrees_of_freedom), value);
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 
 #include "bearing_calibration/common/formatted.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 std::uint32_t sumFrom(InputStatus first, const InputCounts& counts) {
@@ -36,8 +36,8 @@ const char* nameOf(InputStatus status) {
       return "variance not positive";
     case InputStatus::kVarianceAbsurd:
       return "variance too large";
-    case InputStatus::kQualityOutOfRange:
-      return "quality not in 0 to 1";
+    case InputStatus::kProbabilityOutOfRange:
+      return "probability not in 0 to 1";
     case InputStatus::kCounterReset:
       return "counter reset";
     case InputStatus::kTicksTooFast:
@@ -85,8 +85,8 @@ std::string describe(const InputOutcome& outcome) {
     case InputStatus::kVarianceAbsurd:
       return "azimuth variance " + value +
              " rad^2 is above the largest allowed: candidate left out";
-    case InputStatus::kQualityOutOfRange:
-      return "quality " + value + " is not in 0 to 1: candidate left out";
+    case InputStatus::kProbabilityOutOfRange:
+      return "probability " + value + " is not in 0 to 1: candidate left out";
     case InputStatus::kCounterReset:
       return "the counters jumped by " + value +
              " m to near zero: taken as a reset by the driver, followed from there";
@@ -115,4 +115,4 @@ std::uint32_t InputCounts::badInputs() const { return sumFrom(InputStatus::kNoSt
 
 std::uint32_t InputCounts::remarks() const { return sumFrom(InputStatus::kVarianceRaised, *this); }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -14,7 +14,7 @@
 #include <thread>
 #include <utility>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 namespace fs = std::filesystem;
@@ -236,4 +236,4 @@ std::vector<FileText> OwnedFolder::ownedFiles() const {
   return files;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

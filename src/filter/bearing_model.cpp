@@ -6,7 +6,7 @@
 #include "bearing_calibration/filter/paper_state.h"
 #include "bearing_calibration/geometry/pose2.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 Propagation propagateCartesian(const Vector5& state, const OdometryIncrement& motion) {
   const Pose2& start_from_end = motion.start_from_end;
@@ -22,13 +22,12 @@ Propagation propagateCartesian(const Vector5& state, const OdometryIncrement& mo
 }
 
 AzimuthModel azimuthFromCartesian(const Vector5& state) {
-  const Eigen::Vector2d sight = state.head<2>() - state.segment<2>(CartesianIndex::kSensorX);
-  const Eigen::RowVector2d J_direction_sight =
-      perpendicular(sight).transpose() / sight.squaredNorm();
+  const Eigen::Vector2d ray = state.head<2>() - state.segment<2>(CartesianIndex::kSensorX);
+  const Eigen::RowVector2d J_direction_observation =
+      perpendicular(ray).transpose() / ray.squaredNorm();
   AzimuthModel model;
-  model.azimuth_rad =
-      wrapAngle(std::atan2(sight.y(), sight.x()) - state(CartesianIndex::kSensorYaw));
-  model.J_azimuth_state << J_direction_sight, -J_direction_sight, -1.0;
+  model.azimuth_rad = wrapAngle(std::atan2(ray.y(), ray.x()) - state(CartesianIndex::kSensorYaw));
+  model.J_azimuth_state << J_direction_observation, -J_direction_observation, -1.0;
   return model;
 }
 
@@ -76,4 +75,4 @@ AzimuthModel azimuthFromPaper(const Vector5& state) {
   return model;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr int kYaw = 2;
@@ -97,7 +97,7 @@ MountEstimate LastingEstimate::mount() const {
 
 std::vector<std::string> lastingNames() {
   std::vector<std::string> names = {"x [m]", "y [m]", "yaw [rad]"};
-  for (const std::string& error : errorNames()) names.push_back(error);
+  for (const Quantity& error : errorQuantities()) names.push_back(labelOf(error));
   return names;
 }
 
@@ -139,4 +139,4 @@ RobotEstimate withEarlier(const RobotEstimate& estimate, const LastingEstimate& 
   return RobotEstimate::from<kErrorCount>(joint);
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

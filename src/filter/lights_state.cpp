@@ -5,7 +5,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/geometry/pose2.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// A light's angle out of one with the state [light, mount, errors].
@@ -128,23 +128,23 @@ void propagate(const LightsMotion& motion, LightsEstimate* estimate) {
 }
 
 LightsAngle expectAzimuth(const LightsLayout& layout, const LightsVector& state, int light,
-                          const TravelNearby& nearby) {
+                          const OdometryWindow& nearby) {
   return withErrorsInUse(layout.errors, [&](auto size) {
-    const SightModel<size.value> model =
-        expectSight<size.value>(stateOf(layout, state, light), errorsOf(layout, state), nearby);
+    const ObservationModel<size.value> model = expectObservation<size.value>(
+        stateOf(layout, state, light), errorsOf(layout, state), nearby);
     return angleOf(layout, light, model.azimuth_rad, model.J_azimuth_state);
   });
 }
 
 LightsAngle expectElevation(const LightsLayout& layout, const LightsVector& state, int light,
-                            const TravelNearby& nearby) {
+                            const OdometryWindow& nearby) {
   const ElevationModel model =
       expectElevation(stateOf(layout, state, light), errorsOf(layout, state), nearby);
   return angleOf(layout, light, model.elevation_rad, model.J_elevation_state);
 }
 
 LightsUpdate updateByAzimuth(const LightsVector& about, int light, double azimuth_rad,
-                             double azimuth_variance_rad2, const TravelNearby& nearby,
+                             double azimuth_variance_rad2, const OdometryWindow& nearby,
                              LightsEstimate* estimate) {
   const LightsAngle expected = expectAzimuth(estimate->layout, about, light, nearby);
   LightsUpdate update;
@@ -164,4 +164,4 @@ LightsUpdate updateByAzimuth(const LightsVector& about, int light, double azimut
   return update;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/geometry/pose2.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kSmallestDistance_m = 1e-9;  // a direction's derivative is 1 / distance
@@ -80,4 +80,4 @@ bool isRhoDetermined(double rho_m, double rho_variance_m2) {
   return rho_m * rho_m > kDeterminedSigmas * kDeterminedSigmas * rho_variance_m2;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

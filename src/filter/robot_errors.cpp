@@ -7,7 +7,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/filter/bearing_model.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// Calls work(block, place) for each block whose errors are among the first K.
@@ -49,7 +49,7 @@ WheelFactors wheelFactors(const ErrorVector& errors) {
 
 template <int K>
 CorrectedLight<K> correctLight(const Eigen::Vector2d& light_in_base, const ErrorVector& errors,
-                               const TravelNearby& nearby) {
+                               const OdometryWindow& nearby) {
   CorrectedLight<K> light;
   light.in_base = light_in_base;
   const WheelFactors wheels = wheelFactors(errors);
@@ -61,8 +61,8 @@ CorrectedLight<K> correctLight(const Eigen::Vector2d& light_in_base, const Error
 
 /// Jacobian by the Cartesian state of an angle that depends on the ideal azimuth and on the range.
 Eigen::Matrix<double, 1, 5> stateJacobian(double J_angle_ideal, double J_angle_range,
-                                          const AzimuthModel& ideal, const Eigen::Vector2d& sight) {
-  const Eigen::RowVector2d J_range = sight.transpose() / sight.norm();
+                                          const AzimuthModel& ideal, const Eigen::Vector2d& ray) {
+  const Eigen::RowVector2d J_range = ray.transpose() / ray.norm();
   Eigen::Matrix<double, 1, 5> J = J_angle_ideal * ideal.J_azimuth_state;
   J.head<2>() += J_angle_range * J_range;
   J.segment<2>(CartesianIndex::kSensorX) -= J_angle_range * J_range;
@@ -141,8 +141,8 @@ CorrectedMotion<K> correctMotion(const OdometryIncrement& measured, const ErrorV
 }
 
 template <int K>
-SightModel<K> expectSight(const Vector5& state, const ErrorVector& errors,
-                          const TravelNearby& nearby) {
+ObservationModel<K> expectObservation(const Vector5& state, const ErrorVector& errors,
+                                      const OdometryWindow& nearby) {
   Vector5 at_moment = state;
   CorrectedLight<K> light;
   if constexpr (K > 0) {
@@ -150,20 +150,20 @@ SightModel<K> expectSight(const Vector5& state, const ErrorVector& errors,
     at_moment.head<2>() = light.in_base;
   }
   const AzimuthModel ideal = azimuthFromCartesian(at_moment);
-  SightModel<K> model;
+  ObservationModel<K> model;
   if constexpr (K == 0) {
     model.azimuth_rad = ideal.azimuth_rad;
     model.J_azimuth_state = ideal.J_azimuth_state;
   } else {
-    const Eigen::Vector2d sight = light.in_base - at_moment.segment<2>(CartesianIndex::kSensorX);
+    const Eigen::Vector2d ray = light.in_base - at_moment.segment<2>(CartesianIndex::kSensorX);
     CorrectedAzimuth<K> azimuth;
     azimuth.azimuth_rad = ideal.azimuth_rad;
-    azimuth.range_m = sight.norm();
+    azimuth.range_m = ray.norm();
     forEachBlockBackwards<K>([&](auto block, auto at) {
       decltype(block)::template correct<at.value>(azimuth, partOf(errors, block, at));
     });
     const Eigen::Matrix<double, 1, 5> J =
-        stateJacobian(azimuth.J_azimuth_ideal, azimuth.J_azimuth_range, ideal, sight);
+        stateJacobian(azimuth.J_azimuth_ideal, azimuth.J_azimuth_range, ideal, ray);
     model.azimuth_rad = wrapAngle(azimuth.azimuth_rad);
     model.J_azimuth_state << J.head<2>() * light.J_light_light, J.tail<3>(),
         J.head<2>() * light.J_light_errors + azimuth.J_azimuth_errors;
@@ -172,20 +172,20 @@ SightModel<K> expectSight(const Vector5& state, const ErrorVector& errors,
 }
 
 ElevationModel expectElevation(const Vector5& state, const ErrorVector& errors,
-                               const TravelNearby& nearby) {
+                               const OdometryWindow& nearby) {
   const auto light = correctLight<kErrorCount>(state.head<2>(), errors, nearby);
   Vector5 at_moment = state;
   at_moment.head<2>() = light.in_base;
   const AzimuthModel ideal = azimuthFromCartesian(at_moment);
-  const Eigen::Vector2d sight = light.in_base - at_moment.segment<2>(CartesianIndex::kSensorX);
+  const Eigen::Vector2d ray = light.in_base - at_moment.segment<2>(CartesianIndex::kSensorX);
   CorrectedElevation<kErrorCount> elevation;
   elevation.azimuth_rad = ideal.azimuth_rad;
-  elevation.range_m = sight.norm();
+  elevation.range_m = ray.norm();
   forEachBlockBackwards<kErrorCount>([&](auto block, auto at) {
     decltype(block)::template correct<at.value>(elevation, partOf(errors, block, at));
   });
   const Eigen::Matrix<double, 1, 5> J =
-      stateJacobian(elevation.J_elevation_ideal, elevation.J_elevation_range, ideal, sight);
+      stateJacobian(elevation.J_elevation_ideal, elevation.J_elevation_range, ideal, ray);
   ElevationModel model;
   model.elevation_rad = elevation.elevation_rad;
   model.J_elevation_state << J.head<2>() * light.J_light_light, J.tail<3>(),
@@ -212,12 +212,21 @@ bool lasts(int error) {
   return lasts;
 }
 
-std::vector<std::string> errorNames() {
-  std::vector<std::string> names;
-  forEachBlock<kErrorCount>([&](auto block, auto) {
-    for (const char* part : decltype(block)::kParts) names.emplace_back(part);
-  });
-  return names;
+const std::vector<Quantity>& errorQuantities() {
+  static const std::vector<Quantity> kQuantities = [] {
+    std::vector<Quantity> quantities;
+    forEachBlock<kErrorCount>([&](auto block, auto) {
+      for (const Quantity& number : decltype(block)::kNumbers) quantities.push_back(number);
+    });
+    return quantities;
+  }();
+  return kQuantities;
+}
+
+std::string labelOf(const Quantity& quantity) {
+  const std::string name = quantity.name;
+  const std::string unit = quantity.unit;
+  return unit == "1" ? name : name + " [" + unit + "]";
 }
 
 const std::vector<ErrorBlockInfo>& errorBlocks() {
@@ -232,37 +241,41 @@ const std::vector<ErrorBlockInfo>& errorBlocks() {
   return kBlocks;
 }
 
-double residualOf(const Sight& sight, const Vector5& state, const ErrorVector& errors) {
+double residualOf(const Observation& observation, const Vector5& state, const ErrorVector& errors) {
   const auto expected = [&] {
     if (errors.isZero(0.0)) return azimuthFromCartesian(state).azimuth_rad;
     // What bends bearings takes its time, even where nothing is bent.
     const bool is_straight = errors.tail<kErrorCount - kWheelErrors>().isZero(0.0);
-    return is_straight ? expectSight<kWheelErrors>(state, errors, sight.nearby).azimuth_rad
-                       : expectSight<kErrorCount>(state, errors, sight.nearby).azimuth_rad;
+    return is_straight
+               ? expectObservation<kWheelErrors>(state, errors, observation.nearby).azimuth_rad
+               : expectObservation<kErrorCount>(state, errors, observation.nearby).azimuth_rad;
   };
-  return wrapAngle(sight.azimuth_rad - expected());
+  return wrapAngle(observation.azimuth_rad - expected());
 }
 
-std::optional<double> elevationResidualOf(const Sight& sight, const Vector5& state,
+std::optional<double> elevationResidualOf(const Observation& observation, const Vector5& state,
                                           const ErrorVector& errors) {
-  if (!sight.elevation) return std::nullopt;
-  return sight.elevation->angle_rad - expectElevation(state, errors, sight.nearby).elevation_rad;
+  if (!observation.elevation) return std::nullopt;
+  return observation.elevation->angle_rad -
+         expectElevation(state, errors, observation.nearby).elevation_rad;
 }
 
-Pose2 stampFromMoment(const Sight& sight, const ErrorVector& errors) {
+Pose2 stampFromMoment(const Observation& observation, const ErrorVector& errors) {
   // where the base's own origin lies, seen from the moment, is all that it takes
-  const auto origin = correctLight<kErrorCount>(Eigen::Vector2d::Zero(), errors, sight.nearby);
+  const auto origin =
+      correctLight<kErrorCount>(Eigen::Vector2d::Zero(), errors, observation.nearby);
   const Eigen::Matrix2d& R = origin.J_light_light;
   return Pose2{origin.in_base, std::atan2(R(1, 0), R(0, 0))}.inverse();
 }
 
-std::vector<Sight> withoutErrors(const std::vector<Sight>& sights, const ErrorVector& errors) {
-  std::vector<Sight> corrected = sights;
+std::vector<Observation> withoutErrors(const std::vector<Observation>& observations,
+                                       const ErrorVector& errors) {
+  std::vector<Observation> corrected = observations;
   Pose2 last;
-  for (Sight& sight : corrected) {
-    const Pose2 stamp_from_moment = stampFromMoment(sight, errors);
-    const Pose2 motion = correctMotion<kErrorCount>(sight.motion, errors).start_from_end;
-    sight.motion.start_from_end = last.inverse() * motion * stamp_from_moment;
+  for (Observation& observation : corrected) {
+    const Pose2 stamp_from_moment = stampFromMoment(observation, errors);
+    const Pose2 motion = correctMotion<kErrorCount>(observation.motion, errors).start_from_end;
+    observation.motion.start_from_end = last.inverse() * motion * stamp_from_moment;
     last = stamp_from_moment;
   }
   return corrected;
@@ -274,11 +287,15 @@ template CorrectedMotion<kAllButTilt> correctMotion<kAllButTilt>(const OdometryI
                                                                  const ErrorVector&);
 template CorrectedMotion<kErrorCount> correctMotion<kErrorCount>(const OdometryIncrement&,
                                                                  const ErrorVector&);
-template SightModel<0> expectSight<0>(const Vector5&, const ErrorVector&, const TravelNearby&);
-template SightModel<4> expectSight<4>(const Vector5&, const ErrorVector&, const TravelNearby&);
-template SightModel<kAllButTilt> expectSight<kAllButTilt>(const Vector5&, const ErrorVector&,
-                                                          const TravelNearby&);
-template SightModel<kErrorCount> expectSight<kErrorCount>(const Vector5&, const ErrorVector&,
-                                                          const TravelNearby&);
+template ObservationModel<0> expectObservation<0>(const Vector5&, const ErrorVector&,
+                                                  const OdometryWindow&);
+template ObservationModel<4> expectObservation<4>(const Vector5&, const ErrorVector&,
+                                                  const OdometryWindow&);
+template ObservationModel<kAllButTilt> expectObservation<kAllButTilt>(const Vector5&,
+                                                                      const ErrorVector&,
+                                                                      const OdometryWindow&);
+template ObservationModel<kErrorCount> expectObservation<kErrorCount>(const Vector5&,
+                                                                      const ErrorVector&,
+                                                                      const OdometryWindow&);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/geometry/pose2.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 double axis(double variance_m2, double sigmas) {
@@ -34,4 +34,4 @@ std::vector<Eigen::Vector2d> outlineOf(const CovarianceEllipse& ellipse,
   return outline;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 DrivenPath::DrivenPath(double spacing_m, std::size_t most_points)
     : first_spacing_m_(spacing_m), spacing_m_(spacing_m), most_points_(most_points) {
@@ -27,4 +27,4 @@ void DrivenPath::clear() {
   spacing_m_ = first_spacing_m_;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

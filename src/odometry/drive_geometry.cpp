@@ -3,7 +3,7 @@
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 double DriveGeometry::leftMetersPerTick() const {
   return 2.0 * kPi * left_wheel_radius_m / ticks_per_revolution;
@@ -43,4 +43,4 @@ std::vector<std::string> WheelNoise::validate() const {
   return require.errors();
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

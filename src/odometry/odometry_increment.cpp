@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// sin(x)/x and its derivative, by their series where the quotient would lose digits.
@@ -77,4 +77,4 @@ OdometryIncrement append(const OdometryIncrement& first, const OdometryIncrement
   return result;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

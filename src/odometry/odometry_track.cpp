@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr std::size_t kMaxReadings = 1U << 15U;  // 1.3 MB; 32 s of a 1 kHz encoder
@@ -47,12 +47,12 @@ OdometryIncrement OdometryTrack::motionTo(Stamp stamp) const {
   return appendTravel(increment, from, interpolate(stamp));
 }
 
-TravelNearby OdometryTrack::travelAround(Stamp stamp) const {
+OdometryWindow OdometryTrack::travelAround(Stamp stamp) const {
   if (!covers(stamp)) throw std::invalid_argument("OdometryTrack::travelAround: stamp not covered");
-  const Duration step = durationFromSeconds(TravelNearby::kStep_s);
-  std::array<WheelDisplacement, TravelNearby::kSamples> samples;
-  for (int i = 0; i < TravelNearby::kSamples; ++i) {
-    const Stamp moment = stamp + (i - TravelNearby::kBefore) * step;
+  const Duration step = durationFromSeconds(OdometryWindow::kStep_s);
+  std::array<WheelDisplacement, OdometryWindow::kSamples> samples;
+  for (int i = 0; i < OdometryWindow::kSamples; ++i) {
+    const Stamp moment = stamp + (i - OdometryWindow::kBefore) * step;
     const WheelTravel travel = interpolate(std::clamp(moment, oldest(), newest()));
     auto& sample = samples[static_cast<std::size_t>(i)];
     sample = {travel.left_m, travel.right_m};
@@ -102,4 +102,4 @@ void OdometryTrack::foldOldest() {
   readings_.pop_front();
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

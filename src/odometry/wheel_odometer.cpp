@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kReadingSlackTicks = 2.0;  // one of quantisation at each end
@@ -152,4 +152,4 @@ void WheelOdometer::moveUnseenTo(const Reading& reading) {
   moveTo(reading, {});
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 
 #include "bearing_calibration/odometry/wheel_odometer.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// How long the stamps of a queue go on after its first one [s].
@@ -85,4 +85,4 @@ WheelCounts WheelPairing::pairAt(const WheelCount& left) const {
   return {left.stamp, left.ticks, wrappedTickDifference(0, right_ticks, counter_bits_)};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 std::optional<Elevation> elevationOf(const Bearing& bearing) {
   const double variance = bearing.elevation_variance_rad2;
@@ -12,4 +12,4 @@ std::optional<Elevation> elevationOf(const Bearing& bearing) {
   return Elevation{bearing.elevation_rad, variance};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

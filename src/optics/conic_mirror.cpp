@@ -8,7 +8,7 @@
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 double cot(double angle_rad) { return 1.0 / std::tan(angle_rad); }
@@ -181,4 +181,4 @@ MisalignmentCoefficients misalignment(const ConicMirror& mirror, const LightPlac
           -1.0 / radiusFromRayAngle(mirror, theta)};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/planning/drive_script.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// Estimates are at most so old when they are carried on to now: what comes later is no estimate.
@@ -82,7 +82,7 @@ class CalibrationDriver::Impl {
     }
     travelled_ = {travel.left_m, travel.right_m};
     track_.add(travel);
-    takeUpEstimate();
+    useEstimate();
   }
 
   void noteBearing(Stamp received) { last_bearing_ = received; }
@@ -94,7 +94,7 @@ class CalibrationDriver::Impl {
     const bool is_news = estimate.robot && (!known_ || estimate.stamp > known_->stamp);
     if (!is_news) return;
     waiting_ = estimate;
-    takeUpEstimate();
+    useEstimate();
   }
 
   void end(DriveEnd reason) {
@@ -130,7 +130,7 @@ class CalibrationDriver::Impl {
   bool has_stood_;  ///< where it does so first is the start
   Pose2 start_from_base_;
   double path_m_ = 0.0;
-  std::optional<PlannedHop> plan_;
+  std::optional<PlannedPrimitive> plan_;
   double timeSeconds() const { return secondsFromDuration(last_steered_ - began_); }
 
  private:
@@ -145,7 +145,7 @@ class CalibrationDriver::Impl {
   }
 
   /// An estimate may be ahead of the wheel readings that have come here: it waits for them.
-  void takeUpEstimate() {
+  void useEstimate() {
     if (!waiting_ || !track_.covers(waiting_->stamp)) return;
     track_.anchorAt(waiting_->stamp);
     known_ = waiting_;
@@ -159,11 +159,12 @@ class CalibrationDriver::Impl {
   }
 
   /// Scripts are driven as they are printed, past a light that a person has put there.
-  bool isAllowed(const Hop& hop, const std::optional<RobotEstimate>& estimate) const {
-    if (!planner_.staysInside(hop, start_from_base_)) return false;
+  bool isAllowed(const MotionPrimitive& primitive,
+                 const std::optional<RobotEstimate>& estimate) const {
+    if (!planner_.staysInside(primitive, start_from_base_)) return false;
     if (!estimate) return true;
-    return isPlanned() ? planner_.keepsAway(hop, estimate->cartesian)
-                       : !planner_.isSurelyTooNear(hop, estimate->cartesian);
+    return isPlanned() ? planner_.keepsAway(primitive, estimate->cartesian)
+                       : !planner_.isSurelyTooNear(primitive, estimate->cartesian);
   }
   bool isPlanned() const { return goal_.motion == DriveMotion::kOptimal; }
 
@@ -173,17 +174,19 @@ class CalibrationDriver::Impl {
     const std::optional<RobotEstimate> estimate = estimateNow();
     if (isPlanned() && estimate) {
       plan_ = planner_.plan(*estimate, start_from_base_);
-      if (plan_) follower_.emplace(plan_->hop, config_.limits, travelled_);
+      if (plan_) follower_.emplace(plan_->primitive, config_.limits, travelled_);
     } else {
-      const auto allowed = [&](const Hop& hop) { return isAllowed(hop, estimate); };
-      const std::optional<Hop> hop = script_.next(turned_rad_, allowed);
-      if (hop) follower_.emplace(*hop, config_.limits, travelled_);
+      const auto allowed = [&](const MotionPrimitive& primitive) {
+        return isAllowed(primitive, estimate);
+      };
+      const std::optional<MotionPrimitive> primitive = script_.next(turned_rad_, allowed);
+      if (primitive) follower_.emplace(*primitive, config_.limits, travelled_);
     }
     if (!follower_) end(DriveEnd::kNoWay);
   }
 
-  /// The estimate goes on growing during a hop: what is left of it must still be allowed. A plan is
-  /// made anew then; a script would be another one without a part of it.
+  /// The estimate goes on growing during a primitive: what is left of it must still be allowed. A
+  /// plan is made anew then; a script would be another one without a part of it.
   void keepAway() {
     const std::optional<RobotEstimate> estimate = estimateNow();
     if (!follower_ || !estimate) return;
@@ -194,14 +197,14 @@ class CalibrationDriver::Impl {
 
   DriveConfig config_;
   DriveGoal goal_;
-  HopPlanner planner_;
+  MotionPlanner planner_;
   DriveScript script_;
   OdometryTrack track_;  ///< anchored at known_'s stamp
   WheelDisplacement travelled_;
   double turned_rad_ = 0.0;               ///< since the start, full turns too
   std::optional<DriveEstimate> waiting_;  ///< for the readings that cover it
   std::optional<DriveEstimate> known_;
-  std::optional<HopFollower> follower_;
+  std::optional<PrimitiveFollower> follower_;
   Stamp began_, last_steered_, last_travel_, last_bearing_, last_estimate_;
 };
 
@@ -228,6 +231,6 @@ double CalibrationDriver::timeSeconds() const { return impl_->timeSeconds(); }
 double CalibrationDriver::pathMeters() const { return impl_->path_m_; }
 const Pose2& CalibrationDriver::startFromBase() const { return impl_->start_from_base_; }
 std::vector<Pose2> CalibrationDriver::wayAhead() const { return impl_->wayAhead(); }
-const std::optional<PlannedHop>& CalibrationDriver::plan() const { return impl_->plan_; }
+const std::optional<PlannedPrimitive>& CalibrationDriver::plan() const { return impl_->plan_; }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 struct Words {
@@ -41,4 +41,4 @@ const Words& wordsFor(DriveEnd end) {
 const char* nameOf(DriveEnd end) { return wordsFor(end).name; }
 const char* describe(DriveEnd end) { return wordsFor(end).sentence; }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

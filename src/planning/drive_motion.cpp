@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kSide_m = 1.0;           // the paper's
@@ -26,16 +26,16 @@ std::optional<DriveMotion> motionNamed(const std::string& name) {
   return static_cast<DriveMotion>(found - names.begin());
 }
 
-const Hop& HopSequence::at(std::size_t i) const {
-  if (i < hops.size()) return hops[i];
-  return hops[repeat_from + (i - repeat_from) % (hops.size() - repeat_from)];
+const MotionPrimitive& PrimitiveSequence::at(std::size_t i) const {
+  if (i < primitives.size()) return primitives[i];
+  return primitives[repeat_from + (i - repeat_from) % (primitives.size() - repeat_from)];
 }
 
-HopSequence openingHops() {
+PrimitiveSequence openingPrimitives() {
   return {{{kFullTurn, 0.0}, {0.0, kSide_m}, {kFullTurn, 0.0}, {kDanceTurn, kSide_m}}, 3};
 }
 
-HopSequence scriptedHops(DriveMotion motion) {
+PrimitiveSequence scriptedPrimitives(DriveMotion motion) {
   if (motion == DriveMotion::kOptimal) {
     throw std::invalid_argument("the optimal motion has no script");
   }
@@ -67,4 +67,4 @@ std::vector<std::string> instructionsFor(DriveMotion motion) {
   return steps;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -10,7 +10,7 @@
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 namespace geometry = boost::geometry;
@@ -60,4 +60,4 @@ double Region::clearance(const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   return to_border(way);  // zero where it crosses the border
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

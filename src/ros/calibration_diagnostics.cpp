@@ -7,7 +7,6 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
 using diagnostic_msgs::DiagnosticStatus;
 
 void fillDiagnostics(const core::CalibrationResult& result,

@@ -26,16 +26,14 @@
 #include "bearing_calibration_ros/drive_params.h"
 #include "bearing_calibration_ros/drive_publisher.h"
 #include "bearing_calibration_ros/input_watch.h"
-#include "bearing_calibration_ros/last_words.h"
 #include "bearing_calibration_ros/log_throttle.h"
 #include "bearing_calibration_ros/safety_input.h"
+#include "bearing_calibration_ros/shutdown_hook.h"
 #include "bearing_calibration_ros/thrown.h"
 #include "bearing_calibration_ros/tick_message.h"
 #include "bearing_calibration_ros/wheel_subscription.h"
 
 namespace bearing_calibration_ros {
-
-namespace core = bearing_calibration;
 
 /// Drives the robot so that its calibration learns fast: wheel readings, bearings and the estimate
 /// in, cmd_vel out. It speaks on cmd_vel only while a drive is under way (action ~drive, service
@@ -51,23 +49,23 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   ~CalibrationDriveNodelet() override;
 
  private:
-  using ActionServer = actionlib::SimpleActionServer<core::CalibrationDriveAction>;
+  using ActionServer = actionlib::SimpleActionServer<msg::CalibrationDriveAction>;
 
   void onInit() override;
   void makeSafetyInputs();
   void advertise();
   void subscribe();
 
-  void onTicks(const core::WheelTicksConstPtr& message);
+  void onTicks(const msg::WheelTicksConstPtr& message);
   void onJointStates(const sensor_msgs::JointStateConstPtr& message);
   void onWheel(core::WheelSide side, const WheelCountEvent& event);
-  void onBearings(const core::LightBearingsConstPtr& message);
-  void onEstimate(const core::CalibrationEstimateConstPtr& message);
+  void onBearings(const msg::LightBearingsConstPtr& message);
+  void onEstimate(const msg::CalibrationEstimateConstPtr& message);
   void onObstacle(const std_msgs::BoolConstPtr& message);
   void onEnable(const std_msgs::BoolConstPtr& message);
   void onActionGoal();
   void onActionCancel() { end(core::DriveEnd::kCancelled); }
-  bool onStart(core::StartDrive::Request& request, core::StartDrive::Response& response);
+  bool onStart(msg::StartDrive::Request& request, msg::StartDrive::Response& response);
   bool onStop(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   void onControl(const ros::WallTimerEvent& event);
 
@@ -77,10 +75,10 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   void end(core::DriveEnd reason);
   void steer();
   bool timeStandsStill(const ros::Time& now);
-  void finish(const core::CalibrationDriveResult& result);
+  void finish(const msg::CalibrationDriveResult& result);
   void fail(const char* callback, const std::string& error);
-  void reportActionEnd(const core::CalibrationDriveResult& result);
-  void speakLastWords();
+  void reportActionEnd(const msg::CalibrationDriveResult& result);
+  void runShutdownHook();
   void stand() { command_publisher_.publish(geometry_msgs::Twist()); }
 
   template <typename Work>
@@ -96,7 +94,7 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   // Between the callbacks and the thread of the last words:
   std::atomic<bool> is_driving_{false};    ///< there is a driver_
   std::atomic<bool> is_shut_down_{false};  ///< no drive any more
-  core::CalibrationEstimate estimate_;     ///< the last one
+  msg::CalibrationEstimate estimate_;      ///< the last one
   std::optional<SafetyInput> enable_input_, obstacle_input_;
   ClockWatch clock_watch_;
   ros::Time last_time_;
@@ -114,21 +112,21 @@ class CalibrationDriveNodelet : public nodelet::Nodelet {
   ros::Subscriber obstacle_subscriber_, enable_subscriber_;
   ros::WallTimer timer_;
   LogThrottle throttle_{kWarningPeriod_s};
-  std::unique_ptr<LastWords> last_words_;
+  std::unique_ptr<ShutdownHook> shutdown_hook_;
   std::unique_ptr<ros::AsyncSpinner> spinner_;
 
   static constexpr double kWarningPeriod_s = 5.0;
 };
 
 CalibrationDriveNodelet::~CalibrationDriveNodelet() {
-  last_words_.reset();
+  shutdown_hook_.reset();
   if (spinner_) spinner_->stop();
   if (driver_) stand();  // at once: nobody is left to brake
   is_driving_ = false;
 }
 
 /// While the process still lives, the control loop brakes as for any other reason.
-void CalibrationDriveNodelet::speakLastWords() {
+void CalibrationDriveNodelet::runShutdownHook() {
   constexpr int kWaits = 100;
   constexpr std::chrono::milliseconds kWait{10};
   is_shut_down_ = true;
@@ -147,7 +145,7 @@ void CalibrationDriveNodelet::onInit() {
     pairing_.emplace(config_.wheels.drive.counter_bits, config_.wheels.max_apart_s);
     odometer_.emplace(config_.wheels.drive);
     advertise();
-    last_words_ = std::make_unique<LastWords>([this] { speakLastWords(); });
+    shutdown_hook_ = std::make_unique<ShutdownHook>([this] { runShutdownHook(); });
     subscribe();
     spinner_ = std::make_unique<ros::AsyncSpinner>(1, &queue_);
     spinner_->start();
@@ -190,7 +188,7 @@ void CalibrationDriveNodelet::subscribe() {
   const auto hints = ros::TransportHints().tcpNoDelay();
   wheel_subscribers_ = subscribeToWheels(
       node_handle_, config_.wheels.source, kWheelQueue,
-      {[this](const core::WheelTicksConstPtr& message) { onTicks(message); },
+      {[this](const msg::WheelTicksConstPtr& message) { onTicks(message); },
        [this](const sensor_msgs::JointStateConstPtr& message) { onJointStates(message); },
        [this](core::WheelSide side, const WheelCountEvent& event) { onWheel(side, event); }});
   bearing_subscriber_ =
@@ -205,7 +203,7 @@ void CalibrationDriveNodelet::subscribe() {
                                         &CalibrationDriveNodelet::onControl, this);
 }
 
-void CalibrationDriveNodelet::onTicks(const core::WheelTicksConstPtr& message) {
+void CalibrationDriveNodelet::onTicks(const msg::WheelTicksConstPtr& message) {
   guarded("wheel ticks", [&] { addTravel(odometer_->add(countsFromMessage(*message))); });
 }
 
@@ -230,13 +228,13 @@ void CalibrationDriveNodelet::addTravel(const core::InputOutcome& outcome) {
   driver_->addTravel(*odometer_->travel(), stampFromRos(ros::Time::now()));
 }
 
-void CalibrationDriveNodelet::onBearings(const core::LightBearingsConstPtr& message) {
+void CalibrationDriveNodelet::onBearings(const msg::LightBearingsConstPtr& message) {
   if (driver_ && !message->candidates.empty()) {
     driver_->noteBearing(stampFromRos(ros::Time::now()));
   }
 }
 
-void CalibrationDriveNodelet::onEstimate(const core::CalibrationEstimateConstPtr& message) {
+void CalibrationDriveNodelet::onEstimate(const msg::CalibrationEstimateConstPtr& message) {
   guarded("estimate", [&] {
     estimate_ = *message;
     if (!driver_) return;
@@ -262,13 +260,13 @@ void CalibrationDriveNodelet::onEnable(const std_msgs::BoolConstPtr& message) {
 void CalibrationDriveNodelet::onActionGoal() {
   end(core::DriveEnd::kCancelled);
   if (action_server_->isActive()) reportActionEnd(resultFrom(*driver_, estimate_));
-  const core::CalibrationDriveGoalConstPtr goal = action_server_->acceptNewGoal();
+  const msg::CalibrationDriveGoalConstPtr goal = action_server_->acceptNewGoal();
   const std::string error = begin(goal->motion, goal->max_time_s, goal->max_path_m);
   if (!error.empty()) action_server_->setAborted({}, error);
 }
 
-bool CalibrationDriveNodelet::onStart(core::StartDrive::Request& request,
-                                      core::StartDrive::Response& response) {
+bool CalibrationDriveNodelet::onStart(msg::StartDrive::Request& request,
+                                      msg::StartDrive::Response& response) {
   response.message = driver_ ? "a drive is under way: ~stop ends it"
                              : begin(request.motion, request.max_time_s, request.max_path_m);
   response.success = response.message.empty();
@@ -365,10 +363,10 @@ bool CalibrationDriveNodelet::timeStandsStill(const ros::Time& now) {
          (steady_now - last_time_moved_).toSec() > config_.clock_timeout_s;
 }
 
-void CalibrationDriveNodelet::finish(const core::CalibrationDriveResult& result) {
+void CalibrationDriveNodelet::finish(const msg::CalibrationDriveResult& result) {
   driver_.reset();
   is_driving_ = false;
-  const bool is_good = result.end == core::CalibrationDriveResult::CONVERGED;
+  const bool is_good = result.end == msg::CalibrationDriveResult::CONVERGED;
   if (is_good) {
     NODELET_INFO("the drive ended after %.1f s and %.2f m: %s", result.time_s, result.path_m,
                  result.end_text.c_str());
@@ -384,17 +382,17 @@ void CalibrationDriveNodelet::fail(const char* callback, const std::string& erro
   if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.c_str());
   if (!driver_) return;
   stand();
-  core::CalibrationDriveResult result;
-  result.end = core::CalibrationDriveResult::FAILED;
+  msg::CalibrationDriveResult result;
+  result.end = msg::CalibrationDriveResult::FAILED;
   result.end_text =
       std::string("FAILED: an error inside of the drive node: ") + callback + ": " + error;
   finish(result);
 }
 
-void CalibrationDriveNodelet::reportActionEnd(const core::CalibrationDriveResult& result) {
-  if (result.end == core::CalibrationDriveResult::CONVERGED) {
+void CalibrationDriveNodelet::reportActionEnd(const msg::CalibrationDriveResult& result) {
+  if (result.end == msg::CalibrationDriveResult::CONVERGED) {
     action_server_->setSucceeded(result, result.end_text);
-  } else if (result.end == core::CalibrationDriveResult::CANCELLED) {
+  } else if (result.end == msg::CalibrationDriveResult::CANCELLED) {
     action_server_->setPreempted(result, result.end_text);
   } else {
     action_server_->setAborted(result, result.end_text);

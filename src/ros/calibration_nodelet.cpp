@@ -32,8 +32,6 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
 /// Wheel readings and bearings in, the mount of the sensor out.
 ///
 /// Threading: every subscriber, timer and service hangs on getNodeHandle()'s queue, which a nodelet
@@ -46,15 +44,15 @@ namespace core = bearing_calibration;
 class CalibrationNodelet : public nodelet::Nodelet {
  private:
   void onInit() override;
-  void takeUpEarlierResult();
+  void resumeFromSavedResult();
   void advertise();
   void watchInputs();
   void subscribe();
 
-  void onTicks(const core::WheelTicksConstPtr& message);
+  void onTicks(const msg::WheelTicksConstPtr& message);
   void onJointStates(const sensor_msgs::JointStateConstPtr& message);
   void onWheel(core::WheelSide side, const WheelCountEvent& event);
-  void onBearings(const core::LightBearingsConstPtr& message);
+  void onBearings(const msg::LightBearingsConstPtr& message);
   void onSecond(const ros::WallTimerEvent& event);
   void onTransform();
   bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
@@ -122,7 +120,7 @@ void CalibrationNodelet::onInit() {
     calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator, core::FitsRun::kBeside);
     watchInputs();
     advertise();
-    takeUpEarlierResult();
+    resumeFromSavedResult();
     publishNow();
     subscribe();
   } catch (const std::exception& error) {
@@ -131,11 +129,11 @@ void CalibrationNodelet::onInit() {
   }
 }
 
-void CalibrationNodelet::takeUpEarlierResult() {
-  if (!config_.output.take_up) return;
+void CalibrationNodelet::resumeFromSavedResult() {
+  if (!config_.resume) return;
   const EarlierResult earlier = readEarlierResult(config_);
   if (earlier.lasting) {
-    calibrator_->takeUp(*earlier.lasting);
+    calibrator_->resume(*earlier.lasting);
     NODELET_INFO("%s", earlier.message.c_str());
   } else {
     NODELET_WARN("%s", earlier.message.c_str());
@@ -147,8 +145,8 @@ void CalibrationNodelet::advertise() {
   publisher_ = std::make_unique<ResultPublisher>(private_node_handle, config_);
   prediction_publisher_ = std::make_unique<PredictionPublisher>(private_node_handle, config_);
   display_publisher_ = std::make_unique<DisplayPublisher>(private_node_handle, config_);
-  calibrator_->observe([this](const core::Look& look) {
-    display_publisher_->see(look);
+  calibrator_->observe([this](const core::AssociationOutcome& outcome) {
+    display_publisher_->see(outcome);
     publisher_->expectNews();
   });
   saver_ = std::make_unique<ResultSaver>(
@@ -183,7 +181,7 @@ void CalibrationNodelet::subscribe() {
   save_service_ = private_node_handle.advertiseService("save", &CalibrationNodelet::onSave, this);
   wheel_subscribers_ = subscribeToWheels(
       node_handle, config_.wheel_source, kWheelQueue,
-      {[this](const core::WheelTicksConstPtr& message) { onTicks(message); },
+      {[this](const msg::WheelTicksConstPtr& message) { onTicks(message); },
        [this](const sensor_msgs::JointStateConstPtr& message) { onJointStates(message); },
        [this](core::WheelSide side, const WheelCountEvent& event) { onWheel(side, event); }});
   bearing_subscriber_ = node_handle.subscribe("bearings", kBearingQueue,
@@ -211,7 +209,7 @@ void CalibrationNodelet::receive(const char* what, const Input& input) {
   });
 }
 
-void CalibrationNodelet::onTicks(const core::WheelTicksConstPtr& message) {
+void CalibrationNodelet::onTicks(const msg::WheelTicksConstPtr& message) {
   receive("wheel ticks", [this, message](const ros::Time& now) {
     const core::WheelCounts counts = countsFromMessage(*message);
     finishWheels(calibrator_->addTicks(counts, stampFromRos(now)), counts.stamp, now);
@@ -245,7 +243,7 @@ void CalibrationNodelet::onWheel(core::WheelSide side, const WheelCountEvent& ev
   });
 }
 
-void CalibrationNodelet::onBearings(const core::LightBearingsConstPtr& message) {
+void CalibrationNodelet::onBearings(const msg::LightBearingsConstPtr& message) {
   receive("bearings", [this, message](const ros::Time& now) {
     input_watch_->sawBearings(now);
     const std::string& frame = message->header.frame_id;
@@ -266,7 +264,7 @@ void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
     publishNow();
     display_publisher_->offer(*calibrator_);
     diagnostics_->force_update();
-    saver_->look();
+    saver_->check();
   });
 }
 
@@ -290,7 +288,7 @@ bool CalibrationNodelet::onReset(std_srvs::Trigger::Request&,
 bool CalibrationNodelet::onPause(std_srvs::SetBool::Request& request,
                                  std_srvs::SetBool::Response& response) {
   return serve("pause", &response, [&] {
-    saver_->look();
+    saver_->check();
     calibrator_->setPaused(request.data);
     publishNow();
     response.success = true;

@@ -10,8 +10,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 FrameNames readFrames(ParamReader& params) {
   return {params.text("frames/base"), params.text("frames/sensor")};
 }
@@ -25,30 +23,32 @@ core::BearingInputConfig readBearings(ParamReader& params) {
   bearings.max_future_s = params.number("bearings/max_future");
   bearings.reorder_window_s = params.number("bearings/reorder_window");
   bearings.max_waiting = params.integer("bearings/max_waiting");
-  bearings.min_quality = params.number("bearings/min_quality");
+  bearings.min_probability = params.number("bearings/min_probability");
   return bearings;
 }
 
-core::StartConfig readStart(ParamReader& params) {
-  constexpr core::StartConfig::Kind kKinds[] = {core::StartConfig::Kind::kNothing,
-                                                core::StartConfig::Kind::kGuess};
-  core::StartConfig start;
-  start.kind = kKinds[params.choice("start/from", {"nothing", "guess"})];
-  start.light_distance_m = params.number("start/light_distance");
-  start.light_distance_stddev_m = params.number("start/light_distance_stddev");
-  start.x_m = params.number("start/x");
-  start.y_m = params.number("start/y");
-  start.position_stddev_m = params.number("start/position_stddev");
-  start.yaw_rad = params.number("start/yaw");
-  start.yaw_stddev_rad = params.number("start/yaw_stddev");
-  return start;
+core::InitialisationConfig readInitialisation(ParamReader& params) {
+  constexpr core::InitialisationConfig::Kind kKinds[] = {core::InitialisationConfig::Kind::kNothing,
+                                                         core::InitialisationConfig::Kind::kGuess};
+  core::InitialisationConfig initialisation;
+  initialisation.kind = kKinds[params.choice("initialisation/from", {"nothing", "guess"})];
+  initialisation.light_distance_m = params.number("initialisation/light_distance");
+  initialisation.light_distance_stddev_m = params.number("initialisation/light_distance_stddev");
+  initialisation.x_m = params.number("initialisation/x");
+  initialisation.y_m = params.number("initialisation/y");
+  initialisation.position_stddev_m = params.number("initialisation/position_stddev");
+  initialisation.yaw_rad = params.number("initialisation/yaw");
+  initialisation.yaw_stddev_rad = params.number("initialisation/yaw_stddev");
+  return initialisation;
 }
 
 core::FilterConfig readFilter(ParamReader& params) {
-  constexpr core::FilterConfig::Chart kCharts[] = {core::FilterConfig::Chart::kCartesian,
-                                                   core::FilterConfig::Chart::kPaper};
+  using Parametrisation = core::FilterConfig::Parametrisation;
+  constexpr Parametrisation kParametrisations[] = {Parametrisation::kCartesian,
+                                                   Parametrisation::kPaper};
   core::FilterConfig filter;
-  filter.chart = kCharts[params.choice("filter/chart", {"cartesian", "paper"})];
+  filter.parametrisation =
+      kParametrisations[params.choice("filter/parametrisation", {"cartesian", "paper"})];
   filter.gate_probability = params.number("filter/gate_probability");
   filter.recovery_after = params.integer("filter/recovery_after");
   filter.recovery_bearing_stddev_rad = params.number("filter/recovery_bearing_stddev");
@@ -78,12 +78,12 @@ core::CalibratorConfig readCalibrator(const WheelParams& wheels, ParamReader& pa
   config.max_wheels_apart_s = wheels.max_apart_s;
   config.tick_history_s = wheels.history_s;
   config.bearings = readBearings(params);
-  config.start = readStart(params);
+  config.initialisation = readInitialisation(params);
   config.filter = readFilter(params);
   config.converged.position_stddev_m = params.number("converged/position_stddev");
   config.converged.yaw_stddev_rad = params.number("converged/yaw_stddev");
-  config.knocked.start_anew = params.boolean("knocked/start_anew");
-  config.lights.most = params.integer("lights/most");
+  config.restart_on_mount_change = params.boolean("session/restart_on_mount_change");
+  config.max_lights = params.integer("session/max_lights");
   config.initializer.batch.errors = readErrors(params);
   config.initializer.noise = readNoise(params);
   return config;
@@ -110,7 +110,6 @@ OutputConfig readOutput(ParamReader& params) {
   OutputConfig output;
   output.folder = expandHome(params.text("output/folder"));
   output.save_period_s = params.number("output/save_period");
-  output.take_up = params.boolean("output/take_up");
   output.publish_tf = params.boolean("output/publish_tf");
   output.tf_child_frame = params.text("output/tf_child_frame");
   output.start_frame = params.text("output/start_frame");
@@ -176,6 +175,7 @@ CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params, ResultFolder
   config.joints = wheels.joints;
   config.calibrator = readCalibrator(wheels, params);
   config.unestimated_mount = readUnestimatedMount(params);
+  config.resume = params.boolean("session/resume");
   config.output = readOutput(params);
   config.max_step_back_s = params.number("clock/max_step_back");
   config.input_timeout_s = params.number("diagnostics/input_timeout");

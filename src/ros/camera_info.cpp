@@ -7,8 +7,6 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
 bool DeliveredImage::isOf(const core::ImageSensor& sensor) const {
   return width_px == static_cast<std::uint32_t>(sensor.width_px) &&
          height_px == static_cast<std::uint32_t>(sensor.height_px);

@@ -8,12 +8,11 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
-#include "bearing_calibration/calibration/error_report.h"
+#include "bearing_calibration/output/error_report.h"
 namespace bearing_calibration_ros {
 namespace {
-
-namespace core = bearing_calibration;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -21,7 +20,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr int kWithWheels = 5 + core::kWheelErrors;
 using MatrixWithWheels = Eigen::Matrix<double, kWithWheels, kWithWheels, Eigen::RowMajor>;
 static_assert(sizeof(MatrixWithWheels) ==
-              sizeof(core::CalibrationEstimate::_covariance_with_clock_and_wheels_type));
+              sizeof(msg::CalibrationEstimate::_covariance_with_clock_and_wheels_type));
 
 /// Row-major, as messages want it, whatever the matrix is stored like.
 template <typename Matrix, typename Array>
@@ -55,7 +54,7 @@ void appendCounts(const std::string& stream, const core::InputCounts& counts, st
 }
 
 void fillMount(const std::optional<core::MountEstimate>& estimate,
-               core::CalibrationEstimate* message) {
+               msg::CalibrationEstimate* message) {
   const core::MountEstimate none{Eigen::Vector3d::Constant(kNone),
                                  Eigen::Matrix3d::Constant(kNone)};
   const core::MountEstimate& mount = estimate ? *estimate : none;
@@ -69,7 +68,7 @@ void fillMount(const std::optional<core::MountEstimate>& estimate,
 }
 
 void fillCartesianState(const std::optional<core::CartesianEstimate>& estimate,
-                        core::CalibrationEstimate* message) {
+                        msg::CalibrationEstimate* message) {
   const core::CartesianEstimate none{core::Vector5::Constant(kNone),
                                      core::Matrix5::Constant(kNone)};
   const core::CartesianEstimate& cartesian = estimate ? *estimate : none;
@@ -78,7 +77,7 @@ void fillCartesianState(const std::optional<core::CartesianEstimate>& estimate,
 }
 
 void fillPaperState(const std::optional<core::PaperEstimate>& estimate,
-                    core::CalibrationEstimate* message) {
+                    msg::CalibrationEstimate* message) {
   const core::PaperEstimate none{core::Vector5::Constant(kNone), core::Matrix5::Constant(kNone),
                                  false};
   const core::PaperEstimate& paper = estimate ? *estimate : none;
@@ -92,7 +91,7 @@ void fillPaperState(const std::optional<core::PaperEstimate>& estimate,
 }
 
 /// The robot's errors, then the levels of the noise.
-void fillRobotErrors(const core::CalibrationResult& result, core::CalibrationEstimate* message) {
+void fillRobotErrors(const core::CalibrationResult& result, msg::CalibrationEstimate* message) {
   MatrixWithWheels covariance = MatrixWithWheels::Constant(kNone);
   if (result.cartesian_state) {
     const core::RobotEstimate robot{*result.cartesian_state, result.robot_errors};
@@ -104,19 +103,34 @@ void fillRobotErrors(const core::CalibrationResult& result, core::CalibrationEst
        core::reportNoise(result.noise_priors, result.noise, result.correlation_time)) {
     reports.push_back(report);
   }
-  std::size_t at = 0;
-  for (std::size_t block = 0; block < reports.size(); ++block) {
-    const core::BlockReport& report = reports[block];
-    message->robot_error_states.at(block) = static_cast<std::int8_t>(report.status);
-    for (std::size_t i = 0; i < report.value.size(); ++i, ++at) {
-      message->robot_error_values.at(at) = report.value[i];
-      message->robot_error_stddevs.at(at) = report.stddev[i];
+  for (const core::BlockReport& report : reports) {
+    for (const core::ReportedNumber& number : report.numbers) {
+      msg::RobotError error;
+      error.name = number.quantity.name;
+      error.value = number.value;
+      error.stddev = number.stddev;
+      error.unit = number.quantity.unit;
+      error.state = static_cast<std::uint8_t>(report.status);
+      message->robot_errors.push_back(error);
     }
   }
 }
 
-core::CalibrationLight messageFromLight(const core::LightSummary& light) {
-  core::CalibrationLight message;
+/// The errors of clock and wheels, by their names; NaN where one is not there.
+Eigen::Matrix<double, core::kWheelErrors, 1> wheelErrorsFrom(
+    const std::vector<msg::RobotError>& errors) {
+  Eigen::Matrix<double, core::kWheelErrors, 1> values;
+  for (int i = 0; i < core::kWheelErrors; ++i) {
+    const char* name = core::errorQuantities()[static_cast<std::size_t>(i)].name;
+    const auto error = std::find_if(errors.begin(), errors.end(),
+                                    [name](const auto& each) { return each.name == name; });
+    values(i) = error == errors.end() ? kNone : error->value;
+  }
+  return values;
+}
+
+msg::CalibrationLight messageFromLight(const core::LightSummary& light) {
+  msg::CalibrationLight message;
   message.light_id = light.light_id;
   const auto& estimate = light.cartesian_state;
   message.x_m = estimate ? estimate->lightInBase().x() : kNone;
@@ -150,7 +164,7 @@ ros::Time rosFromStamp(core::Stamp stamp) {
           static_cast<std::uint32_t>(nanoseconds % kNanosecondsPerSecond)};
 }
 
-core::WheelCounts countsFromMessage(const core::WheelTicks& message) {
+core::WheelCounts countsFromMessage(const msg::WheelTicks& message) {
   return {stampFromRos(message.header.stamp), message.left, message.right};
 }
 
@@ -174,11 +188,11 @@ std::string jointNames(const sensor_msgs::JointState& message) {
   return names;
 }
 
-core::BearingSet bearingsFromMessage(const core::LightBearings& message) {
+core::BearingSet bearingsFromMessage(const msg::LightBearings& message) {
   core::BearingSet bearings;
   bearings.stamp = stampFromRos(message.header.stamp);
   bearings.candidates.reserve(message.candidates.size());
-  for (const core::LightBearing& candidate : message.candidates) {
+  for (const msg::LightBearing& candidate : message.candidates) {
     core::Bearing bearing;
     bearing.azimuth_rad = candidate.azimuth;
     bearing.azimuth_variance_rad2 = candidate.azimuth_variance;
@@ -187,15 +201,15 @@ core::BearingSet bearingsFromMessage(const core::LightBearings& message) {
     bearing.elevation_rad = candidate.elevation;
     bearing.elevation_variance_rad2 = candidate.elevation_variance;
     bearing.light_id = candidate.light_id;
-    bearing.quality = static_cast<double>(candidate.quality);
+    bearing.probability = static_cast<double>(candidate.probability);
     bearings.candidates.push_back(bearing);
   }
   return bearings;
 }
 
-core::PredictedBearing messageFromPrediction(const core::BearingPrediction& prediction,
-                                             const std::string& sensor_frame) {
-  core::PredictedBearing message;
+msg::PredictedBearing messageFromPrediction(const core::BearingPrediction& prediction,
+                                            const std::string& sensor_frame) {
+  msg::PredictedBearing message;
   message.header.stamp = rosFromStamp(prediction.stamp);
   message.header.frame_id = sensor_frame;
   message.azimuth = prediction.azimuth_rad;
@@ -213,14 +227,17 @@ std::string rejectionsText(const core::CalibrationResult& result,
   return text;
 }
 
-core::CalibrationEstimate messageFromResult(const core::CalibrationResult& result,
-                                            std::uint32_t joint_states_without_wheels,
-                                            const std::string& base_frame) {
-  core::CalibrationEstimate message;
+msg::CalibrationEstimate messageFromResult(const core::CalibrationResult& result,
+                                           std::uint32_t joint_states_without_wheels,
+                                           const std::string& base_frame) {
+  msg::CalibrationEstimate message;
   message.header.stamp = rosFromStamp(result.stamp);
   message.header.frame_id = base_frame;
   message.state = static_cast<std::uint8_t>(result.state);
-  message.state_text = std::string(core::nameOf(result.state)) + ": " + result.advice;
+  message.state_text = core::nameOf(result.state);
+  message.advice = result.advice;
+  message.cause = static_cast<std::uint8_t>(result.cause);
+  if (result.cause != core::Fault::kNone) message.cause_text = core::nameOf(result.cause);
   fillMount(result.base_from_sensor, &message);
   fillCartesianState(result.cartesian_state, &message);
   fillPaperState(result.paper_state, &message);
@@ -243,11 +260,10 @@ core::CalibrationEstimate messageFromResult(const core::CalibrationResult& resul
   return message;
 }
 
-std::optional<core::RobotEstimate> robotFromMessage(const core::CalibrationEstimate& message) {
+std::optional<core::RobotEstimate> robotFromMessage(const msg::CalibrationEstimate& message) {
   core::Gaussian<kWithWheels> joint;
   joint.mean << message.light_x_m, message.light_y_m, message.x_m, message.y_m, message.yaw_rad,
-      Eigen::Map<const Eigen::Matrix<double, core::kWheelErrors, 1>>(
-          message.robot_error_values.data());
+      wheelErrorsFrom(message.robot_errors);
   joint.covariance =
       Eigen::Map<const MatrixWithWheels>(message.covariance_with_clock_and_wheels.data());
   if (!joint.mean.allFinite() || !joint.covariance.allFinite()) return std::nullopt;

@@ -8,7 +8,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
 using Status = diagnostic_msgs::DiagnosticStatus;
 
 double widthOf(double variance_px2) { return 4.0 * std::sqrt(std::max(0.0, variance_px2)); }
@@ -42,20 +41,21 @@ std::uint64_t DetectionCounts::refused() const {
   return sum;
 }
 
-LastSight lastSightFrom(const core::DetectionResult& result) {
-  LastSight sight;
-  sight.background = result.background;
-  sight.threshold_levels = result.threshold_levels;
+LastObservation lastObservationFrom(const core::DetectionResult& result) {
+  LastObservation observation;
+  observation.background = result.background;
+  observation.threshold_levels = result.threshold_levels;
   const core::Detection* best = core::likeliestLight(result.lights);
-  sight.has_light = best != nullptr;
-  if (sight.has_light) sight.ellipse = best->ellipse;
-  return sight;
+  observation.has_light = best != nullptr;
+  if (observation.has_light) observation.ellipse = best->ellipse;
+  return observation;
 }
 
 void fillDiagnostics(const DetectionCounts& counts, const ImagesOfLate& images,
-                     const LastSight& sight, diagnostic_updater::DiagnosticStatusWrapper* status) {
+                     const LastObservation& observation,
+                     diagnostic_updater::DiagnosticStatusWrapper* status) {
   const std::string warning = warningOf(images);
-  const std::string state = sight.has_light ? "light in sight" : "no light in sight";
+  const std::string state = observation.has_light ? "light in view" : "no light in view";
   if (warning.empty()) {
     status->summary(Status::OK, state);
   } else {
@@ -75,14 +75,15 @@ void fillDiagnostics(const DetectionCounts& counts, const ImagesOfLate& images,
                 counts.spots_rejected[i]);
   }
   status->add("advice", images.advice ? images.advice->sentence : "none");
-  status->add("background (levels)", sight.background.median);
-  status->add("threshold (levels)", sight.threshold_levels);
-  if (!sight.has_light) return;
-  status->add("light's peak (levels)", sight.ellipse.peak_levels);
-  status->add("light's saturated part", sight.ellipse.saturated_fraction);
+  status->add("background (levels)", observation.background.median);
+  status->add("threshold (levels)", observation.threshold_levels);
+  if (!observation.has_light) return;
+  status->add("light's peak (levels)", observation.ellipse.peak_levels);
+  status->add("light's saturated part", observation.ellipse.saturated_fraction);
   status->add("light's width along the azimuth (px)",
-              widthOf(sight.ellipse.tangential_variance_px2));
-  status->add("light's width along the radius (px)", widthOf(sight.ellipse.radial_variance_px2));
+              widthOf(observation.ellipse.tangential_variance_px2));
+  status->add("light's width along the radius (px)",
+              widthOf(observation.ellipse.radial_variance_px2));
 }
 
 }  // namespace bearing_calibration_ros

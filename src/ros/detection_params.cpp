@@ -11,8 +11,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 core::ImageSensor readSensor(ParamReader& params) {
   core::ImageSensor sensor;
   sensor.width_px = params.integer("sensor/width");
@@ -77,8 +75,8 @@ core::GateConfig readGates(ParamReader& params) {
   gates.min_fill = params.number("gates/min_fill");
   gates.max_fill = params.number("gates/max_fill");
   gates.size_tolerance = params.number("gates/size_tolerance");
-  gates.peakedness_tolerance = params.number("gates/peakedness_tolerance");
-  gates.min_quality = params.number("gates/min_quality");
+  gates.kurtosis_tolerance = params.number("gates/kurtosis_tolerance");
+  gates.min_probability = params.number("gates/min_probability");
   gates.max_axis_error_rad = params.number("gates/max_axis_error");
   return gates;
 }

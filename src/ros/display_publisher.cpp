@@ -12,8 +12,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 constexpr double kRate_hz = 10.0;  // smooth to the eye, and little beside the images
 constexpr double kSigmas = 3.0;    // of ellipses and bands
 constexpr bool kLatched = true;
@@ -33,8 +31,8 @@ std::string stateText(const core::CalibrationResult& result) {
 
 DisplayPublisher::DisplayPublisher(ros::NodeHandle private_node_handle,
                                    const CalibrationNodeConfig& config)
-    : style_(sketchStyleFrom(config)),
-      sketcher_(kSigmas),
+    : style_(visualisationStyleFrom(config)),
+      visualiser_(kSigmas),
       publisher_(
           private_node_handle.advertise<visualization_msgs::MarkerArray>("markers", 1, kLatched)) {}
 
@@ -44,11 +42,11 @@ void DisplayPublisher::offer(const core::Calibrator& calibrator) {
   last_drawn_ = now;
   const core::CalibrationResult result = calibrator.result();
   const auto place = calibrator.place();
-  const core::CalibrationSketch sketch =
-      sketcher_.draw(result, place ? place->start_from_base : core::Pose2{});
+  const core::Visualisation visualisation =
+      visualiser_.draw(result, place ? place->start_from_base : core::Pose2{});
   if (publisher_.getNumSubscribers() == 0) return;
   if (place) sendStart(*place);
-  publisher_.publish(markersFromSketch(sketch, stateText(result), style_));
+  publisher_.publish(markersFromVisualisation(visualisation, stateText(result), style_));
 }
 
 void DisplayPublisher::sendStart(const core::BasePlace& place) {
@@ -62,7 +60,7 @@ void DisplayPublisher::sendStart(const core::BasePlace& place) {
 }
 
 void DisplayPublisher::restart() {
-  sketcher_.restart();
+  visualiser_.restart();
   last_sent_ = {};
 }
 

@@ -10,8 +10,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 core::PlannerConfig readPlanner(ParamReader& params) {
   using Block = core::PlannerConfig::Block;
   constexpr Block kBlocks[] = {Block::kMount, Block::kPosition, Block::kYaw};
@@ -20,7 +18,7 @@ core::PlannerConfig readPlanner(ParamReader& params) {
   planner.light_distance_m = params.number("planner/light_distance");
   planner.light_sigmas = params.number("planner/light_sigmas");
   planner.region_margin_m = params.number("planner/region_margin");
-  planner.max_hop_m = params.number("planner/max_hop");
+  planner.max_straight_m = params.number("planner/max_straight");
   return planner;
 }
 

@@ -10,8 +10,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 geometry_msgs::PoseStamped poseMessage(const core::Pose2& pose, const std_msgs::Header& header) {
@@ -30,10 +28,10 @@ geometry_msgs::Twist twistFrom(const core::WheelSpeeds& speeds, double wheel_sep
   return twist;
 }
 
-core::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver& driver,
-                                            const core::CalibrationEstimate& estimate) {
-  core::CalibrationDriveFeedback feedback;
-  feedback.state_text = estimate.state_text;
+msg::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver& driver,
+                                           const msg::CalibrationEstimate& estimate) {
+  msg::CalibrationDriveFeedback feedback;
+  feedback.state_text = estimate.state_text + ": " + estimate.advice;
   feedback.x_stddev_m = estimate.x_stddev_m;
   feedback.y_stddev_m = estimate.y_stddev_m;
   feedback.yaw_stddev_rad = estimate.yaw_stddev_rad;
@@ -48,9 +46,9 @@ core::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver& drive
   return feedback;
 }
 
-core::CalibrationDriveResult resultFrom(const core::CalibrationDriver& driver,
-                                        const core::CalibrationEstimate& estimate) {
-  core::CalibrationDriveResult result;
+msg::CalibrationDriveResult resultFrom(const core::CalibrationDriver& driver,
+                                       const msg::CalibrationEstimate& estimate) {
+  msg::CalibrationDriveResult result;
   result.end = static_cast<std::uint8_t>(driver.ended());
   result.end_text = std::string(core::nameOf(driver.ended())) + ": " + describe(driver.ended());
   result.time_s = driver.timeSeconds();

@@ -4,8 +4,6 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
 ImageBearings::ImageBearings(const DetectionNodeConfig& config)
     : config_(config), detector_(config.detector) {
   if (config.blink.use) blink_.emplace(config.blink);

@@ -111,7 +111,7 @@ void readBigEndian(const sensor_msgs::Image& image, cv::Mat* pixels) {
 }  // namespace
 
 std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
-                                      const bearing_calibration::ImageSensor& sensor) {
+                                      const core::ImageSensor& sensor) {
   if (const auto refusal = layoutRefusal(image)) return refusal;
   const bool fits = image.width == static_cast<std::size_t>(sensor.width_px) &&
                     image.height == static_cast<std::size_t>(sensor.height_px);

@@ -5,8 +5,6 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
 bool ClockWatch::hasJumpedBack(const ros::Time& now, double max_step_back_s) {
   const bool jumped = now + ros::Duration(max_step_back_s) < latest_;
   latest_ = jumped ? now : std::max(latest_, now);

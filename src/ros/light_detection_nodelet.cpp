@@ -18,7 +18,7 @@
 #include <string>
 
 #include "bearing_calibration/vision/annotation.h"
-#include "bearing_calibration/vision/sight_advice.h"
+#include "bearing_calibration/vision/image_advice.h"
 #include "bearing_calibration_ros/camera_info.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/detection_conversions.h"
@@ -34,8 +34,6 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
 /// Images of a conic mirror in, bearings of the light out: one message for each image.
 ///
 /// Threading: every subscriber and timer hangs on getNodeHandle()'s queue, which a nodelet manager
@@ -50,8 +48,8 @@ class LightDetectionNodelet : public nodelet::Nodelet {
 
   void onImage(const sensor_msgs::ImageConstPtr& message);
   void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message);
-  void onPrediction(const core::PredictedBearingConstPtr& message);
-  bool onFindMirror(core::FindMirror::Request&, core::FindMirror::Response& response);
+  void onPrediction(const msg::PredictedBearingConstPtr& message);
+  bool onFindMirror(msg::FindMirror::Request&, msg::FindMirror::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
   void publishAdvice(const std::optional<core::Advice>& advice);
   void takeThresholds(const core::DetectorConfig& detector);
@@ -80,8 +78,8 @@ class LightDetectionNodelet : public nodelet::Nodelet {
 
   DetectionCounts counts_;
   DetectionCounts counts_before_;  ///< at the last diagnostics
-  LastSight last_sight_;
-  std::unique_ptr<core::SightAdviser> adviser_;
+  LastObservation last_observation_;
+  std::unique_ptr<core::ImageAdviser> adviser_;
   core::AdviceTally advice_tally_;
   ImagesOfLate images_of_late_;
   LogThrottle throttle_{kWarningPeriod_s};
@@ -103,7 +101,7 @@ void LightDetectionNodelet::onInit() {
   try {
     config_ = readDetectionNodeConfig(ParamReader(getPrivateNodeHandle()));
     bearings_ = std::make_unique<ImageBearings>(config_);
-    adviser_ = std::make_unique<core::SightAdviser>(config_.detector);
+    adviser_ = std::make_unique<core::ImageAdviser>(config_.detector);
     nameTopics();
     advertise();
     subscribe();
@@ -123,7 +121,7 @@ void LightDetectionNodelet::nameTopics() {
 void LightDetectionNodelet::advertise() {
   constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
   private_images_ = std::make_unique<image_transport::ImageTransport>(getPrivateNodeHandle());
-  bearings_publisher_ = getNodeHandle().advertise<core::LightBearings>("bearings", kBearingQueue);
+  bearings_publisher_ = getNodeHandle().advertise<msg::LightBearings>("bearings", kBearingQueue);
   annotated_publisher_ = private_images_->advertise("annotated", 1);
   constexpr bool kLatched = true;
   advice_publisher_ = getPrivateNodeHandle().advertise<std_msgs::String>("advice", 1, kLatched);
@@ -163,7 +161,7 @@ void LightDetectionNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
         messageFromBearings(bearings_->detect(message, prediction_), config_.sensor_frame));
     const core::DetectionResult& result = bearings_->result();
     counts_.add(result);
-    last_sight_ = lastSightFrom(result);
+    last_observation_ = lastObservationFrom(result);
     advice_tally_.add(adviser_->adviceFor(result));
     if (annotated_publisher_.getNumSubscribers() > 0)
       publishAnnotated(*message, bearings_->grey(), result);
@@ -211,7 +209,7 @@ void LightDetectionNodelet::refuse(const ImageRefusal& refusal) {
                refusal.text.c_str());
 }
 
-void LightDetectionNodelet::onPrediction(const core::PredictedBearingConstPtr& message) {
+void LightDetectionNodelet::onPrediction(const msg::PredictedBearingConstPtr& message) {
   guarded("prediction", [&] {
     const std::string& frame = message->header.frame_id;
     if (!frame.empty() && frame != config_.sensor_frame && throttle_.isDue("frame")) {
@@ -229,8 +227,8 @@ void LightDetectionNodelet::publishAnnotated(const sensor_msgs::Image& message, 
       cv_bridge::CvImage(message.header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
 }
 
-bool LightDetectionNodelet::onFindMirror(core::FindMirror::Request&,
-                                         core::FindMirror::Response& response) {
+bool LightDetectionNodelet::onFindMirror(msg::FindMirror::Request&,
+                                         msg::FindMirror::Response& response) {
   response = noMirror(last_image_ ? "the newest image cannot be looked at: see the log"
                                   : "no image has come yet on " + image_topic_);
   guarded("find_mirror", [&] {
@@ -244,7 +242,7 @@ bool LightDetectionNodelet::onFindMirror(core::FindMirror::Request&,
 void LightDetectionNodelet::takeThresholds(const core::DetectorConfig& detector) {
   config_.detector = detector;
   bearings_->setDetector(detector);
-  adviser_ = std::make_unique<core::SightAdviser>(detector);
+  adviser_ = std::make_unique<core::ImageAdviser>(detector);
 }
 
 void LightDetectionNodelet::sayOfThresholds(bool is_refused, const std::string& sentence) {
@@ -263,7 +261,7 @@ void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper
   if (used || refused) images_of_late_.refused = refused;
   images_of_late_.silent = image_input_->isSilent();
   counts_.images_dropped = image_input_->dropped();
-  fillDiagnostics(counts_, images_of_late_, last_sight_, &status);
+  fillDiagnostics(counts_, images_of_late_, last_observation_, &status);
   status.add("camera_info", describeCameraInfo());
   counts_before_ = counts_;
 }

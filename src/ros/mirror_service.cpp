@@ -9,11 +9,9 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
-core::FindMirrorResponse noMirror(const std::string& why) {
+msg::FindMirrorResponse noMirror(const std::string& why) {
   constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-  core::FindMirrorResponse response;
+  msg::FindMirrorResponse response;
   response.found = false;
   response.consistent = false;
   response.centre_u = response.centre_v = response.radius = kNothing;
@@ -22,7 +20,7 @@ core::FindMirrorResponse noMirror(const std::string& why) {
   return response;
 }
 
-core::FindMirrorResponse findMirror(const cv::Mat& image, const core::DetectorConfig& config) {
+msg::FindMirrorResponse findMirror(const cv::Mat& image, const core::DetectorConfig& config) {
   const std::optional<core::MirrorRim> rim =
       core::findMirrorRim(image, core::rimSearchAround(config));
   if (!rim) {
@@ -31,7 +29,7 @@ core::FindMirrorResponse findMirror(const cv::Mat& image, const core::DetectorCo
         "picture, and is there light beside it?");
   }
   const core::MirrorCheck check = core::checkMirror(*rim, config);
-  core::FindMirrorResponse response;
+  msg::FindMirrorResponse response;
   response.found = true;
   response.centre_u = rim->circle.centre_px.x();
   response.centre_v = rim->circle.centre_px.y();

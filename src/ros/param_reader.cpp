@@ -10,7 +10,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "bearing_calibration/calibration/result_file.h"
+#include "bearing_calibration/output/result_file.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -108,7 +109,7 @@ std::string yamlOf(XmlRpc::XmlRpcValue& value) {
       for (int i = 0; i < value.size(); ++i) list += (i == 0 ? "" : ", ") + yamlOf(value[i]);
       return '[' + list + ']';
     default:
-      return isNumber(value) ? bearing_calibration::shortestText(numberFrom(value)) : "";
+      return isNumber(value) ? core::shortestText(numberFrom(value)) : "";
   }
 }
 

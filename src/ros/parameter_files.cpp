@@ -15,11 +15,11 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
 using core::formatted;
 using XmlRpc::XmlRpcValue;
 

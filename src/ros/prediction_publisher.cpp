@@ -6,14 +6,12 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
 PredictionPublisher::PredictionPublisher(ros::NodeHandle private_node_handle,
                                          const CalibrationNodeConfig& config)
     : sensor_frame_(config.frames.sensor),
       max_rate_hz_(config.output.prediction_rate_hz),
       latency_(core::durationFromSeconds(config.calibrator.bearings.latency_s)),
-      publisher_(private_node_handle.advertise<core::PredictedBearing>("predicted_bearing", 1)) {}
+      publisher_(private_node_handle.advertise<msg::PredictedBearing>("predicted_bearing", 1)) {}
 
 void PredictionPublisher::offer(const core::Calibrator& calibrator, core::Stamp newest_wheels) {
   const bool is_due = core::secondsFromDuration(newest_wheels - last_) * max_rate_hz_ >= 1.0;

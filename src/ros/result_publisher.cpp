@@ -4,15 +4,13 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
 ResultPublisher::ResultPublisher(ros::NodeHandle private_node_handle,
                                  const CalibrationNodeConfig& config)
     : frames_(config.frames),
       unestimated_mount_(config.unestimated_mount),
       output_(config.output),
       estimate_publisher_(
-          private_node_handle.advertise<core::CalibrationEstimate>("estimate", 1, true)),
+          private_node_handle.advertise<msg::CalibrationEstimate>("estimate", 1, true)),
       pose_publisher_(private_node_handle.advertise<geometry_msgs::PoseWithCovarianceStamped>(
           "base_from_camera", 1, true)),
       transform_publisher_(

@@ -8,14 +8,12 @@
 #include <filesystem>
 #include <utility>
 
-#include "bearing_calibration/calibration/result_store.h"
-#include "bearing_calibration/calibration/saving_rule.h"
+#include "bearing_calibration/output/result_store.h"
+#include "bearing_calibration/output/saving_rule.h"
 #include "bearing_calibration_ros/result_saving.h"
 #include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
-
-namespace core = bearing_calibration;
 
 ResultSaver::ResultSaver(ros::NodeHandle& node_handle, const CalibrationNodeConfig& config,
                          std::string name, std::string inputs, Source newest,
@@ -25,7 +23,7 @@ ResultSaver::ResultSaver(ros::NodeHandle& node_handle, const CalibrationNodeConf
       inputs_(std::move(inputs)),
       newest_(std::move(newest)),
       callback_mutex_(callback_mutex),
-      last_words_(std::make_unique<LastWords>([this] { saveAtEnd(); })) {
+      shutdown_hook_(std::make_unique<ShutdownHook>([this] { saveAtEnd(); })) {
   if (config_.output.save_period_s <= 0.0) return;
   timer_ = node_handle.createWallTimer(ros::WallDuration(config_.output.save_period_s),
                                        &ResultSaver::onPeriod, this);
@@ -33,11 +31,11 @@ ResultSaver::ResultSaver(ros::NodeHandle& node_handle, const CalibrationNodeConf
 
 ResultSaver::~ResultSaver() {
   timer_.stop();
-  last_words_.reset();
+  shutdown_hook_.reset();
   saveAtEnd();
 }
 
-void ResultSaver::look() {
+void ResultSaver::check() {
   see();
   const bool is_converged = seen_.state == core::CalibrationState::kConverged;
   const bool has_converged = is_converged && !was_converged_;

@@ -8,14 +8,12 @@
 #include <filesystem>
 #include <map>
 
-#include "bearing_calibration/calibration/result_store.h"
-#include "bearing_calibration/calibration/saving_rule.h"
+#include "bearing_calibration/output/result_store.h"
+#include "bearing_calibration/output/saving_rule.h"
 #include "bearing_calibration_ros/conversions.h"
 
 namespace bearing_calibration_ros {
 namespace {
-
-namespace core = bearing_calibration;
 
 std::string wallTimeText() {
   return boost::posix_time::to_iso_extended_string(ros::WallTime::now().toBoost()) + "Z";

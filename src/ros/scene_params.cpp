@@ -8,8 +8,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 core::CameraRig readRig(ParamReader& params) {
   core::CameraRig rig;
   rig.width_px = params.integer("camera/width");

@@ -13,8 +13,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 /// The lens alone: the mirror in front of it has no place in this message.
 sensor_msgs::CameraInfo infoOf(const core::CameraRig& rig, const std::string& frame) {
   sensor_msgs::CameraInfo info;

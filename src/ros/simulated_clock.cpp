@@ -9,8 +9,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 constexpr double kSimulatedStart_s = 1.0;  // zero means "no time yet" in ROS
 constexpr std::uint32_t kClockQueue = 10;  // whoever falls behind needs the newest alone
 

@@ -22,8 +22,6 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
 /// A robot with wheel encoders and a camera under a conic mirror, near a light.
 ///
 /// Threading: one thread moves the robot and publishes everything but images; the camera renders on
@@ -84,7 +82,7 @@ void SimulationNodelet::onInit() {
     camera_ = std::make_unique<SimulatedCamera>(node_handle, config_.frames.sensor,
                                                 config_.renderer, scene, log_error);
     constexpr std::uint32_t kTicksQueue = 1000;  // ten seconds: the calibration needs every reading
-    ticks_publisher_ = node_handle.advertise<core::WheelTicks>("wheel_ticks", kTicksQueue);
+    ticks_publisher_ = node_handle.advertise<msg::WheelTicks>("wheel_ticks", kTicksQueue);
     if (commanded_ != nullptr) {
       command_subscriber_ =
           node_handle.subscribe("cmd_vel", 1, &SimulationNodelet::onCommand, this);
@@ -156,7 +154,7 @@ void SimulationNodelet::followCommand() {
 void SimulationNodelet::publishTicks() {
   const auto counts = simulator_->readTicks();
   if (!counts) return;
-  core::WheelTicks message;
+  msg::WheelTicks message;
   message.header.stamp = rosFromStamp(counts->stamp);
   message.left = counts->left_ticks;
   message.right = counts->right_ticks;

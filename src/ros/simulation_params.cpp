@@ -13,8 +13,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 constexpr char kCommanded[] = "cmd_vel";  // a trajectory of its own beside the named ones
 
 DrivingConfig readDriving(ParamReader& params, std::uint64_t seed) {

@@ -9,8 +9,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-using Config = core::DetectionThresholdsConfig;
+using Config = msg::DetectionThresholdsConfig;
 
 Config configFrom(const core::DetectorConfig& detector) {
   Config config = Config::__getDefault__();
@@ -21,9 +20,9 @@ Config configFrom(const core::DetectorConfig& detector) {
   config.min_fill = detector.gates.min_fill;
   config.max_fill = detector.gates.max_fill;
   config.size_tolerance = detector.gates.size_tolerance;
-  config.peakedness_tolerance = detector.gates.peakedness_tolerance;
+  config.kurtosis_tolerance = detector.gates.kurtosis_tolerance;
   config.max_axis_error = detector.gates.max_axis_error_rad;
-  config.min_quality = detector.gates.min_quality;
+  config.min_probability = detector.gates.min_probability;
   return config;
 }
 
@@ -35,9 +34,9 @@ core::DetectorConfig detectorWith(const Config& config, core::DetectorConfig det
   detector.gates.min_fill = config.min_fill;
   detector.gates.max_fill = config.max_fill;
   detector.gates.size_tolerance = config.size_tolerance;
-  detector.gates.peakedness_tolerance = config.peakedness_tolerance;
+  detector.gates.kurtosis_tolerance = config.kurtosis_tolerance;
   detector.gates.max_axis_error_rad = config.max_axis_error;
-  detector.gates.min_quality = config.min_quality;
+  detector.gates.min_probability = config.min_probability;
   return detector;
 }
 

@@ -15,8 +15,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 /// What lies at the beginning of a message.
 struct Layout {
   bool has_header = false;

@@ -13,8 +13,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 constexpr std::uint32_t kQueue = 100;  // ten seconds of images
 constexpr bool kLatched = true;
 
@@ -45,19 +43,19 @@ visualization_msgs::Marker mountMarker(const core::Pose2& base_from_sensor, doub
 }
 
 /// The azimuths alone: nothing else of a LightBearing is known without a camera.
-core::LightBearings bearingsMessage(const core::BearingSet& bearings, const std::string& frame) {
+msg::LightBearings bearingsMessage(const core::BearingSet& bearings, const std::string& frame) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  core::LightBearings message;
+  msg::LightBearings message;
   message.header.stamp = rosFromStamp(bearings.stamp);
   message.header.frame_id = frame;
   for (const core::Bearing& bearing : bearings.candidates) {
-    core::LightBearing candidate;
+    msg::LightBearing candidate;
     candidate.azimuth = bearing.azimuth_rad;
     candidate.azimuth_variance = bearing.azimuth_variance_rad2;
     candidate.image_radius = candidate.image_radius_variance = kNone;
     candidate.elevation = candidate.elevation_variance = kNone;
     candidate.light_id = bearing.light_id;
-    candidate.quality = 1.0F;
+    candidate.probability = 1.0F;
     message.candidates.push_back(candidate);
   }
   return message;
@@ -73,7 +71,7 @@ TruthPublisher::TruthPublisher(ros::NodeHandle private_node_handle,
   marker_ = truth.advertise<visualization_msgs::Marker>("marker", 1, kLatched);
   light_ = truth.advertise<geometry_msgs::PointStamped>("light", 1, kLatched);
   base_ = truth.advertise<geometry_msgs::PoseStamped>("base", kQueue);
-  bearings_ = truth.advertise<core::LightBearings>("bearings", kQueue);
+  bearings_ = truth.advertise<msg::LightBearings>("bearings", kQueue);
   mount_.publish(
       poseMessage(config.robot.base_from_sensor, config.mount_height_m, start, frames_.base));
   marker_.publish(mountMarker(config.robot.base_from_sensor, config.mount_height_m, frames_.base));

@@ -4,8 +4,6 @@
 
 namespace bearing_calibration_ros {
 
-namespace core = bearing_calibration;
-
 std::vector<std::string> WheelParams::validate() const {
   core::Requirements require;
   require.that(

@@ -5,8 +5,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
-
 /// Small messages that must not wait for each other.
 ros::TransportHints hints() { return ros::TransportHints().tcpNoDelay(); }
 
@@ -48,7 +46,7 @@ std::vector<ros::Subscriber> subscribeToWheels(ros::NodeHandle& node_handle, Whe
   const std::vector<std::string> topics = wheelTopics(source);
   switch (source) {
     case WheelSource::kTicks:
-      return {subscribeTo<core::WheelTicks>(node_handle, topics.front(), queue, handlers.ticks)};
+      return {subscribeTo<msg::WheelTicks>(node_handle, topics.front(), queue, handlers.ticks)};
     case WheelSource::kJointStates:
       return {subscribeTo<sensor_msgs::JointState>(node_handle, topics.front(), queue,
                                                    handlers.joint_states)};

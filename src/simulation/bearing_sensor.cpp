@@ -7,7 +7,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 std::vector<std::string> BearingSensorConfig::validate() const {
   constexpr double kLargestCorrelation = 0.9999;  // 1 is a constant error, not noise
   Requirements require;
@@ -104,4 +104,4 @@ BearingSet exactBearings(const std::vector<Light>& lights, const Pose2& world_fr
   return bearings;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 double CameraRig::imageDistance() const {
   return 1.0 / (1.0 / focal_length_m - 1.0 / focus_distance_m);
@@ -45,4 +45,4 @@ std::vector<std::string> CameraRig::validate() const {
   return require.errors();
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

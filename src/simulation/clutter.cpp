@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// What one kind of shape looks like; the default rig sees elevations from -15 to +3 degrees.
@@ -139,4 +139,4 @@ RadianceFunction withClutter(const RadianceFunction& walls, const Clutter& clutt
   };
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

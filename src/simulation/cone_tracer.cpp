@@ -4,7 +4,7 @@
 
 #include "bearing_calibration/common/validated.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
@@ -168,4 +168,4 @@ std::optional<Vector3d> ConeTracer::directionSeenBy(const Vector2d& pixel) const
   return sensor_from_mirror_rotation_ * reflected.normalized();
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

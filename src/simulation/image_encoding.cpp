@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Layout = ImageEncoding::Layout;
@@ -76,4 +76,4 @@ cv::Mat encode(const MonoImage& image, const ImageEncoding& encoding) {
   return encoding.jpeg_quality > 0 ? throughJpeg(encoded, encoding.jpeg_quality) : encoded;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

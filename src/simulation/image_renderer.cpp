@@ -11,7 +11,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -215,4 +215,4 @@ std::optional<ImageRenderer::Truth> ImageRenderer::truthOf(const Light& light,
                std::atan2(position.z(), position.head<2>().norm()), row->pixel};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 std::vector<std::string> LedRing::validate() const {
   constexpr int kMostLeds = 64;  // each of them costs as much as a light
@@ -33,4 +33,4 @@ std::vector<Light> drawLeds(const Light& light, const LedRing& ring, SceneRandom
   return leds;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -152,4 +152,4 @@ void LightSpot::addMovingTo(const ConeTracer& tracer, const BallPath& path, cons
   });
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -7,7 +7,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/simulation/random_stream.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kRadiansPerColumn = 2.0 * kPi / Panorama::kColumns;
@@ -119,4 +119,4 @@ RadianceFunction roomRadiance(const RoomLook& look) {
   };
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

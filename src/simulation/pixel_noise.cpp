@@ -8,7 +8,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr unsigned kQuantileBits = 16;  // four draws from one 64-bit word; up to 4.3 sigma
@@ -78,4 +78,4 @@ void PixelNoise::digitize(const std::vector<float>& electrons, std::uint64_t ima
   }
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 Light randomLight(const RandomSceneConfig& config, double azimuth_rad, SceneRandom* random) {
@@ -47,4 +47,4 @@ RandomScene randomScene(const RandomSceneConfig& config, std::uint64_t seed) {
   return scene;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

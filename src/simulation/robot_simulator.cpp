@@ -9,7 +9,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 bool anyContains(const std::vector<TimeSpan>& spans, double time_s) {
@@ -137,4 +137,4 @@ SimulatedRecord record(RobotSimulator* simulator, double duration_s) {
   }
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 std::vector<std::string> SceneConfig::validate() const {
   Requirements require;
@@ -36,4 +36,4 @@ Scene drawScene(const SceneConfig& config, std::uint64_t seed) {
   return scene;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -2,7 +2,7 @@
 
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 std::vector<std::string> Shutter::validate() const {
   constexpr double kLongestExposure_s = 1.0;
@@ -27,4 +27,4 @@ SensorMotion motionBetween(const Pose2& world_from_start, const Pose2& world_fro
           turn_rad / duration_s};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

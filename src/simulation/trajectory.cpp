@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 WheelDisplacement wheelsFromMotion(double distance_m, double turn_rad, double wheel_separation_m) {
@@ -101,4 +101,4 @@ WheelDisplacement LimitedTrajectory::advance(double step_s) {
   return time_s > 0.0 ? trajectory_->advance(time_s) : WheelDisplacement{};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -7,7 +7,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 DriveSegment straight(double length_m, double speed_mps) {
@@ -97,4 +97,4 @@ std::unique_ptr<Trajectory> makeTrajectory(const TrajectoryConfig& config,
   return std::make_unique<SegmentTrajectory>(segmentsOf(config, wheel_separation_m));
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

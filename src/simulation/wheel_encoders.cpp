@@ -6,7 +6,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr int kWordBits = 64;  // of the counts themselves
@@ -72,4 +72,4 @@ void WheelEncoders::resetCounters() {
   }
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

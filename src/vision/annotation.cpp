@@ -10,7 +10,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 const cv::Scalar kAccepted(0, 220, 0);  // blue, green, red
@@ -62,10 +62,10 @@ void drawLight(cv::Mat* picture, const Detection& light, const DetectorConfig& c
   cv::ellipse(*picture, centre, half_axes, radius_angle_deg, 0.0, kDegreesPerTurn, kAccepted, 1,
               cv::LINE_AA);
   char text[80];
-  std::snprintf(text, sizeof text, "%.2f +- %.3f deg, quality %.2f",
+  std::snprintf(text, sizeof text, "%.2f +- %.3f deg, probability %.2f",
                 degreesFromRadians(light.bearing.azimuth_rad),
                 degreesFromRadians(std::sqrt(light.bearing.azimuth_variance_rad2)),
-                light.bearing.quality);
+                light.bearing.probability);
   write(picture, text, centre, kAccepted);
 }
 
@@ -109,4 +109,4 @@ cv::Mat annotateRim(const cv::Mat& image, const MirrorRim& rim) {
   return picture;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

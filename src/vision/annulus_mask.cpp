@@ -8,7 +8,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 bool hiddenByPost(const MaskConfig& config, double azimuth_rad) {
@@ -172,4 +172,4 @@ int AnnulusMask::clearancePx(double u_px, double v_px) const {
   return clearance_.at<std::uint8_t>(static_cast<int>(v), static_cast<int>(u));
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

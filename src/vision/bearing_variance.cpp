@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kRoundingVariance = 1.0 / 12.0;  // of a level rounded to an integer
@@ -126,7 +126,7 @@ CentreVariance centreVariance(const DetectorConfig& config, const SpotMeasuremen
 }
 
 Bearing bearingFromPixel(const DetectorConfig& config, const MirrorPixel& centre,
-                         const CentreVariance& variance, double quality) {
+                         const CentreVariance& variance, double probability) {
   const double centre_variance = std::pow(config.alignment.centre_stddev_px, 2);
   Bearing bearing;
   bearing.azimuth_rad = centre.azimuth_rad;
@@ -135,7 +135,7 @@ Bearing bearingFromPixel(const DetectorConfig& config, const MirrorPixel& centre
       std::pow(config.alignment.azimuth_stddev_rad, 2);
   bearing.image_radius_px = centre.image_radius_px;
   bearing.image_radius_variance_px2 = variance.radial_px2 + centre_variance;
-  bearing.quality = quality;
+  bearing.probability = probability;
   if (!config.gates.mirror) return bearing;  // what the camera looks into is not known
   bearing.elevation_rad = elevationFromRadius(config.mirror, centre.image_radius_px);
   bearing.elevation_variance_rad2 =
@@ -145,4 +145,4 @@ Bearing bearingFromPixel(const DetectorConfig& config, const MirrorPixel& centre
   return bearing;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

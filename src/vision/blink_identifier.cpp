@@ -10,7 +10,7 @@
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 // A light's image is some degrees wide: two lights nearer to each other are one anyway.
@@ -64,7 +64,7 @@ void BlinkIdentifier::identify(const std::vector<double>& brightness, BearingSet
       track->samples.push_back({set->stamp, brightness[i]});
     }
     candidate.light_id = is_the_light ? config_.light_id : kUnknownLight;
-    if (!is_the_light) candidate.quality = 0.0;
+    if (!is_the_light) candidate.probability = 0.0;
   }
   for (Track& track : tracks_) {
     if (!track.matched) track.samples.push_back({set->stamp, 0.0});
@@ -125,4 +125,4 @@ void BlinkIdentifier::forgetBefore(Stamp stamp) {
                 tracks_.end());
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

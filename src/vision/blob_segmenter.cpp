@@ -5,7 +5,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/image_levels.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 // A light is some tens of runs. So many blobs or runs are noise: the threshold lies in the
@@ -198,4 +198,4 @@ BlobShape shapeOf(const Blob& blob) {
   return shape;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -7,7 +7,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Matrix3d;
@@ -131,4 +131,4 @@ std::optional<CircleFit> fitCircle(const std::vector<Vector2d>& points_px, const
   return determined ? std::optional<CircleFit>(fit) : std::nullopt;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

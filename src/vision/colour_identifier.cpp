@@ -9,7 +9,7 @@
 
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 // The spot ends at two standard deviations; an interpolated mosaic smears it by a pixel, which the
@@ -143,8 +143,8 @@ void identifyByColour(const ColourConfig& config,
       nearest = distance;
       candidate.light_id = light.light_id;
     }
-    if (candidate.light_id == kUnknownLight) candidate.quality = 0.0;
+    if (candidate.light_id == kUnknownLight) candidate.probability = 0.0;
   }
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 // Thresholding a dim light leaves the core of its spot, a bright one gains a pixel all round.
@@ -53,12 +53,12 @@ double fillPartOfGate(const LightEllipse& ellipse, const GateConfig& gates) {
                          : departure / (gates.max_fill - 1.0 + small);
 }
 
-/// 0 where the peakedness says nothing, or lies below what is expected: holes are the fill's
+/// 0 where the kurtosis says nothing, or lies below what is expected: holes are the fill's
 /// matter.
-double peakednessPartOfGate(const LightEllipse& ellipse, const SpotSize& expected,
-                            const GateConfig& gates) {
-  const double departure = ellipse.peakedness - expected.max_peakedness;
-  return departure > 0.0 ? departure / gates.peakedness_tolerance : 0.0;
+double kurtosisPartOfGate(const LightEllipse& ellipse, const SpotSize& expected,
+                          const GateConfig& gates) {
+  const double departure = ellipse.kurtosis - expected.max_kurtosis;
+  return departure > 0.0 ? departure / gates.kurtosis_tolerance : 0.0;
 }
 
 }  // namespace
@@ -93,7 +93,7 @@ const char* describe(Rejection rejection) {
       return "wrong size along the radius";
     case Rejection::kAxis:
       return "axis off the radius";
-    case Rejection::kPeakedness:
+    case Rejection::kKurtosis:
       return "not evenly filled";
     case Rejection::kUnlikely:
       return "unlike a light";
@@ -132,7 +132,7 @@ PartsOfGates partsOfGates(const LightEllipse& ellipse, const SpotSize& expected,
       relativeDeparture(tangential, expected.tangential_stddev_px) / gates.size_tolerance;
   parts.radial = relativeDeparture(radial, expected.radial_stddev_px) / gates.size_tolerance;
   if (hasAxis(expected)) parts.axis = axisError(ellipse) / gates.max_axis_error_rad;
-  parts.peakedness = peakednessPartOfGate(ellipse, expected, gates);
+  parts.kurtosis = kurtosisPartOfGate(ellipse, expected, gates);
   return parts;
 }
 
@@ -141,20 +141,20 @@ Rejection rejectionOf(const PartsOfGates& parts) {
   if (exceeds(parts.tangential)) return Rejection::kTangentialSize;
   if (exceeds(parts.radial)) return Rejection::kRadialSize;
   if (parts.axis && exceeds(*parts.axis)) return Rejection::kAxis;
-  return exceeds(parts.peakedness) ? Rejection::kPeakedness : Rejection::kNone;
+  return exceeds(parts.kurtosis) ? Rejection::kKurtosis : Rejection::kNone;
 }
 
-double qualityOf(const PartsOfGates& parts, const GateConfig& gates) {
+double probabilityOf(const PartsOfGates& parts, const GateConfig& gates) {
   LikelihoodRatio light_over_clutter;
   light_over_clutter.add(parts.fill);
   if (gates.mirror) {
     light_over_clutter.add(parts.tangential);
     light_over_clutter.add(parts.radial);
-    light_over_clutter.add(parts.peakedness);
+    light_over_clutter.add(parts.kurtosis);
   }
   if (parts.axis) light_over_clutter.add(*parts.axis);
   const double ratio = light_over_clutter.value();
   return ratio / (1.0 + ratio);
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -3,7 +3,7 @@
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 using namespace plausible;
 
@@ -64,9 +64,9 @@ void checkGates(const GateConfig& gates, Requirements* require) {
   require->that(gates.min_fill < 1.0, "gates/min_fill must be less than 1");
   require->that(gates.max_fill > 1.0, "gates/max_fill must be greater than 1");
   require->between("gates/size_tolerance", gates.size_tolerance, kLeastTolerance, kLargestRatio);
-  require->between("gates/peakedness_tolerance", gates.peakedness_tolerance, kLeastTolerance,
+  require->between("gates/kurtosis_tolerance", gates.kurtosis_tolerance, kLeastTolerance,
                    kLargestRatio);
-  require->between("gates/min_quality", gates.min_quality, 0.0, 1.0);
+  require->between("gates/min_probability", gates.min_probability, 0.0, 1.0);
   require->between("gates/max_axis_error", gates.max_axis_error_rad, kLeastAngle_rad, kPi);
 }
 
@@ -98,4 +98,4 @@ std::vector<std::string> DetectorConfig::validate() const {
   return require.errors();
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kPixelVariance = 1.0 / 12.0;        // of a square of side 1
@@ -25,7 +25,7 @@ struct Stddevs {
 /// Fourth moment over squared second one of the aperture's ellipse together with all else, which is
 /// taken for Gaussian: E(m^4) = 8 - t^2 - r^2 - 2/3 t r, where t and r are the ellipse's parts of
 /// the variances along the azimuth and the radius, and E(m^2) = 2.
-double peakednessOf(const Stddevs& stddevs, double lens_px) {
+double kurtosisOf(const Stddevs& stddevs, double lens_px) {
   const auto part = [&](double open_px, double all_px) {
     return open_px * open_px / (all_px * all_px + lens_px * lens_px);
   };
@@ -75,7 +75,7 @@ SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px) 
     for (double lens_px : {0.0, kLensBlur_px}) {
       include(&size.tangential_stddev_px, std::hypot(stddevs.tangential_px, lens_px));
       include(&size.radial_stddev_px, std::hypot(stddevs.radial_px, lens_px));
-      size.max_peakedness = std::max(size.max_peakedness, peakednessOf(stddevs, lens_px));
+      size.max_kurtosis = std::max(size.max_kurtosis, kurtosisOf(stddevs, lens_px));
     }
   }
   return size;
@@ -114,4 +114,4 @@ const SpotSize& ExpectedSpot::at(double image_radius_px) const {
   return sizes_[static_cast<std::size_t>(std::clamp(image_radius_px, 0.0, last) + 0.5)];
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

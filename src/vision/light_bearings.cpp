@@ -5,7 +5,7 @@
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 double rowOf(const Detection& light) { return light.ellipse.centre_px.y(); }
@@ -50,4 +50,4 @@ std::vector<double> brightnessOf(const std::vector<Detection>& lights) {
   return brightness;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -10,7 +10,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/bearing_variance.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 // An evenly filled ellipse ends at two standard deviations; the window leaves room for the pixels'
@@ -82,7 +82,7 @@ void takeOver(const SpotMeasurement& spot, LightEllipse* ellipse) {
 
 /// Whether a spot so refused has the size of a light.
 bool mayBeLitUnevenly(Rejection rejection) {
-  return rejection == Rejection::kFill || rejection == Rejection::kPeakedness ||
+  return rejection == Rejection::kFill || rejection == Rejection::kKurtosis ||
          rejection == Rejection::kUnlikely;
 }
 
@@ -128,7 +128,7 @@ double stddevWithin(const Range& stddev_px, double variance_px2) {
 const Detection* likeliestLight(const std::vector<Detection>& lights) {
   const auto best = std::max_element(lights.begin(), lights.end(),
                                      [](const Detection& left, const Detection& right) {
-                                       return left.bearing.quality < right.bearing.quality;
+                                       return left.bearing.probability < right.bearing.probability;
                                      });
   return best == lights.end() ? nullptr : &*best;
 }
@@ -266,7 +266,7 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
     return;
   }
   takeOver(*spot, &detection->ellipse);
-  if (window.weight == CentreWeight::kOutline) detection->ellipse.peakedness = spot->peakedness;
+  if (window.weight == CentreWeight::kOutline) detection->ellipse.kurtosis = spot->kurtosis;
   detection->ellipse.saturated_fraction = saturatedFraction(config_, *spot);
   if (cutByMask({spot->centre_px, window.covariance_px2, kOutline})) {
     detection->rejection = Rejection::kMaskEdge;
@@ -283,8 +283,8 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
   const PartsOfGates parts = partsOfGates(detection->ellipse, expected, config_.gates);
   detection->rejection = rejectionOf(parts);
   if (!detection->accepted()) return;
-  const double quality = qualityOf(parts, config_.gates);
-  if (quality < config_.gates.min_quality) {
+  const double probability = probabilityOf(parts, config_.gates);
+  if (probability < config_.gates.min_probability) {
     detection->rejection = Rejection::kUnlikely;
     return;
   }
@@ -298,7 +298,7 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
     variance.tangential_px2 += as_part.tangential_px2;
     variance.radial_px2 += as_part.radial_px2;
   }
-  detection->bearing = bearingFromPixel(config_, seen, variance, quality);
+  detection->bearing = bearingFromPixel(config_, seen, variance, probability);
 }
 
 /// With the mirror's gates, the window lies along the mirror's radius and has a size that the
@@ -352,4 +352,4 @@ bool LightDetector::cutByMask(const SpotWindow& window) const {
   return false;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/formatted.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kFalseAlarms = 1e-3;  // of checks of a centre that is right
@@ -64,4 +64,4 @@ MirrorCheck checkMirror(const MirrorRim& rim, const DetectorConfig& config) {
   return check;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/ray_edges.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Vector2d;
@@ -156,4 +156,4 @@ std::optional<MirrorRim> findMirrorRim(const cv::Mat& image, const RimSearch& se
   return seen ? rim : std::nullopt;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 EllipseShape::EllipseShape(const Eigen::Matrix2d& covariance_px2)
     : information(covariance_px2.inverse()),
@@ -23,4 +23,4 @@ PixelBox PixelEllipse::box(const cv::Size& image) const {
           first_after(centre_px.x() + half_width, image.width)};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

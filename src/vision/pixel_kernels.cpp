@@ -8,7 +8,7 @@
 #include <immintrin.h>
 #endif
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 extern const PixelKernels BEARING_CALIBRATION_KERNELS;
 
@@ -420,4 +420,4 @@ constexpr LevelKernels<Level> kKernels{findRunsOf<Level>, sumRing<Level>, sumCen
 
 const PixelKernels BEARING_CALIBRATION_KERNELS{kKernels<std::uint8_t>, kKernels<std::uint16_t>};
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -1,6 +1,6 @@
 #include "bearing_calibration/vision/pixel_kernels.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 extern const PixelKernels kKernelsForAll;
 #ifdef __x86_64__
@@ -25,4 +25,4 @@ const PixelKernels& pixelKernels() {
 
 const PixelKernels& portablePixelKernels() { return kKernelsForAll; }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Vector2d;
@@ -109,4 +109,4 @@ std::vector<RayEdge> RayEdgeFinder::find(const RayFan& fan, std::size_t most_per
   return edges;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 // Some three thousand samples of a 640x480 image, a hundred and fifty of a sector of +-10 degrees,
@@ -105,4 +105,4 @@ int ThresholdLadder::at(int step) const {
   return static_cast<int>(first_ + (highest_ - first_) * step / kRises);
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -7,7 +7,7 @@
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 std::vector<std::string> SearchConfig::validate() const {
   constexpr double kWidest_rad = radiansFromDegrees(89.0);  // a wedge is narrower than a half plane
@@ -87,4 +87,4 @@ PixelBox boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot
           limited(centre.x() + half_width + 1.0, sensor.width_px)};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -8,7 +8,7 @@
 #include "bearing_calibration/vision/pixel_kernels.h"
 #include "bearing_calibration/vision/spot_sums.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Matrix2d;
@@ -131,7 +131,7 @@ SpotMeasurement measurementOf(const WindowMoments& sums, const SpotWindow& windo
   spot.tangential = alongAxis(axes.tangential, sums, window, integrals, information);
   spot.mixed_variance_px2 = axes.tangential.dot(light_squares * axes.radial) / light;
   const double squares = (information * light_squares).trace();
-  spot.peakedness = sums.spread.fourth_powers * light / (squares * squares);
+  spot.kurtosis = sums.spread.fourth_powers * light / (squares * squares);
   return spot;
 }
 
@@ -176,4 +176,4 @@ std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& 
   return spot;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

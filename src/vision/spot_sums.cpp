@@ -2,7 +2,7 @@
 
 #include "bearing_calibration/vision/image_levels.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 Eigen::Matrix2d symmetric(float uu, float uv, float vv) {
@@ -100,4 +100,4 @@ SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const Pixel
   return sums;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -7,9 +7,9 @@
 #include <functional>
 #include <vector>
 
-#include "tools/drive_summary.h"
+#include "tools/study/drive_summary.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kPeriod_s = 0.05;
@@ -202,4 +202,4 @@ TEST(CalibrationDriver, ComesNearAFarLight) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

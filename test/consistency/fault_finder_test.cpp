@@ -1,5 +1,5 @@
 // Each single fault of a robot is told by its name, and a sound robot is told none.
-#include "bearing_calibration/calibration/fault_finder.h"
+#include "bearing_calibration/judge/fault_finder.h"
 
 #include <gtest/gtest.h>
 
@@ -7,16 +7,18 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/calibration/sight_change.h"
-#include "tools/simulated_case.h"
+#include "bearing_calibration/record/observation_change.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr int kRuns = 3;
 constexpr double kDuration_s = 60.0;
 
-std::vector<Sight> sightsOf(const SimulatedCase& simulated) { return simulate(simulated).sights; }
+std::vector<Observation> observationsOf(const SimulatedCase& simulated) {
+  return simulate(simulated).observations;
+}
 
 SimulatedCase soundCase(std::uint64_t seed) {
   SimulatedCase simulated = paperCase(seed);
@@ -24,20 +26,21 @@ SimulatedCase soundCase(std::uint64_t seed) {
   return simulated;
 }
 
-Diagnosis diagnose(const SimulatedCase& simulated, const std::vector<Sight>& sights) {
-  return findFault(sights, simulated.robot.encoders.drive.wheel_separation_m, InitializerConfig{});
+Diagnosis diagnose(const SimulatedCase& simulated, const std::vector<Observation>& observations) {
+  return findFault(observations, simulated.robot.encoders.drive.wheel_separation_m,
+                   InitializerConfig{});
 }
 
 /// What the record would be with wheels wired or believed otherwise.
-std::vector<Sight> miswired(const SimulatedCase& simulated, const Eigen::Matrix2d& wheels) {
+std::vector<Observation> miswired(const SimulatedCase& simulated, const Eigen::Matrix2d& wheels) {
   const double b = simulated.robot.encoders.drive.wheel_separation_m;
-  return withOtherWheels(sightsOf(simulated), wheels, b, b);
+  return withOtherWheels(observationsOf(simulated), wheels, b, b);
 }
 
 TEST(FindFault, TellsASoundRobotNothing) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const SimulatedCase simulated = soundCase(seed);
-    EXPECT_EQ(describe(diagnose(simulated, sightsOf(simulated))), "") << "seed " << seed;
+    EXPECT_EQ(describe(diagnose(simulated, observationsOf(simulated))), "") << "seed " << seed;
   }
 }
 
@@ -53,9 +56,10 @@ TEST(FindFault, TellsSwappedWheels) {
 TEST(FindFault, TellsAMirroredBearingByTheSameName) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const SimulatedCase simulated = soundCase(seed);
-    std::vector<Sight> sights = sightsOf(simulated);
-    for (Sight& sight : sights) sight.azimuth_rad = -sight.azimuth_rad;
-    EXPECT_EQ(diagnose(simulated, sights).fault, Fault::kMirrored) << seed;
+    std::vector<Observation> observations = observationsOf(simulated);
+    for (Observation& observation : observations)
+      observation.azimuth_rad = -observation.azimuth_rad;
+    EXPECT_EQ(diagnose(simulated, observations).fault, Fault::kMirrored) << seed;
   }
 }
 
@@ -80,7 +84,7 @@ TEST(FindFault, TellsALateCameraAndByHowMuch) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SimulatedCase simulated = soundCase(seed);
     simulated.robot.stamp_latency_s = 0.1;
-    const Diagnosis diagnosis = diagnose(simulated, sightsOf(simulated));
+    const Diagnosis diagnosis = diagnose(simulated, observationsOf(simulated));
     EXPECT_EQ(diagnosis.fault, Fault::kLate) << seed;
     EXPECT_NEAR(diagnosis.size, 0.1, 0.05) << seed;
   }
@@ -90,7 +94,7 @@ TEST(FindFault, TellsAWheelThatIsTooLarge) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SimulatedCase simulated = soundCase(seed);
     simulated.robot.encoders.right_radius_factor = 1.1;  // true over believed
-    const Diagnosis diagnosis = diagnose(simulated, sightsOf(simulated));
+    const Diagnosis diagnosis = diagnose(simulated, observationsOf(simulated));
     EXPECT_EQ(diagnosis.fault, Fault::kRightRadius) << seed;
     EXPECT_NEAR(diagnosis.size, 1.1, 0.03) << seed;
   }
@@ -100,7 +104,7 @@ TEST(FindFault, TellsAWrongSeparation) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SimulatedCase simulated = soundCase(seed);
     simulated.robot.separation_factor = 1.1;  // true over believed
-    const Diagnosis diagnosis = diagnose(simulated, sightsOf(simulated));
+    const Diagnosis diagnosis = diagnose(simulated, observationsOf(simulated));
     EXPECT_EQ(diagnosis.fault, Fault::kSeparation) << seed;
     EXPECT_NEAR(diagnosis.size, 1.1, 0.03) << seed;
   }
@@ -108,38 +112,41 @@ TEST(FindFault, TellsAWrongSeparation) {
 
 /// The record as it is when the light is hidden in spins: their motions become one, and of `most`
 /// or more at a time.
-std::vector<Sight> withHiddenSpins(const std::vector<Sight>& sights, double most_rad) {
+std::vector<Observation> withHiddenSpins(const std::vector<Observation>& observations,
+                                         double most_rad) {
   constexpr double kOnTheSpot_m = 0.02;  // per radian
-  std::vector<Sight> seen;
+  std::vector<Observation> seen;
   OdometryIncrement motion;
-  for (const Sight& sight : sights) {
-    const bool spins = sight.motion.distance_m < kOnTheSpot_m * sight.motion.rotation_rad;
-    motion = append(motion, sight.motion);
+  for (const Observation& observation : observations) {
+    const bool spins =
+        observation.motion.distance_m < kOnTheSpot_m * observation.motion.rotation_rad;
+    motion = append(motion, observation.motion);
     if (spins && motion.rotation_rad < most_rad) continue;
-    seen.push_back(sight);
+    seen.push_back(observation);
     seen.back().motion = motion;
     motion = {};
   }
   return seen;
 }
 
-// Of 4 rad between two sights the yaw shows -2.3 rad only.
-TEST(FindFault, TellsFaultsOfARobotThatTurnsFarBetweenTwoSights) {
+// Of 4 rad between two observations the yaw shows -2.3 rad only.
+TEST(FindFault, TellsFaultsOfARobotThatTurnsFarBetweenTwoObservations) {
   constexpr double kFar_rad = 4.0;
   constexpr double kWrong = 0.9;
-  constexpr double kLongDuration_s = 120.0;  // as many sights as the other records have
+  constexpr double kLongDuration_s = 120.0;  // as many observations as the other records have
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SimulatedCase sound = soundCase(seed);
     sound.duration_s = kLongDuration_s;
-    EXPECT_EQ(diagnose(sound, withHiddenSpins(sightsOf(sound), kFar_rad)).fault, Fault::kNone);
+    EXPECT_EQ(diagnose(sound, withHiddenSpins(observationsOf(sound), kFar_rad)).fault,
+              Fault::kNone);
     SimulatedCase left = sound;
     left.robot.encoders.left_radius_factor = kWrong;
-    const Diagnosis of_left = diagnose(left, withHiddenSpins(sightsOf(left), kFar_rad));
+    const Diagnosis of_left = diagnose(left, withHiddenSpins(observationsOf(left), kFar_rad));
     EXPECT_EQ(of_left.fault, Fault::kLeftRadius) << seed;
     EXPECT_NEAR(of_left.size, kWrong, 0.03) << seed;
     SimulatedCase narrow = sound;
     narrow.robot.separation_factor = kWrong;
-    const Diagnosis of_narrow = diagnose(narrow, withHiddenSpins(sightsOf(narrow), kFar_rad));
+    const Diagnosis of_narrow = diagnose(narrow, withHiddenSpins(observationsOf(narrow), kFar_rad));
     EXPECT_EQ(of_narrow.fault, Fault::kSeparation) << seed;
     EXPECT_NEAR(of_narrow.size, kWrong, 0.03) << seed;
     const Eigen::Matrix2d swap = (Eigen::Matrix2d() << 0.0, 1.0, 1.0, 0.0).finished();
@@ -154,25 +161,25 @@ TEST(FindFault, TellsFaultsOfARobotThatTurnsFarBetweenTwoSights) {
 }
 
 // What a motion of several arcs is with other wheels, against each of its arcs with other wheels.
-TEST(SightChange, AMotionOfSeveralArcsIsKeptToFirstOrder) {
+TEST(ObservationChange, AMotionOfSeveralArcsIsKeptToFirstOrder) {
   constexpr double kSeparation_m = 0.25;
   constexpr double kScale = 1.01;
   const std::vector<Eigen::Vector2d> arcs = {{0.5, 0.5}, {-0.6, 0.6}, {0.2, 0.4}};
-  Sight sight;
+  Observation observation;
   OdometryIncrement expected;
   for (const Eigen::Vector2d& arc : arcs) {
-    sight.motion = append(sight.motion, {arc.x(), arc.y()}, kSeparation_m, {});
+    observation.motion = append(observation.motion, {arc.x(), arc.y()}, kSeparation_m, {});
     expected = append(expected, {kScale * arc.x(), arc.y()}, kSeparation_m, {});
   }
   const Eigen::Matrix2d wheels = Eigen::Vector2d(kScale, 1.0).asDiagonal();
   const OdometryIncrement changed =
-      withOtherWheels({sight}, wheels, kSeparation_m, kSeparation_m).front().motion;
+      withOtherWheels({observation}, wheels, kSeparation_m, kSeparation_m).front().motion;
   EXPECT_NEAR(changed.start_from_end.yaw_rad, expected.start_from_end.yaw_rad, 1e-12);
   const double change =
-      (expected.start_from_end.position_m - sight.motion.start_from_end.position_m).norm();
+      (expected.start_from_end.position_m - observation.motion.start_from_end.position_m).norm();
   EXPECT_LT((changed.start_from_end.position_m - expected.start_from_end.position_m).norm(),
             0.05 * change);  // the second order: a few times the scale's error
-  const OdometryIncrement mirror = mirrored({sight}).front().motion;
+  const OdometryIncrement mirror = mirrored({observation}).front().motion;
   OdometryIncrement swapped;
   for (const Eigen::Vector2d& arc : arcs) {
     swapped = append(swapped, {arc.y(), arc.x()}, kSeparation_m, {});
@@ -185,13 +192,14 @@ TEST(SightChange, AMotionOfSeveralArcsIsKeptToFirstOrder) {
 TEST(FindFault, TellsALightThatMoved) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SimulatedCase simulated = soundCase(seed);
-    std::vector<Sight> sights = sightsOf(simulated);
+    std::vector<Observation> observations = observationsOf(simulated);
     simulated.lights[0].position_m += Eigen::Vector2d(0.6, -0.8);
-    const std::vector<Sight> moved = sightsOf(simulated);
-    for (std::size_t i = sights.size() / 2; i < sights.size(); ++i) sights[i] = moved[i];
-    EXPECT_EQ(diagnose(simulated, sights).fault, Fault::kLightMoved) << seed;
+    const std::vector<Observation> moved = observationsOf(simulated);
+    for (std::size_t i = observations.size() / 2; i < observations.size(); ++i)
+      observations[i] = moved[i];
+    EXPECT_EQ(diagnose(simulated, observations).fault, Fault::kLightMoved) << seed;
   }
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

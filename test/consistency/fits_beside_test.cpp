@@ -14,12 +14,12 @@
 #include <stdexcept>
 
 #include "bearing_calibration/calibration/calibrator.h"
-#include "bearing_calibration/calibration/fault_finder.h"
+#include "bearing_calibration/judge/fault_finder.h"
 #include "support/simulated_calibration.h"
-#include "tools/draws.h"
-#include "tools/lights_case.h"
+#include "tools/study/draws.h"
+#include "tools/study/lights_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using std::chrono::steady_clock;
@@ -38,7 +38,7 @@ SimulatedRecord danceWith(int lights, double duration_s, std::uint64_t seed = 3)
 
 CalibratorConfig configFor(int lights) {
   CalibratorConfig config = calibratorConfig();
-  config.lights.most = lights;
+  config.max_lights = lights;
   return config;
 }
 
@@ -135,7 +135,8 @@ TEST_P(FitsBesideWith, EndWithTheVerdictOfFitsAtOnce) {
   Calibrator at_once(configFor(GetParam()));
   Calibrator beside(configFor(GetParam()), FitsRun::kBeside);
   std::vector<Stamp> seen;
-  beside.observe([&](const Look& look) { seen.push_back(look.sight.stamp); });
+  beside.observe(
+      [&](const AssociationOutcome& outcome) { seen.push_back(outcome.observation.stamp); });
   Player(record).play(&at_once);
   Player(record).play(&beside);
   const CalibrationResult expected = at_once.result();
@@ -179,7 +180,7 @@ TEST_P(FitsInterrupted, AreDropped) {
   Calibrator calibrator(configFor(1), FitsRun::kBeside);
   Player player(record);
   Stamp now;
-  calibrator.observe([&](const Look& look) { now = look.sight.stamp; });
+  calibrator.observe([&](const AssociationOutcome& outcome) { now = outcome.observation.stamp; });
   FitsReport before;
   FitsReport after;
   do {
@@ -213,34 +214,35 @@ INSTANTIATE_TEST_SUITE_P(
         Interruption{"Reset", [](Calibrator* calibrator, Stamp) { calibrator->reset(); }},
         Interruption{"Pause", [](Calibrator* calibrator, Stamp) { calibrator->setPaused(true); }},
         Interruption{"Clock", stepBack},
-        Interruption{"TakeUp", [](Calibrator* calibrator, Stamp) { calibrator->takeUp({}); }}),
+        Interruption{"TakeUp", [](Calibrator* calibrator, Stamp) { calibrator->resume({}); }}),
     [](const auto& interruption) { return std::string(interruption.param.name); });
 
 /// Images with the motion before each, as SeveralLights is shown them.
 struct Frame {
   BearingSet image;
   OdometryIncrement motion;
-  TravelNearby nearby;
+  OdometryWindow nearby;
 };
 
 std::vector<Frame> framesOf(const SimulatedRecord& record) {
   Calibrator calibrator(configFor(kMostLights), FitsRun::kBeside);
   std::vector<Frame> frames;
-  calibrator.observe([&](const Look& look) {
-    frames.push_back({record.bearings[frames.size()], look.sight.motion, look.sight.nearby});
+  calibrator.observe([&](const AssociationOutcome& outcome) {
+    frames.push_back(
+        {record.bearings[frames.size()], outcome.observation.motion, outcome.observation.nearby});
   });
   Player(record).play(&calibrator);
   return frames;
 }
 
 /// Shows one, and waits for the fit that it makes due.
-Look showInPeace(const Frame& frame, FitsBeside* fits) {
-  const Look look = fits->look(frame.image, frame.motion, frame.nearby);
+AssociationOutcome showInPeace(const Frame& frame, FitsBeside* fits) {
+  const AssociationOutcome outcome = fits->process(frame.image, frame.motion, frame.nearby);
   waitFor([&] {
     fits->takeOver();
     return !fits->report().under_way;
   });
-  return look;
+  return outcome;
 }
 
 /// Goes on with bearings that mean nothing until the light is lost.
@@ -258,7 +260,7 @@ bool loseTheLight(std::uint64_t seed) {
   for (std::size_t i = kHidden; i < frames.size(); ++i) {
     fits.takeOver();
     const FitsReport before = fits.report();
-    if (!fits.look(frames[i].image, frames[i].motion, frames[i].nearby).lost_light) continue;
+    if (!fits.process(frames[i].image, frames[i].motion, frames[i].nearby).lost_light) continue;
     const FitsReport after = fits.report();
     if (!before.under_way || after.taken > before.taken) return false;
     EXPECT_EQ(after.dropped, before.dropped + 1);
@@ -278,21 +280,21 @@ TEST(FitsBeside, ANewStartDropsTheFitThatWasBegunBeforeIt) {
   while (!loseTheLight(seed)) ++seed;
 }
 
-TEST(FitsBeside, AKnockedMountIsCalibratedAnewWhereTheOwnerWantsIt) {
+TEST(FitsBeside, ADisplacedMountIsCalibratedAnewWhereTheOwnerWantsIt) {
   SimulatedCase simulated = paperCase(1);
   simulated.duration_s = 150.0;
   SimulatedRecord record = simulate(simulated).record;
   simulated.robot.base_from_sensor.yaw_rad += radiansFromDegrees(20.0);
   const SimulatedRecord after = simulate(simulated).record;
-  constexpr std::size_t kKnock = 600;
-  std::copy(after.bearings.begin() + kKnock, after.bearings.end(),
-            record.bearings.begin() + kKnock);
+  constexpr std::size_t kDisplaced = 600;
+  std::copy(after.bearings.begin() + kDisplaced, after.bearings.end(),
+            record.bearings.begin() + kDisplaced);
   CalibratorConfig config = configFor(1);
-  config.knocked.start_anew = true;
+  config.restart_on_mount_change = true;
   Calibrator calibrator(config, FitsRun::kBeside);
   bool was_told = false;
   Player(record).play(&calibrator, [&] {
-    was_told = was_told || calibrator.result().advice.find("knocked") != std::string::npos;
+    was_told = was_told || calibrator.result().advice.find("has moved") != std::string::npos;
     return true;
   });
   EXPECT_TRUE(was_told);
@@ -364,7 +366,7 @@ SeveralLights withWorkDue(const std::vector<Frame>& frames, const CalibratorConf
   SeveralLights lights(config, FitsRun::kBeside);
   SeveralLights due = lights;
   for (const Frame& frame : frames) {
-    lights.look(frame.image, frame.motion, frame.nearby);
+    lights.process(frame.image, frame.motion, frame.nearby);
     if (!lights.isWorkDue()) continue;
     due = lights;
     lights.work();
@@ -383,19 +385,19 @@ TEST(FitsBeside, EndWithinATenthOfASecondWhenTheyAreCancelled) {
   const double lights_s = longestToCancel([&] { SeveralLights(lights).work(); });
 
   std::vector<Frame> wrong = frames;  // bearings that no mount explains
-  std::vector<Sight> sights;
+  std::vector<Observation> observations;
   for (Frame& frame : wrong) {
     frame.image.candidates.resize(1);
     Bearing& bearing = frame.image.candidates[0];
     bearing.azimuth_rad = wrapAngle(-2.0 * bearing.azimuth_rad);
-    sights.push_back({frame.image.stamp, frame.motion, bearing.azimuth_rad,
-                      bearing.azimuth_variance_rad2, frame.nearby});
+    observations.push_back({frame.image.stamp, frame.motion, bearing.azimuth_rad,
+                            bearing.azimuth_variance_rad2, frame.nearby});
   }
   const CalibratorConfig one = configFor(1);
   const SeveralLights vain = withWorkDue(wrong, one);
   const double start_s = longestToCancel([&] { SeveralLights(vain).work(); });
-  const double diagnosis_s =
-      longestToCancel([&] { findFault(sights, one.drive.wheel_separation_m, one.initializer); });
+  const double diagnosis_s = longestToCancel(
+      [&] { findFault(observations, one.drive.wheel_separation_m, one.initializer); });
   constexpr double kMilli = 1e3;
   std::printf("CPU time to the end: lights %.2f ms, start %.2f ms, diagnosis %.2f ms\n",
               kMilli * lights_s, kMilli * start_s, kMilli * diagnosis_s);
@@ -410,7 +412,7 @@ double meanOfFilter_s(const std::vector<Frame>& frames) {
   double all_s = 0.0;
   for (const Frame& frame : frames) {
     const double begin_s = ownCpuSeconds();
-    lights.look(frame.image, frame.motion, frame.nearby);
+    lights.process(frame.image, frame.motion, frame.nearby);
     all_s += ownCpuSeconds() - begin_s;
     if (lights.isWorkDue()) lights.work();
   }
@@ -422,7 +424,7 @@ TEST(FitsBeside, CostTheInputsLittleMoreThanTheFilter) {
   const SimulatedRecord record = danceWith(kMostLights, 150.0);
   Calibrator calibrator(configFor(kMostLights), FitsRun::kBeside);
   Player player(record);
-  calibrator.observe([&](const Look&) { player.seeImage(); });
+  calibrator.observe([&](const AssociationOutcome&) { player.seeImage(); });
   player.play(&calibrator);
   const double filter_s = meanOfFilter_s(framesOf(record));
   const double times = player.meanOfImages_s() / filter_s;
@@ -448,4 +450,4 @@ TEST(FitsBeside, AreNotWaitedForAtTheEnd) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

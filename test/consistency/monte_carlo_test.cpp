@@ -7,11 +7,11 @@
 #include <thread>
 
 #include "bearing_calibration/calibration/calibrator.h"
-#include "tools/default_calibration.h"
-#include "tools/monte_carlo_bars.h"
-#include "tools/monte_carlo_table.h"
+#include "tools/study/default_calibration.h"
+#include "tools/study/monte_carlo_bars.h"
+#include "tools/study/monte_carlo_table.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Kind = TrajectoryConfig::Kind;
@@ -140,7 +140,7 @@ Eigen::Vector2d lightInStart(const CalibrationResult& result) {
 TEST(Calibrator, ALightStandsStillWhileTheEstimateIsWeak) {
   SimulatedCase simulated = imperfectCase(0);
   simulated.duration_s = 40.0;  // some twenty of which it takes to start
-  const SightRun run = simulate(simulated);
+  const ObservationRun run = simulate(simulated);
   const EncoderConfig& encoders = simulated.robot.encoders;
   CalibratorConfig config = defaultCalibration(encoders.drive, encoders.noise);
   config.initializer.batch.errors = simulated.looked_for;
@@ -198,4 +198,4 @@ TEST(Calibrator, ClaimsNothingFromDegenerateMotion) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

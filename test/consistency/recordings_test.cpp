@@ -12,7 +12,7 @@
 #include "bearing_calibration/common/chi_square.h"
 #include "support/recording_calibration.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using namespace testing;  // NOLINT: this package's own test support
@@ -25,10 +25,10 @@ double median(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-/// A run of one landmark, looked at every metre from the first sight on.
+/// A run of one landmark, looked at every metre from the first observation on.
 struct Drive {
   struct Moment {
-    double path_m;  ///< since the first sight
+    double path_m;  ///< since the first observation
     CalibrationResult result;
   };
   std::vector<Moment> moments;
@@ -46,7 +46,7 @@ Drive drive(const LandmarkRecording& recording, const CalibratorConfig& config) 
   Calibrator calibrator(config);
   Drive story;
   auto next = recording.bearings.begin();
-  double first_sight_m = -1.0;
+  double first_observation_m = -1.0;
   double next_look_m = 0.0;
   for (const WheelCounts& ticks : recording.ticks) {
     const bool seen = next != recording.bearings.begin();
@@ -56,8 +56,8 @@ Drive drive(const LandmarkRecording& recording, const CalibratorConfig& config) 
     calibrator.addTicks(ticks, ticks.stamp);
     if (!seen) continue;
     const CalibrationResult now = calibrator.result();
-    if (first_sight_m < 0.0) first_sight_m = now.distance_travelled_m;
-    const double path_m = now.distance_travelled_m - first_sight_m;
+    if (first_observation_m < 0.0) first_observation_m = now.distance_travelled_m;
+    const double path_m = now.distance_travelled_m - first_observation_m;
     if (path_m < next_look_m) continue;
     story.moments.push_back({path_m, now});
     next_look_m += 1.0;
@@ -94,7 +94,7 @@ RecordingSetup litwSetup() {
   return setup;
 }
 
-constexpr std::size_t kAnySights = 1;
+constexpr std::size_t kAnyObservations = 1;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const MountError kNoEstimate{kInfinity, kInfinity, kInfinity};
@@ -109,7 +109,7 @@ TEST_F(Litw, EachLandmarkAloneFindsTheMountFromNothing) {
   int chi_squares = 0;
   double worst_converged = 0.0;
   std::printf("landmark  at 40 m: cm deg chi2   end: cm deg chi2  sigma cm deg  state\n");
-  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+  for (std::int32_t landmark : landmarksOf(setup, kAnyObservations)) {
     const Drive landmark_run = drive(readLandmark(setup, landmark), configFor(setup));
     ASSERT_TRUE(landmark_run.last.base_from_sensor.has_value()) << landmark_run.last.advice;
     const std::optional<MountEstimate>& at_40_m = landmark_run.after(40.0).base_from_sensor;
@@ -155,7 +155,7 @@ TEST_F(Litw, EachLandmarkAloneFindsTheMountFromNothing) {
 // Turning the sensor about its own axis turns the answer's yaw and nothing else.
 TEST_F(Litw, TurningTheSensorTurnsTheYawAlone) {
   const RecordingSetup setup = litwSetup();
-  const std::int32_t landmark = landmarksOf(setup, kAnySights).front();
+  const std::int32_t landmark = landmarksOf(setup, kAnyObservations).front();
   const LandmarkRecording recording = readLandmark(setup, landmark);
   const MountEstimate reference = *drive(recording, configFor(setup)).last.base_from_sensor;
   for (int turn_deg = 30; turn_deg < 360; turn_deg += 30) {
@@ -187,7 +187,7 @@ LateResult driveLate(const std::string& odometry) {
   setup.errors.setBlock("wheel_separation", 0.01);
   const RecordedTruth truth = readTruth(setup.set);
   LateResult late;
-  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+  for (std::int32_t landmark : landmarksOf(setup, kAnyObservations)) {
     const Drive run = drive(readLandmark(setup, landmark), configFor(setup));
     if (!run.last.base_from_sensor) {
       std::printf("%8d  no estimate: %s\n", landmark, run.last.advice.c_str());
@@ -245,7 +245,7 @@ class Mrclam : public Recordings, public ::testing::WithParamInterface<const cha
 
 TEST_P(Mrclam, IsNeverConvergedFromCommandedVelocities) {
   const RecordingSetup setup = mrclamSetup(GetParam(), "odometry_commands.csv");
-  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+  for (std::int32_t landmark : landmarksOf(setup, kAnyObservations)) {
     const Drive landmark_run = drive(readLandmark(setup, landmark), configFor(setup));
     for (const Drive::Moment& moment : landmark_run.moments) {
       EXPECT_NE(moment.result.state, CalibrationState::kConverged) << "landmark " << landmark;
@@ -254,26 +254,27 @@ TEST_P(Mrclam, IsNeverConvergedFromCommandedVelocities) {
 }
 
 TEST_P(Mrclam, IsRightInXWithTheMotionOfVicon) {
-  constexpr std::size_t kEnoughSights = 250;
+  constexpr std::size_t kEnoughObservations = 250;
   const RecordingSetup setup = mrclamSetup(GetParam(), "odometry_vicon.csv");
   const RecordedTruth truth = readTruth(setup.set);
   const bool near_zero_rho = truth.base_from_sensor.position_m.norm() < 0.05;
-  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+  for (std::int32_t landmark : landmarksOf(setup, kAnyObservations)) {
     const LandmarkRecording recording = readLandmark(setup, landmark);
     const Drive landmark_run = drive(recording, configFor(setup));
     const CalibrationResult& last = landmark_run.last;
     if (!last.base_from_sensor) {
-      EXPECT_LT(recording.bearings.size(), kEnoughSights)
+      EXPECT_LT(recording.bearings.size(), kEnoughObservations)
           << "landmark " << landmark << ": " << last.advice;
       continue;
     }
     const MountError error = errorOf(*last.base_from_sensor, truth);
-    std::printf("%s landmark %2d: %4zu sights, x off by %5.1f cm, %5.2f cm, chi2 %.1f, %s, %s\n",
-                GetParam(), landmark, recording.bearings.size(),
-                100.0 * (last.base_from_sensor->mean.x() - truth.base_from_sensor.position_m.x()),
-                100.0 * error.position_m, error.chi_square, nameOf(last.state),
-                last.paper_state->phi_psi_determined ? "phi determined" : "phi undetermined");
-    if (recording.bearings.size() >= kEnoughSights) {
+    std::printf(
+        "%s landmark %2d: %4zu observations, x off by %5.1f cm, %5.2f cm, chi2 %.1f, %s, %s\n",
+        GetParam(), landmark, recording.bearings.size(),
+        100.0 * (last.base_from_sensor->mean.x() - truth.base_from_sensor.position_m.x()),
+        100.0 * error.position_m, error.chi_square, nameOf(last.state),
+        last.paper_state->phi_psi_determined ? "phi determined" : "phi undetermined");
+    if (recording.bearings.size() >= kEnoughObservations) {
       EXPECT_NEAR(last.base_from_sensor->mean.x(), truth.base_from_sensor.position_m.x(), 0.05)
           << "landmark " << landmark;
     }
@@ -313,19 +314,19 @@ TEST_F(Brenner, IsFiniteAndNoSurerThanRight) {
   setup.errors.setBlock("wheel_separation", 0.1);
   const RecordedTruth truth = readTruth(setup.set);
   int answers = 0;
-  for (std::int32_t landmark : landmarksOf(setup, kAnySights)) {
+  for (std::int32_t landmark : landmarksOf(setup, kAnyObservations)) {
     const LandmarkRecording recording = readLandmark(setup, landmark);
     const CalibrationResult last = drive(recording, configFor(setup)).last;
     if (!last.base_from_sensor) {
-      std::printf("landmark %d: %3zu sights, no answer: %s\n", landmark, recording.bearings.size(),
-                  last.advice.c_str());
+      std::printf("landmark %d: %3zu observations, no answer: %s\n", landmark,
+                  recording.bearings.size(), last.advice.c_str());
       continue;
     }
     ++answers;
     const MountEstimate& mount = *last.base_from_sensor;
     ASSERT_TRUE(mount.mean.allFinite() && mount.covariance.allFinite());
     const MountError error = errorOf(mount, truth);
-    std::printf("landmark %d: %3zu sights, off by %.1f cm and %.2f deg, chi2 %.1f, %s: %s\n",
+    std::printf("landmark %d: %3zu observations, off by %.1f cm and %.2f deg, chi2 %.1f, %s: %s\n",
                 landmark, recording.bearings.size(), 100.0 * error.position_m,
                 error.yaw_rad / kDegree, error.chi_square, nameOf(last.state), last.advice.c_str());
     EXPECT_LE(error.chi_square, chiSquareQuantile(0.999, 3.0)) << "landmark " << landmark;
@@ -334,4 +335,4 @@ TEST_F(Brenner, IsFiniteAndNoSurerThanRight) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -7,10 +7,10 @@
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "support/simulated_calibration.h"
-#include "tools/lights_case.h"
-#include "tools/monte_carlo_table.h"
+#include "tools/study/lights_case.h"
+#include "tools/study/monte_carlo_table.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 SimulatedCase danceWith(int lights, std::uint64_t seed) {
@@ -54,7 +54,7 @@ struct Told {
 
 Told calibrate(const SimulatedCase& simulated, const SimulatedRecord& record, int most) {
   CalibratorConfig config = testing::calibratorConfig();
-  config.lights.most = most;
+  config.max_lights = most;
   Calibrator calibrator(config);
   Told told;
   for (double second = 0.0; second < simulated.duration_s; second += 1.0) {
@@ -172,4 +172,4 @@ TEST(SeveralLights, OneAtMostIsTheFirstLightAlone) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

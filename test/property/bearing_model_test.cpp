@@ -11,7 +11,7 @@
 #include "bearing_calibration/filter/paper_state.h"
 #include "support/numerical_jacobian.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using testing::largestDifference;
@@ -225,4 +225,4 @@ TEST(Charts, PhiIsDeterminedFromThreeSigmasOn) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

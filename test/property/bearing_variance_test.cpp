@@ -9,7 +9,7 @@
 #include "support/default_rig.h"
 #include "support/synthetic_spot.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using test::defaultDetector;
@@ -122,4 +122,4 @@ TEST(BearingVariance, TheAlignmentsFloorIsAlwaysThere) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

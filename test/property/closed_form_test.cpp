@@ -1,23 +1,23 @@
-#include "bearing_calibration/calibration/closed_form.h"
+#include "bearing_calibration/init/closed_form.h"
 
 #include <gtest/gtest.h>
 
-#include "bearing_calibration/calibration/fixed_path_fit.h"
-#include "bearing_calibration/calibration/start_candidates.h"
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/init/fixed_path_fit.h"
+#include "bearing_calibration/init/start_candidates.h"
 #include "support/yaw_scan.h"
-#include "tools/simulated_case.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Kind = TrajectoryConfig::Kind;
 
 const Kind kGeneralMotions[] = {Kind::kDance, Kind::kTurns, Kind::kSinusoid, Kind::kRandom};
 
-/// Sights of a random case along its odometry, with exact bearings when `exact`.
+/// Observations of a random case along its odometry, with exact bearings when `exact`.
 struct Record {
-  std::vector<PosedSight> sights;
+  std::vector<PosedObservation> observations;
   Vector5 truth_at_first;
 };
 
@@ -30,12 +30,12 @@ Record makeRecord(std::uint64_t seed, Kind kind, double duration_s, bool exact) 
     simulated.robot.encoders.drive.ticks_per_revolution = 1e9;  // 0.3 nm: no quantisation
     simulated.robot.encoders.drive.counter_bits = 64;
   }
-  const SightRun run = simulate(simulated);
-  Record record{poseSights(run.sights), run.truth.front()};
+  const ObservationRun run = simulate(simulated);
+  Record record{poseObservations(run.observations), run.truth.front()};
   if (!exact) return record;
   // exact to rounding: what the truth shows from the poses of the record itself
-  for (PosedSight& sight : record.sights) {
-    sight.azimuth_rad += residualAt(sight, record.truth_at_first) * -1.0;
+  for (PosedObservation& observation : record.observations) {
+    observation.azimuth_rad += residualAt(observation, record.truth_at_first) * -1.0;
   }
   return record;
 }
@@ -53,10 +53,11 @@ TEST(ClosedForm, IsExactWithoutNoise) {
     const Record record =
         makeRecord(static_cast<std::uint64_t>(i + 1), kGeneralMotions[i % 4], 20.0, true);
     ClosedForm form;
-    for (const PosedSight& sight : record.sights) form.add(sight, 1.0);
+    for (const PosedObservation& observation : record.observations) form.add(observation, 1.0);
     const auto solved = form.solve();
     ASSERT_TRUE(solved) << "case " << i;
-    EXPECT_LT(mountError(withLightInFront(record.sights, *solved), record.truth_at_first), 1e-6)
+    EXPECT_LT(mountError(withLightInFront(record.observations, *solved), record.truth_at_first),
+              1e-6)
         << "case " << i << "\nfound " << solved->transpose() << "\ntruth "
         << record.truth_at_first.transpose();
   }
@@ -67,10 +68,10 @@ TEST(ClosedForm, ChoosesTheTwinWithTheLightInFront) {
   const Record record = makeRecord(7, Kind::kDance, 20.0, true);
   Vector5 twin = record.truth_at_first;
   twin(CartesianIndex::kSensorYaw) += kPi;
-  EXPECT_LT(mountError(withLightInFront(record.sights, twin), record.truth_at_first), 1e-12);
-  EXPECT_LT(
-      mountError(withLightInFront(record.sights, record.truth_at_first), record.truth_at_first),
-      1e-12);
+  EXPECT_LT(mountError(withLightInFront(record.observations, twin), record.truth_at_first), 1e-12);
+  EXPECT_LT(mountError(withLightInFront(record.observations, record.truth_at_first),
+                       record.truth_at_first),
+            1e-12);
 }
 
 // Consensus and fit reach the global minimum that a scan of all yaws finds.
@@ -80,14 +81,14 @@ TEST(FindConsensus, FindsTheMinimumOfTheScan) {
   for (int i = 0; i < kCases; ++i) {
     const Record record =
         makeRecord(static_cast<std::uint64_t>(i + 1), kGeneralMotions[i % 4], 15.0, false);
-    const FixedPathFit found =
-        findConsensus(record.sights, {0, record.sights.size()}, static_cast<std::uint32_t>(i));
-    const Vector5 scanned = testing::scanYaw(record.sights, kYaws);
+    const FixedPathFit found = findConsensus(record.observations, {0, record.observations.size()},
+                                             static_cast<std::uint32_t>(i));
+    const Vector5 scanned = testing::scanYaw(record.observations, kYaws);
     // Without outliers Huber's cost is nearly that of least squares; the scan is not refined, so
     // the fit must be below it but for what Huber's weights shift.
     constexpr double kHuberShift = 1.02;
-    EXPECT_LT(testing::angularCost(record.sights, found.state_at_first),
-              kHuberShift * testing::angularCost(record.sights, scanned))
+    EXPECT_LT(testing::angularCost(record.observations, found.state_at_first),
+              kHuberShift * testing::angularCost(record.observations, scanned))
         << "case " << i << "\nfound   " << found.state_at_first.transpose() << "\nscanned "
         << scanned.transpose() << "\ntruth   " << record.truth_at_first.transpose();
   }
@@ -105,8 +106,9 @@ TEST(FindConsensus, OutliersMakeNoDifference) {
     simulated.duration_s = 20.0;
     const auto consensusWith = [&simulated](double outliers) {
       simulated.robot.sensor.outlier_probability = outliers;
-      const std::vector<PosedSight> sights = poseSights(thinned(simulate(simulated).sights, 150));
-      return findConsensus(sights, {0, sights.size()}, 1).state_at_first;
+      const std::vector<PosedObservation> observations =
+          poseObservations(thinned(simulate(simulated).observations, 150));
+      return findConsensus(observations, {0, observations.size()}, 1).state_at_first;
     };
     same += isSameMount(consensusWith(0.0), consensusWith(0.3), kSameWithin_m) ? 1 : 0;
   }
@@ -114,7 +116,7 @@ TEST(FindConsensus, OutliersMakeNoDifference) {
 }
 
 TEST(StartWindows, CoverTheRecordAtEveryScale) {
-  const std::vector<SightWindow> windows = startWindows(100);
+  const std::vector<ObservationWindow> windows = startWindows(100);
   ASSERT_EQ(windows.size(), 7U);
   EXPECT_EQ(windows[0].size(), 100U);
   EXPECT_EQ(windows[1].end, windows[2].begin);
@@ -123,4 +125,4 @@ TEST(StartWindows, CoverTheRecordAtEveryScale) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

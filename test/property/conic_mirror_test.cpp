@@ -9,7 +9,7 @@
 #include "support/cone_ray_trace.h"
 #include "support/default_rig.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using test::defaultMirror;
@@ -192,4 +192,4 @@ TEST(ConicMirror, ValidateNamesEveryWrongValue) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -1,27 +1,27 @@
-#include "bearing_calibration/calibration/convergence_judge.h"
+#include "bearing_calibration/judge/convergence_judge.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "tools/simulated_case.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
-/// The verdict on the first sights of a drive, for a filter at the truth's fit, its sensor moved by
-/// so many of its standard deviations.
-CalibrationState judgeFirst(std::size_t count, double sigmas, const SightRun& run,
+/// The verdict on the first observations of a drive, for a filter at the truth's fit, its sensor
+/// moved by so many of its standard deviations.
+CalibrationState judgeFirst(std::size_t count, double sigmas, const ObservationRun& run,
                             ConvergenceJudge* judge) {
-  const std::vector<Sight> record(run.sights.begin(),
-                                  run.sights.begin() + static_cast<std::ptrdiff_t>(count));
+  const std::vector<Observation> record(
+      run.observations.begin(), run.observations.begin() + static_cast<std::ptrdiff_t>(count));
   const BatchEstimate fit =
       BatchEstimator(BatchConfig()).estimate(record, {run.truth[count - 1], count - 1});
   SlipAverage settled{fit, fit.robot()};
   double& x = settled.estimate.cartesian.mean(CartesianIndex::kSensorX);
-  x += sigmas *
-       std::sqrt(fit.at_last_sight.covariance(CartesianIndex::kSensorX, CartesianIndex::kSensorX));
+  x += sigmas * std::sqrt(fit.at_last_observation.covariance(CartesianIndex::kSensorX,
+                                                             CartesianIndex::kSensorX));
   const MountTracker tracker(FilterConfig(), settled.estimate, 0.0, 0);
   judge->judge(tracker, record, settled);
   return judge->last().state;
@@ -30,7 +30,7 @@ CalibrationState judgeFirst(std::size_t count, double sigmas, const SightRun& ru
 // With slips a fit can settle in another minimum for a moment.
 TEST(ConvergenceJudge, AnAnswerThatLeapsIsConfirmedAnew) {
   constexpr double kLeap = 10.0;
-  const SightRun run = simulate(paperCase(3));
+  const ObservationRun run = simulate(paperCase(3));
   ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)});
   for (std::size_t count : {700, 850, 860}) judgeFirst(count, 0.0, run, &judge);
   ASSERT_EQ(judge.last().state, CalibrationState::kConverged);
@@ -41,4 +41,4 @@ TEST(ConvergenceJudge, AnAnswerThatLeapsIsConfirmedAnew) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

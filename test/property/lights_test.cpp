@@ -5,16 +5,16 @@
 #include <Eigen/Eigenvalues>
 
 #include "bearing_calibration/calibration/config.h"
-#include "bearing_calibration/calibration/joint_record.h"
-#include "bearing_calibration/calibration/lights_agreement.h"
-#include "bearing_calibration/calibration/mount_agreement.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/lights_state.h"
-#include "tools/default_calibration.h"
-#include "tools/lights_case.h"
-#include "tools/simulated_case.h"
+#include "bearing_calibration/judge/lights_agreement.h"
+#include "bearing_calibration/judge/mount_agreement.h"
+#include "bearing_calibration/solve/joint_record.h"
+#include "tools/study/default_calibration.h"
+#include "tools/study/lights_case.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 SimulatedCase danceWith(int lights, std::uint64_t seed) {
@@ -36,33 +36,33 @@ BatchConfig plainBatch(const ErrorPriors& errors) {
   return config;
 }
 
-BatchEstimate fitFromTruth(const SimulatedCase& simulated, const SightRun& run,
+BatchEstimate fitFromTruth(const SimulatedCase& simulated, const ObservationRun& run,
                            const std::vector<LightsImage>& images) {
   return BatchEstimator(plainBatch(simulated.looked_for))
-      .estimate(allSightsOf(simulated, images), trueTrack(simulated, run, images));
+      .estimate(allObservationsOf(simulated, images), trueTrack(simulated, run, images));
 }
 
-BatchEstimate fitFromTruth(const SimulatedCase& simulated, const SightRun& run) {
-  return fitFromTruth(simulated, run, imagesOf(run, run.sights.size()));
+BatchEstimate fitFromTruth(const SimulatedCase& simulated, const ObservationRun& run) {
+  return fitFromTruth(simulated, run, imagesOf(run, run.observations.size()));
 }
 
 /// With one light it is the batch of one light, which has been held against a dense solution.
 void expectTheSameAsOneLight(SimulatedCase simulated) {
-  const SightRun run = simulate(simulated);
+  const ObservationRun run = simulate(simulated);
   const BatchEstimate several = fitFromTruth(simulated, run);
-  const std::size_t last = run.sights.size() - 1;
+  const std::size_t last = run.observations.size() - 1;
   const BatchEstimate one =
       BatchEstimator(plainBatch(simulated.looked_for))
-          .estimate(run.sights, {run.truth[last], last, trueErrors(simulated)});
+          .estimate(run.observations, {run.truth[last], last, trueErrors(simulated)});
   ASSERT_TRUE(several.converged && one.converged);
   // Both stop within a hundredth of a standard deviation of the optimum.
   const RobotEstimate robot = several.robot();
-  const Vector5 stddev = one.at_last_sight.covariance.diagonal().cwiseSqrt();
-  const Vector5 apart = robot.cartesian.mean - one.at_last_sight.mean;
+  const Vector5 stddev = one.at_last_observation.covariance.diagonal().cwiseSqrt();
+  const Vector5 apart = robot.cartesian.mean - one.at_last_observation.mean;
   EXPECT_LT(apart.cwiseQuotient(stddev).cwiseAbs().maxCoeff(), 0.02);
   const Matrix5 scale = stddev.cwiseInverse().asDiagonal();
   const Matrix5 difference =
-      scale * (robot.cartesian.covariance - one.at_last_sight.covariance) * scale;
+      scale * (robot.cartesian.covariance - one.at_last_observation.covariance) * scale;
   EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-3);
   const ErrorVector errors_apart = robot.errors.mean - one.errors.mean;
   EXPECT_LT(errors_apart.cwiseAbs().maxCoeff(), 0.02 * 0.03);
@@ -84,10 +84,10 @@ TEST(JointFit, OfOneLightAndAnImperfectRobotIsTheBatchOfOneLight) {
 // the same light twice in each image, with twice the variance, says as much of the mount as once.
 TEST(JointFit, TheSameLightTwiceWithTwiceTheVarianceIsThatLightOnce) {
   SimulatedCase simulated = danceWith(1, 5);
-  const SightRun run = simulate(simulated);
+  const ObservationRun run = simulate(simulated);
   const BatchEstimate once = fitFromTruth(simulated, run);
 
-  std::vector<LightsImage> images = imagesOf(run, run.sights.size());
+  std::vector<LightsImage> images = imagesOf(run, run.observations.size());
   for (LightsImage& image : images) {
     image.lights[0].azimuth_variance_rad2 *= 2.0;
     image.lights[1] = image.lights[0];
@@ -105,9 +105,9 @@ TEST(JointFit, TheSameLightTwiceWithTwiceTheVarianceIsThatLightOnce) {
 
 TEST(JointFit, DoesNotDependOnTheLightsOrder) {
   SimulatedCase simulated = danceWith(3, 6);
-  const SightRun run = simulate(simulated);
+  const ObservationRun run = simulate(simulated);
   const BatchEstimate fit = fitFromTruth(simulated, run);
-  std::vector<LightsImage> images = imagesOf(run, run.sights.size());
+  std::vector<LightsImage> images = imagesOf(run, run.observations.size());
   for (LightsImage& image : images) std::swap(image.lights[0], image.lights[2]);
   std::swap(simulated.lights[0], simulated.lights[2]);
   const BatchEstimate swapped = fitFromTruth(simulated, run, images);
@@ -262,26 +262,26 @@ TEST(LeastSpread, IsMeasuredByTheCovariance) {
   EXPECT_LT((leastSpread({of_x, of_yaw}, covariance) - of_yaw).norm(), kRounding);
 }
 
-TEST(LightsConfig, TheNumberOfLightsHasBounds) {
-  LightsConfig config;
+TEST(MaxLights, HasBounds) {
+  CalibratorConfig config = defaultCalibration(paperCase(1).robot.encoders.drive, {1e-6, 0.0});
   EXPECT_TRUE(config.validate().empty());
   for (int wrong : {-1, 0, kMostLights + 1}) {
-    config.most = wrong;
+    config.max_lights = wrong;
     ASSERT_EQ(config.validate().size(), 1U);
-    EXPECT_NE(config.validate().front().find("lights/most"), std::string::npos);
+    EXPECT_NE(config.validate().front().find("max_lights"), std::string::npos);
   }
 }
 
 // The tilt's block holds the height of one light.
-TEST(LightsConfig, SeveralLightsAndATiltDoNotGoTogether) {
+TEST(MaxLights, SeveralLightsAndATiltDoNotGoTogether) {
   CalibratorConfig config = defaultCalibration(paperCase(1).robot.encoders.drive, {1e-6, 0.0});
   config.initializer.batch.errors.setBlock(SensorTilt::kName, 0.03);
   config.initializer.batch.errors.setLightHeight(0.0, 0.5);
   EXPECT_TRUE(config.validate().empty());
-  config.lights.most = 2;
+  config.max_lights = 2;
   ASSERT_EQ(config.validate().size(), 1U);
   EXPECT_NE(config.validate().front().find("sensor_tilt_stddev"), std::string::npos);
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

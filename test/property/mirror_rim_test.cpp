@@ -22,7 +22,7 @@
 #include "support/photographs.h"
 #include "support/synthetic_spot.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Vector2d;
@@ -289,4 +289,4 @@ TEST(PhotographedRim, OfAHyperbolicMirrorInTheStreet) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

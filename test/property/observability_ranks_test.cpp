@@ -1,8 +1,8 @@
-#include "tools/observability_ranks.h"
+#include "tools/paper/observability_ranks.h"
 
 #include <gtest/gtest.h>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 // What counts and what is neglected lie far apart: the rank is not a matter of the threshold.
@@ -25,4 +25,4 @@ TEST(ObservabilityRanks, AWrongRankIsSaid) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "support/photographs.h"
 #include "support/synthetic_spot.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// The default rig in the middle of a picture of any size.
@@ -41,7 +41,7 @@ TEST_P(MirrorScene, HasNoConfidentLight) {
   EXPECT_FALSE(result.rejected.empty()) << "nothing bright was looked at";
   RecordProperty("rejected", static_cast<int>(result.rejected.size()));
   for (const Detection& light : result.lights) {
-    EXPECT_LE(light.bearing.quality, 0.5) << "at " << light.ellipse.centre_px.transpose();
+    EXPECT_LE(light.bearing.probability, 0.5) << "at " << light.ellipse.centre_px.transpose();
   }
 }
 
@@ -70,4 +70,4 @@ INSTANTIATE_TEST_SUITE_P(Pictures, LedGrid,
                                          "led_grid_fisheye_03.jpg", "led_grid_fisheye_04.jpg"));
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -10,7 +10,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "support/rendered_series.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using test::BearingErrors;
@@ -72,8 +72,8 @@ TEST(PointLight, IsReadNearlyAsWellAsThePhotonsAllow) {
   ImageRenderer renderer(point.rendered, test::plainWall);
   double bound = 0.0;
   constexpr int kBounds = 10;  // they are slow, and vary little
-  for (const test::Sight& sight : test::randomSights(kBounds, 1.0, kSeed)) {
-    bound += azimuthBound(&renderer, point.detector.sensor, sight) / kBounds;
+  for (const test::Observation& observation : test::randomObservations(kBounds, 1.0, kSeed)) {
+    bound += azimuthBound(&renderer, point.detector.sensor, observation) / kBounds;
   }
   const double ratio = std::sqrt(errors.sum_square_rad2 / errors.found / bound);
   RecordProperty("rmse_over_bound", std::to_string(ratio));
@@ -86,7 +86,7 @@ TEST(RingOfLeds, NearbyALoneLedIsNotTakenForTheWhole) {
   constexpr int kImages = 40;
   const RenderedSeries ring = test::renderedSeries("ring, 30 % unequal");
   const BearingErrors errors =
-      test::errorsOf(ring, test::sightsAt(0.3, kImages, ring.brightness, kSeed));
+      test::errorsOf(ring, test::observationsAt(0.3, kImages, ring.brightness, kSeed));
   EXPECT_GT(errors.found, kImages / 2);
   EXPECT_GT(errors.rmse_deg(), 0.5) << "no image shows a lone LED: nothing is tested";
   EXPECT_LT(errors.nees(), 1.3);
@@ -100,10 +100,10 @@ TEST(RollingShutter, IsSeenInTheBearingWhenTheDetectorIsNotTold) {
 }
 
 /// The variance's constants for clipping and the outline were chosen at 5.7 times the light: they
-/// hold at other exposures, on sights that were never looked at.
+/// hold at other exposures, on observations that were never looked at.
 class OtherExposures : public testing::TestWithParam<double> {};
 
-TEST_P(OtherExposures, TheVarianceHoldsOnUnseenSights) {
+TEST_P(OtherExposures, TheVarianceHoldsOnUnseenObservations) {
   constexpr unsigned kUnseenSeed = 7301;
   constexpr int kImages = 40;
   RenderedSeries point = test::renderedSeries("point");
@@ -117,4 +117,4 @@ TEST_P(OtherExposures, TheVarianceHoldsOnUnseenSights) {
 INSTANTIATE_TEST_SUITE_P(TimesTheLight, OtherExposures, testing::Values(0.5, 2.5, 10.0));
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/simulation/light_spot.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Vector2d;
@@ -274,4 +274,4 @@ TEST_F(RendererGeometry, ListsEveryWrongValueOfTheRig) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -10,7 +10,7 @@
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/image_renderer.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Vector2d;
@@ -274,4 +274,4 @@ TEST(RoomRadiance, IsPositiveAndPeriodic) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

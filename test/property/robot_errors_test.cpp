@@ -6,15 +6,15 @@
 
 #include <random>
 
-#include "bearing_calibration/calibration/batch_estimator.h"
-#include "bearing_calibration/calibration/error_report.h"
-#include "bearing_calibration/calibration/initializer.h"
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/init/initializer.h"
+#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/solve/batch_estimator.h"
 #include "support/mount_chi_square.h"
 #include "support/numerical_jacobian.h"
-#include "tools/simulated_case.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using testing::largestDifference;
@@ -41,13 +41,13 @@ class Draws {
 };
 
 /// A motion of many arcs, as the encoders of a robot with other wheels would report it.
-OdometryIncrement motionOf(const ErrorVector& errors, double believed_separation_m) {
+OdometryIncrement motionOf(const ErrorVector& errors, double nominal_separation_m) {
   const WheelFactors wheels{1.0 + errors(1), 1.0 + errors(2), 1.0 + errors(3)};
   OdometryIncrement motion;
   for (int i = 0; i < 20; ++i) {
     const WheelDisplacement step{0.004 - 0.0003 * i, 0.003 + 0.0001 * i};
     motion = append(motion, {wheels.left * step.left_m, wheels.right * step.right_m},
-                    believed_separation_m * wheels.separation, WheelNoise{});
+                    nominal_separation_m * wheels.separation, WheelNoise{});
   }
   return motion;
 }
@@ -74,17 +74,17 @@ TEST(RobotErrors, MotionFollowsTheWheelsAndItsJacobianIsRight) {
 }
 
 /// A robot that drives an arc at a constant speed.
-TravelNearby steadyTravel(double left_mps, double right_mps) {
-  std::array<WheelDisplacement, TravelNearby::kSamples> samples;
-  for (int i = 0; i < TravelNearby::kSamples; ++i) {
-    const double time_s = (i - TravelNearby::kBefore) * TravelNearby::kStep_s;
+OdometryWindow steadyTravel(double left_mps, double right_mps) {
+  std::array<WheelDisplacement, OdometryWindow::kSamples> samples;
+  for (int i = 0; i < OdometryWindow::kSamples; ++i) {
+    const double time_s = (i - OdometryWindow::kBefore) * OdometryWindow::kStep_s;
     samples[static_cast<std::size_t>(i)] = {left_mps * time_s, right_mps * time_s};
   }
   return {samples, 0.25};
 }
 
 TEST(RobotErrors, JacobianOfTheAzimuthIsRight) {
-  const TravelNearby nearby = steadyTravel(0.1, 0.25);
+  const OdometryWindow nearby = steadyTravel(0.1, 0.25);
   Draws draws;
   for (int i = 0; i < 50; ++i) {
     Eigen::Matrix<double, 5 + kErrorCount, 1> x;
@@ -93,9 +93,9 @@ TEST(RobotErrors, JacobianOfTheAzimuthIsRight) {
     x(kLightHeight) = draws.between(-0.5, 0.5);
     const auto azimuth = [&](const Eigen::Matrix<double, 5 + kErrorCount, 1>& at) {
       return Eigen::Matrix<double, 1, 1>(
-          expectSight<kErrorCount>(at.head<5>(), at.tail<kErrorCount>(), nearby).azimuth_rad);
+          expectObservation<kErrorCount>(at.head<5>(), at.tail<kErrorCount>(), nearby).azimuth_rad);
     };
-    const auto model = expectSight<kErrorCount>(x.head<5>(), x.tail<kErrorCount>(), nearby);
+    const auto model = expectObservation<kErrorCount>(x.head<5>(), x.tail<kErrorCount>(), nearby);
     auto numerical = numericalJacobian<1, 5 + kErrorCount>(azimuth, x, {0});
     // By the wheels it is of second order, offset times scale, and left out.
     numerical.segment<3>(6).setZero();
@@ -122,20 +122,20 @@ TEST(RobotErrors, ALateBearingIsThatOfAnEarlierPose) {
   at_moment.head<2>() = stamp_from_moment.inverse() * Eigen::Vector2d(state.head<2>());
   ErrorVector errors = ErrorVector::Zero();
   errors(placeOf<TimeOffset>()) = late_s;
-  const double expected = expectSight<0>(at_moment, ErrorVector::Zero(), {}).azimuth_rad;
+  const double expected = expectObservation<0>(at_moment, ErrorVector::Zero(), {}).azimuth_rad;
   EXPECT_NEAR(
-      expectSight<kErrorCount>(state, errors, steadyTravel(left_mps, right_mps)).azimuth_rad,
+      expectObservation<kErrorCount>(state, errors, steadyTravel(left_mps, right_mps)).azimuth_rad,
       expected, 1e-12);
 }
 
-TEST(TravelNearby, IsLinearBetweenSamplesAndGoesOnBeyondThem) {
-  const TravelNearby nearby = steadyTravel(0.1, -0.2);
+TEST(OdometryWindow, IsLinearBetweenSamplesAndGoesOnBeyondThem) {
+  const OdometryWindow nearby = steadyTravel(0.1, -0.2);
   for (double time_s : {-1.0, -0.3, -0.0137, 0.0, 0.01, 0.2, 0.7}) {
     EXPECT_NEAR(nearby.travelTo(time_s).left_m, 0.1 * time_s, 1e-12) << time_s;
     EXPECT_NEAR(nearby.travelTo(time_s).right_m, -0.2 * time_s, 1e-12) << time_s;
     EXPECT_NEAR(nearby.speedsAt(time_s).left_mps, 0.1, 1e-12) << time_s;
   }
-  EXPECT_EQ(TravelNearby().travelTo(0.3).left_m, 0.0);
+  EXPECT_EQ(OdometryWindow().travelTo(0.3).left_m, 0.0);
 }
 
 SimulatedCase imperfectCase(std::uint64_t seed) {
@@ -154,10 +154,10 @@ TEST(RobotErrors, StartFromNothingFindsALateAndUnequalRobot) {
   for (int seed = 1; seed <= kRuns; ++seed) {
     SimulatedCase simulated = imperfectCase(static_cast<std::uint64_t>(seed));
     simulated.duration_s = 40.0;
-    const SightRun run = simulate(simulated);
+    const ObservationRun run = simulate(simulated);
     InitializerConfig config;
     config.batch.errors = simulated.looked_for;
-    const StartAttempt attempt = findStart(run.sights, config);
+    const StartAttempt attempt = findStart(run.observations, config);
     if (!attempt.ready()) continue;
     ++ready;
     nees += mountChiSquare(attempt.estimate, run.truth.back());
@@ -165,7 +165,7 @@ TEST(RobotErrors, StartFromNothingFindsALateAndUnequalRobot) {
     const ErrorVector robot_error = attempt.errors.mean - trueErrors(simulated);
     for (int i = 0; i < 4; ++i) {
       EXPECT_LT(std::abs(robot_error(i)), kSigmas * std::sqrt(attempt.errors.covariance(i, i)))
-          << errorNames()[static_cast<std::size_t>(i)] << ", seed " << seed;
+          << errorQuantities()[static_cast<std::size_t>(i)].name << ", seed " << seed;
     }
   }
   EXPECT_GE(ready, kRuns - 1);
@@ -176,28 +176,29 @@ TEST(RobotErrors, StartFromNothingFindsALateAndUnequalRobot) {
 // (Where slips may be given up, it gives up so many motions that its covariance tells.)
 TEST(RobotErrors, ThePlainModelIsWrongAboutALateRobot) {
   const SimulatedCase simulated = imperfectCase(1);
-  const SightRun run = simulate(simulated);
+  const ObservationRun run = simulate(simulated);
   BatchConfig config;
   config.slip_gain = 0.0;
-  const RecordStart start{run.truth.back(), run.sights.size() - 1};
-  const BatchEstimate plain = BatchEstimator(config).estimate(run.sights, start);
+  const RecordStart start{run.truth.back(), run.observations.size() - 1};
+  const BatchEstimate plain = BatchEstimator(config).estimate(run.observations, start);
   constexpr double kWrong = 25.0;
-  EXPECT_GT(mountChiSquare(plain.at_last_sight, run.truth.back()), kWrong);
+  EXPECT_GT(mountChiSquare(plain.at_last_observation, run.truth.back()), kWrong);
   config.errors = simulated.looked_for;
-  const BatchEstimate full = BatchEstimator(config).estimate(run.sights, start);
-  EXPECT_LT(mountChiSquare(full.at_last_sight, run.truth.back()), chiSquareQuantile(0.999, 3.0));
+  const BatchEstimate full = BatchEstimator(config).estimate(run.observations, start);
+  EXPECT_LT(mountChiSquare(full.at_last_observation, run.truth.back()),
+            chiSquareQuantile(0.999, 3.0));
 }
 
 // The separation is what lengths are measured by: data alone do not tell it, and the report says
 // so; time offset and scales are told.
 TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   const SimulatedCase simulated = imperfectCase(2);
-  const SightRun run = simulate(simulated);
+  const ObservationRun run = simulate(simulated);
   BatchConfig config;
   config.errors = simulated.looked_for;
   config.errors.setBlock("wheel_separation", 0.005);
-  const BatchEstimate batch =
-      BatchEstimator(config).estimate(run.sights, {run.truth.back(), run.sights.size() - 1});
+  const BatchEstimate batch = BatchEstimator(config).estimate(
+      run.observations, {run.truth.back(), run.observations.size() - 1});
   const std::vector<BlockReport> reports = reportBlocks(config.errors, batch.errors);
   ASSERT_EQ(reports.size(), 6U);
   EXPECT_EQ(reports[0].status, BlockStatus::kEstimated) << reports[0].name;
@@ -205,7 +206,8 @@ TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   EXPECT_EQ(reports[2].status, BlockStatus::kHeldAtPrior) << reports[2].name;
   EXPECT_NE(reports[2].note.find("metric scale"), std::string::npos);
   EXPECT_EQ(reports[3].status, BlockStatus::kOff) << reports[3].name;
-  EXPECT_EQ(reports[3].value, std::vector<double>(3, 0.0));
+  ASSERT_EQ(reports[3].numbers.size(), 3U);
+  for (const ReportedNumber& number : reports[3].numbers) EXPECT_EQ(number.value, 0.0);
   EXPECT_EQ(reports[4].status, BlockStatus::kOff) << reports[4].name;
   EXPECT_EQ(reports[5].status, BlockStatus::kOff) << reports[5].name;
   EXPECT_TRUE(reports[5].note.empty());
@@ -228,4 +230,4 @@ TEST(RobotErrors, PriorsAreNamedAndChecked) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

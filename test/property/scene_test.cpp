@@ -14,7 +14,7 @@
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/random_scene.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Vector2d;
@@ -326,4 +326,4 @@ TEST(Scene, TurnsEachLightIntoARing) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

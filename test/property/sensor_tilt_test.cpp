@@ -6,15 +6,15 @@
 #include <limits>
 #include <random>
 
-#include "bearing_calibration/calibration/batch_estimator.h"
-#include "bearing_calibration/calibration/error_report.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/filter/mount_filter.h"
 #include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/solve/batch_estimator.h"
 #include "support/mount_chi_square.h"
-#include "tools/simulated_case.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using testing::mountChiSquare;
@@ -58,7 +58,7 @@ TEST(SensorTilt, ATiltedSensorSeesWhatGeometryInSpaceSays) {
         tiltOf(draws.between(-0.3, 0.3), draws.between(-0.3, 0.3), draws.between(-0.5, 0.5));
     const Eigen::Vector3d light = inTiltedSensor(state, errors);
     constexpr double kRounding = 1e-12;
-    EXPECT_NEAR(wrapAngle(expectSight<kErrorCount>(state, errors, {}).azimuth_rad -
+    EXPECT_NEAR(wrapAngle(expectObservation<kErrorCount>(state, errors, {}).azimuth_rad -
                           std::atan2(light.y(), light.x())),
                 0.0, kRounding);
     EXPECT_NEAR(expectElevation(state, errors, {}).elevation_rad, std::asin(light.normalized().z()),
@@ -76,12 +76,12 @@ TEST(SensorTilt, ByItsAzimuthsATiltIsAShiftedMount) {
       rotation2(0.3) * Eigen::Vector2d(-2.0 * kTilt_rad, -kTilt_rad) * kHeight_m;
   Vector5 shifted = state;
   shifted.segment<2>(CartesianIndex::kSensorX) += shift;
-  const double expected = expectSight<0>(shifted, ErrorVector::Zero(), {}).azimuth_rad;
+  const double expected = expectObservation<0>(shifted, ErrorVector::Zero(), {}).azimuth_rad;
   const double azimuth =
-      expectSight<kErrorCount>(state, tiltOf(kTilt_rad, -2.0 * kTilt_rad, kHeight_m), {})
+      expectObservation<kErrorCount>(state, tiltOf(kTilt_rad, -2.0 * kTilt_rad, kHeight_m), {})
           .azimuth_rad;
   EXPECT_NEAR(azimuth, expected, kSecondOrder);
-  EXPECT_GT(std::abs(azimuth - expectSight<0>(state, ErrorVector::Zero(), {}).azimuth_rad),
+  EXPECT_GT(std::abs(azimuth - expectObservation<0>(state, ErrorVector::Zero(), {}).azimuth_rad),
             1000.0 * kSecondOrder);
 }
 
@@ -95,9 +95,9 @@ TEST(SensorTilt, AWildElevationPullsNoMoreThanAnUnlikelyOne) {
   priors.setBlock(SensorTilt::kName, 0.02);
   start.errors = priorEstimate(priors);
   const double azimuth_rad =
-      expectSight<0>(start.cartesian.mean, ErrorVector::Zero(), {}).azimuth_rad;
+      expectObservation<0>(start.cartesian.mean, ErrorVector::Zero(), {}).azimuth_rad;
   const auto heightAfter = [&](const std::optional<Elevation>& elevation) {
-    const auto filter = makeRobotFilter(start, kErrorCount);
+    const auto filter = makeCartesianFilter(start, kErrorCount);
     filter->update(azimuth_rad, 1e-4, {}, elevation);
     return filter->robot().errors.mean(placeOf<SensorTilt>() + SensorTilt::kHeight);
   };
@@ -163,10 +163,11 @@ SimulatedCase tiltedCase(std::uint64_t seed) {
   return simulated;
 }
 
-BatchEstimate batchOf(const SimulatedCase& simulated, const SightRun& run) {
+BatchEstimate batchOf(const SimulatedCase& simulated, const ObservationRun& run) {
   BatchConfig config;
   config.errors = simulated.looked_for;
-  return BatchEstimator(config).estimate(run.sights, {run.truth.back(), run.sights.size() - 1});
+  return BatchEstimator(config).estimate(run.observations,
+                                         {run.truth.back(), run.observations.size() - 1});
 }
 
 // The bar of doc/imperfect.md, by as many runs as fit into a test.
@@ -177,11 +178,11 @@ TEST(SensorTilt, ElevationsTellATiltFromAShiftedMount) {
   double rho_squares = 0.0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const SimulatedCase simulated = tiltedCase(seed);
-    const SightRun run = simulate(simulated);
+    const ObservationRun run = simulate(simulated);
     const BatchEstimate batch = batchOf(simulated, run);
     ASSERT_TRUE(batch.converged) << "seed " << seed;
-    nees += mountChiSquare(batch.at_last_sight, run.truth.back());
-    const Eigen::Vector2d found = batch.at_last_sight.sensorInBase();
+    nees += mountChiSquare(batch.at_last_observation, run.truth.back());
+    const Eigen::Vector2d found = batch.at_last_observation.sensorInBase();
     const Eigen::Vector2d truth = simulated.robot.base_from_sensor.position_m;
     phi_squares +=
         std::pow(wrapAngle(std::atan2(found.y(), found.x()) - std::atan2(truth.y(), truth.x())), 2);
@@ -204,31 +205,33 @@ TEST(SensorTilt, WithoutElevationsTheTiltIsHeldAndItsDoubtIsSaid) {
   SimulatedCase simulated = tiltedCase(1);
   simulated.robot.sensor.elevation_stddev_rad = 0.0;
   simulated.looked_for.setLightHeight(0.4, 0.05);
-  const SightRun run = simulate(simulated);
+  const ObservationRun run = simulate(simulated);
   const BatchEstimate batch = batchOf(simulated, run);
   ASSERT_TRUE(batch.converged);
   const BlockReport report = reportBlocks(simulated.looked_for, batch.errors).back();
   EXPECT_EQ(report.status, BlockStatus::kHeldAtPrior);
   EXPECT_NE(report.note.find("rho is uncertain by 14."), std::string::npos) << report.note;
-  EXPECT_LT(mountChiSquare(batch.at_last_sight, run.truth.back()), chiSquareQuantile(0.999, 3.0));
+  EXPECT_LT(mountChiSquare(batch.at_last_observation, run.truth.back()),
+            chiSquareQuantile(0.999, 3.0));
   simulated.looked_for.setBlock(SensorTilt::kName, 0.0);
   const BatchEstimate unaware = batchOf(simulated, run);
   constexpr double kWrong = 25.0;
-  EXPECT_GT(mountChiSquare(unaware.at_last_sight, run.truth.back()), kWrong);
+  EXPECT_GT(mountChiSquare(unaware.at_last_observation, run.truth.back()), kWrong);
 }
 
-// Elevations that are nothing but noise in every tenth sight do no harm.
+// Elevations that are nothing but noise in every tenth observation do no harm.
 TEST(SensorTilt, WildElevationsDoNoHarm) {
   const SimulatedCase simulated = tiltedCase(2);
-  SightRun run = simulate(simulated);
+  ObservationRun run = simulate(simulated);
   Draws draws;
-  for (std::size_t i = 0; i < run.sights.size(); i += 10) {
-    run.sights[i].elevation->angle_rad = draws.between(-1.5, 1.5);
+  for (std::size_t i = 0; i < run.observations.size(); i += 10) {
+    run.observations[i].elevation->angle_rad = draws.between(-1.5, 1.5);
   }
   const BatchEstimate batch = batchOf(simulated, run);
   ASSERT_TRUE(batch.converged);
-  EXPECT_LT(mountChiSquare(batch.at_last_sight, run.truth.back()), chiSquareQuantile(0.999, 3.0));
+  EXPECT_LT(mountChiSquare(batch.at_last_observation, run.truth.back()),
+            chiSquareQuantile(0.999, 3.0));
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

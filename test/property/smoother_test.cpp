@@ -1,21 +1,21 @@
-#include "bearing_calibration/calibration/smoother.h"
+#include "bearing_calibration/solve/smoother.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 
-#include "bearing_calibration/calibration/batch_estimator.h"
-#include "bearing_calibration/calibration/observability.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/solve/batch_estimator.h"
+#include "bearing_calibration/solve/observability.h"
 #include "support/dense_map.h"
-#include "tools/simulated_case.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// The paper's dance, thinned so that a dense solution is cheap.
-SightRun shortRun(std::uint64_t seed) {
+ObservationRun shortRun(std::uint64_t seed) {
   SimulatedCase simulated = paperCase(seed);
   simulated.robot.steps_per_bearing = 50;  // two a second
   simulated.duration_s = 20.0;
@@ -24,15 +24,15 @@ SightRun shortRun(std::uint64_t seed) {
   return simulate(simulated);
 }
 
-std::vector<SightWeight> plainWeights(const std::vector<Sight>& sights) {
-  std::vector<SightWeight> weights;
-  for (const Sight& sight : sights) {
-    weights.push_back({sight.azimuth_variance_rad2, sight.azimuth_variance_rad2});
+std::vector<ObservationWeight> plainWeights(const std::vector<Observation>& observations) {
+  std::vector<ObservationWeight> weights;
+  for (const Observation& observation : observations) {
+    weights.push_back({observation.azimuth_variance_rad2, observation.azimuth_variance_rad2});
   }
   return weights;
 }
 
-RecordPath pathOf(const SightRun& run) {
+RecordPath pathOf(const ObservationRun& run) {
   RecordPath path;
   path.mount = run.truth.front().tail<3>();
   for (const Vector5& state : run.truth) path.points.push_back({state.head<2>()});
@@ -40,49 +40,52 @@ RecordPath pathOf(const SightRun& run) {
 }
 
 /// Sum of the squared, standardised innovations: the least cost of the linearised problem.
-double linearCost(const SmootherPass& pass, const std::vector<SightWeight>& weights) {
+double linearCost(const SmootherPass& pass, const std::vector<ObservationWeight>& weights) {
   double cost = 0.0;
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    const SmoothedSight& sight = pass.sights[i];
+    const SmoothedObservation& observation = pass.observations[i];
     if (!weights[i].use_bearing) continue;
-    cost += sight.innovation_rad * sight.innovation_rad / sight.innovation_variance_rad2;
+    cost += observation.innovation_rad * observation.innovation_rad /
+            observation.innovation_variance_rad2;
   }
   return cost;
 }
 
 // Giving up a motion lowers the cost of the linearised problem by the gain that was predicted.
 TEST(Smoother, SlipGainIsWhatGivingUpTheMotionTakesOffTheCost) {
-  SightRun run = shortRun(1);
+  ObservationRun run = shortRun(1);
   // so sharp a sensor that a jump of the light is told in every direction
-  for (Sight& sight : run.sights) sight.azimuth_variance_rad2 = 1e-8;
-  const std::vector<SightWeight> weights = plainWeights(run.sights);
-  const SmootherPass pass = smooth(run.sights, weights, pathOf(run), kFreePass);
+  for (Observation& observation : run.observations) observation.azimuth_variance_rad2 = 1e-8;
+  const std::vector<ObservationWeight> weights = plainWeights(run.observations);
+  const SmootherPass pass = smooth(run.observations, weights, pathOf(run), kFreePass);
   const double cost = linearCost(pass, weights);
-  for (std::size_t i = 8; i + 8 < run.sights.size(); ++i) {
-    const OdometryIncrement motion = run.sights[i].motion;
-    run.sights[i].motion.covariance.topLeftCorner<2, 2>() += 1e4 * Eigen::Matrix2d::Identity();
-    const double without = linearCost(smooth(run.sights, weights, pathOf(run), kFreePass), weights);
-    run.sights[i].motion = motion;
-    EXPECT_NEAR(cost - without, pass.sights[i].slip_gain, 1e-3 * cost) << "sight " << i;
+  for (std::size_t i = 8; i + 8 < run.observations.size(); ++i) {
+    const OdometryIncrement motion = run.observations[i].motion;
+    run.observations[i].motion.covariance.topLeftCorner<2, 2>() +=
+        1e4 * Eigen::Matrix2d::Identity();
+    const double without =
+        linearCost(smooth(run.observations, weights, pathOf(run), kFreePass), weights);
+    run.observations[i].motion = motion;
+    EXPECT_NEAR(cost - without, pass.observations[i].slip_gain, 1e-3 * cost) << "observation " << i;
   }
 }
 
-// The residual against all others is the one of a pass that never saw the sight.
-TEST(Smoother, LeftOutResidualIsThatOfAPassWithoutTheSight) {
-  const SightRun run = shortRun(2);
-  std::vector<SightWeight> weights = plainWeights(run.sights);
-  const SmootherPass pass = smooth(run.sights, weights, pathOf(run), kFreePass);
-  // from the fifth sight on: before it, both sides have nothing but the wide prior to go by
-  for (std::size_t i = 5; i < run.sights.size(); i += 4) {
+// The residual against all others is the one of a pass that never saw the observation.
+TEST(Smoother, LeftOutResidualIsThatOfAPassWithoutTheObservation) {
+  const ObservationRun run = shortRun(2);
+  std::vector<ObservationWeight> weights = plainWeights(run.observations);
+  const SmootherPass pass = smooth(run.observations, weights, pathOf(run), kFreePass);
+  // from the fifth observation on: before it, both sides have nothing but the wide prior to go by
+  for (std::size_t i = 5; i < run.observations.size(); i += 4) {
     weights[i].use_bearing = false;
-    const SmootherPass without = smooth(run.sights, weights, pathOf(run), kFreePass);
+    const SmootherPass without = smooth(run.observations, weights, pathOf(run), kFreePass);
     weights[i].use_bearing = true;
-    const SmoothedSight& expected = without.sights[i];
-    EXPECT_NEAR(pass.sights[i].left_out_residual_rad, expected.left_out_residual_rad, 1e-6);
-    EXPECT_NEAR(pass.sights[i].left_out_variance_rad2, expected.left_out_variance_rad2,
+    const SmoothedObservation& expected = without.observations[i];
+    EXPECT_NEAR(pass.observations[i].left_out_residual_rad, expected.left_out_residual_rad, 1e-6);
+    EXPECT_NEAR(pass.observations[i].left_out_variance_rad2, expected.left_out_variance_rad2,
                 1e-4 * expected.left_out_variance_rad2 + 1e-9);
     const AzimuthModel model = azimuthFromCartesian(run.truth[i]);
-    const double linear = wrapAngle(run.sights[i].azimuth_rad - model.azimuth_rad) -
+    const double linear = wrapAngle(run.observations[i].azimuth_rad - model.azimuth_rad) -
                           (model.J_azimuth_state * (without.path.state(i) - run.truth[i])).value();
     EXPECT_NEAR(expected.left_out_residual_rad, linear, 1e-6);
   }
@@ -97,17 +100,17 @@ TEST(BatchEstimator, AgreesWithADenseMaximumOfThePosterior) {
   plain.slip_gain = 0.0;
   plain.widen_for_correlation = false;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const SightRun run = shortRun(seed);
-    const BatchEstimate batch =
-        BatchEstimator(plain).estimate(run.sights, {run.truth.back(), run.sights.size() - 1});
+    const ObservationRun run = shortRun(seed);
+    const BatchEstimate batch = BatchEstimator(plain).estimate(
+        run.observations, {run.truth.back(), run.observations.size() - 1});
     ASSERT_TRUE(batch.converged);
-    const CartesianEstimate dense = testing::maximisePosterior(run.sights, run.truth.front());
+    const CartesianEstimate dense = testing::maximisePosterior(run.observations, run.truth.front());
     const Vector5 stddev = dense.covariance.diagonal().cwiseSqrt();
-    Vector5 difference = batch.at_last_sight.mean - dense.mean;
+    Vector5 difference = batch.at_last_observation.mean - dense.mean;
     difference(4) = wrapAngle(difference(4));
     EXPECT_LT((difference.array() / stddev.array()).abs().maxCoeff(), 0.01) << "seed " << seed;
     const Vector5 ratio =
-        batch.at_last_sight.covariance.diagonal().cwiseQuotient(dense.covariance.diagonal());
+        batch.at_last_observation.covariance.diagonal().cwiseQuotient(dense.covariance.diagonal());
     EXPECT_LT((ratio.array() - 1.0).abs().maxCoeff(), 0.01)
         << "seed " << seed << ": " << ratio.transpose();
   }
@@ -117,17 +120,18 @@ TEST(BatchEstimator, FindsTheSlipAndTheOutliers) {
   SimulatedCase simulated = paperCase(4);
   simulated.duration_s = 60.0;
   simulated.robot.faults.slips = {{{30.0, 0.4}, WheelSlip::Wheel::kLeft, 0.6}};
-  SightRun run = simulate(simulated);
+  ObservationRun run = simulate(simulated);
   const std::size_t outliers[] = {100, 101, 333, 480};
-  for (std::size_t i : outliers) run.sights[i].azimuth_rad += 0.5;
+  for (std::size_t i : outliers) run.observations[i].azimuth_rad += 0.5;
   const BatchEstimate batch =
-      BatchEstimator(BatchConfig()).estimate(run.sights, {run.truth.back(), run.sights.size() - 1});
+      BatchEstimator(BatchConfig())
+          .estimate(run.observations, {run.truth.back(), run.observations.size() - 1});
   ASSERT_TRUE(batch.converged);
   ASSERT_EQ(batch.slips.size(), 1U);
   EXPECT_NEAR(static_cast<double>(batch.slips.front()), 302.0, 5.0);
   for (std::size_t i : outliers) {
     EXPECT_NE(std::find(batch.rejected.begin(), batch.rejected.end(), i), batch.rejected.end())
-        << "sight " << i << " was not rejected";
+        << "observation " << i << " was not rejected";
   }
   EXPECT_LT(batch.rejected.size(), 15U);
 }
@@ -135,27 +139,29 @@ TEST(BatchEstimator, FindsTheSlipAndTheOutliers) {
 TEST(BatchEstimator, WidensForCorrelatedNoise) {
   SimulatedCase simulated = paperCase(5);
   simulated.robot.sensor.correlation = 0.5;
-  const SightRun run = simulate(simulated);
+  const ObservationRun run = simulate(simulated);
   const BatchEstimate batch =
-      BatchEstimator(BatchConfig()).estimate(run.sights, {run.truth.back(), run.sights.size() - 1});
+      BatchEstimator(BatchConfig())
+          .estimate(run.observations, {run.truth.back(), run.observations.size() - 1});
   ASSERT_TRUE(batch.converged);
   EXPECT_NEAR(batch.correlation, 0.5, 0.1);
   BatchConfig unaware;
   unaware.widen_for_correlation = false;
-  const BatchEstimate narrow =
-      BatchEstimator(unaware).estimate(run.sights, {run.truth.back(), run.sights.size() - 1});
+  const BatchEstimate narrow = BatchEstimator(unaware).estimate(
+      run.observations, {run.truth.back(), run.observations.size() - 1});
   // (1 + 0.5) / (1 - 0.5) = 3 for the bearings' share of the variance
-  const double ratio = batch.at_last_sight.covariance(4, 4) / narrow.at_last_sight.covariance(4, 4);
+  const double ratio =
+      batch.at_last_observation.covariance(4, 4) / narrow.at_last_observation.covariance(4, 4);
   EXPECT_GT(ratio, 1.5);
   EXPECT_LT(ratio, 3.5);
 }
 
-TEST(BatchEstimator, RefusesAStartAtNoSightAndABadVariance) {
+TEST(BatchEstimator, RefusesAStartAtNoObservationAndABadVariance) {
   const BatchEstimator estimator{BatchConfig()};
   EXPECT_THROW(estimator.estimate({}, RecordStart()), std::invalid_argument);
-  SightRun run = shortRun(1);
-  run.sights[3].azimuth_variance_rad2 = 0.0;
-  EXPECT_THROW(estimator.estimate(run.sights, {run.truth.front(), 0}), std::invalid_argument);
+  ObservationRun run = shortRun(1);
+  run.observations[3].azimuth_variance_rad2 = 0.0;
+  EXPECT_THROW(estimator.estimate(run.observations, {run.truth.front(), 0}), std::invalid_argument);
 }
 
 // The paper's settings, second trajectory: the bound that doc/model.md's sources give, to its
@@ -167,10 +173,10 @@ TEST(CramerRaoBound, IsTheKnownOneAtThePapersSettings) {
   for (const Row& row : {Row{20.0, 1.3, 4.5}, Row{40.0, 0.49, 2.4}, Row{100.0, 0.28, 1.6}}) {
     SimulatedCase simulated = paperCase(1);
     simulated.duration_s = row.time_s;
-    const SightRun run = simulate(simulated);
+    const ObservationRun run = simulate(simulated);
     std::vector<Eigen::Vector2d> lights;
     for (const Vector5& state : run.truth) lights.push_back(state.head<2>());
-    const Matrix5 bound = cramerRaoBound(run.sights, lights, run.truth.back().tail<3>());
+    const Matrix5 bound = cramerRaoBound(run.observations, lights, run.truth.back().tail<3>());
     const Eigen::Vector2d along = run.truth.back().segment<2>(2).normalized();
     const double rho_m = std::sqrt(along.dot(bound.block<2, 2>(2, 2) * along));
     constexpr double kDigits = 0.16;  // two digits, and a period of the dance more or less
@@ -180,4 +186,4 @@ TEST(CramerRaoBound, IsTheKnownOneAtThePapersSettings) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

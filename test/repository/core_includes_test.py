@@ -18,6 +18,7 @@ ROS_HEADER = re.compile(r'^(ros|rosbag|rosgraph|roscpp|rosconsole|xmlrpcpp|nodel
                         # generated messages of this package: their names are CamelCase
                         r'^bearing_calibration/[A-Z]\w+\.h$')
 
+FILTER = {'common', 'geometry', 'odometry', 'optics', 'filter'}
 # What each room of the core may include besides itself.
 ROOMS = {
     'common': set(),
@@ -25,9 +26,16 @@ ROOMS = {
     'odometry': {'common', 'geometry'},
     'optics': {'common', 'geometry'},
     'filter': {'common', 'geometry', 'odometry', 'optics'},
-    'calibration': {'common', 'geometry', 'odometry', 'optics', 'filter'},
+    'input': {'common', 'optics'},
+    'record': FILTER,
+    'solve': FILTER | {'record'},
+    'init': FILTER | {'record', 'solve'},
+    'track': FILTER | {'solve'},
+    'judge': FILTER | {'record', 'solve', 'init', 'track'},
+    'output': FILTER | {'record', 'solve', 'init', 'track', 'judge'},
+    'calibration': FILTER | {'input', 'record', 'solve', 'init', 'track', 'judge', 'output'},
+    'planning': FILTER | {'judge', 'output'},
     'vision': {'common', 'geometry', 'optics'},
-    'planning': {'common', 'geometry', 'odometry', 'optics', 'filter', 'calibration'},
     'simulation': {'common', 'geometry', 'odometry'},
 }
 # A bare value that the simulator's Gaussian sensor may share: what a bearing is, not how it is made.

@@ -104,7 +104,7 @@ class CalibrationBadInputTest(unittest.TestCase):
         for _ in range(3):
             self.world.advance()
             self.bearings(azimuth=math.degrees(self.world.azimuth()) + 360.0)
-        estimate = self.node.wait_for(lambda e: 'in degrees? bearings are in radians' in e.state_text,
+        estimate = self.node.wait_for(lambda e: 'in degrees? bearings are in radians' in e.advice,
                                       'the advice')
         self.assertIn('azimuth beyond 2 pi', estimate.rejections)
 
@@ -117,16 +117,16 @@ class CalibrationBadInputTest(unittest.TestCase):
         reason = 'variance raised to that of bearings/min_stddev'
         self.assertEqual(estimate.rejections, 'bearings %s: 1' % reason)
         self.assertEqual(estimate.bearings_rejected, 0)
-        self.assertIn('bearings/min_stddev', estimate.state_text)
+        self.assertIn('bearings/min_stddev', estimate.advice)
         wait_until(lambda: self.node.warnings('/bearings', '1e-12 rad^2', 'bearings/min_stddev'),
                    'a warning')
         wait_until(lambda: any(value.key == 'inputs refused' and reason in value.value
                                for status in self.statuses for value in status.values),
                    'the count in /diagnostics')
 
-    def test_quality_out_of_range(self):
-        self.bearings(quality=1.5)
-        self.assert_refused('bearings quality not in 0 to 1', '/bearings', '1.5', 'left out')
+    def test_probability_out_of_range(self):
+        self.bearings(probability=1.5)
+        self.assert_refused('bearings probability not in 0 to 1', '/bearings', '1.5', 'left out')
 
     def test_bearing_stamp_zero(self):
         message = self.world.bearings()

@@ -106,7 +106,7 @@ class CalibrationClockTest(unittest.TestCase):
             before.ticks_rejected + 10 * World.TICK_RATE, 'every reading is used or refused')
         self.assertEqual(self.jumps(), [])
         self.assertEqual(after.ticks_rejected - before.ticks_rejected, overlapping)
-        self.assertEqual(after.state, CalibrationEstimate.CONVERGED, after.state_text)
+        self.assertEqual(after.state, CalibrationEstimate.CONVERGED, after.advice)
         self.assertGreaterEqual(after.bearings_used + after.bearings_gated,
                                 before.bearings_used + before.bearings_gated +
                                 round(10 * (10.0 - overlapping_s)) - 2)

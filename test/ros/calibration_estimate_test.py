@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""From a rough guess to the right mount, whatever the chart, the source of the wheels' readings and
+"""From a rough guess to the right mount, whatever the parametrisation, the source of the wheels' readings and
 the way the nodelet was started; and what is published on the way."""
 
 import math
@@ -41,7 +41,7 @@ class CalibrationEstimateTest(unittest.TestCase):
     def test_says_nothing_before_it_knows_anything(self):
         estimate = self.first_estimate
         self.assertEqual(estimate.state, CalibrationEstimate.WAITING_FOR_TICKS)
-        self.assertIn('WAITING_FOR_TICKS', estimate.state_text)
+        self.assertEqual('WAITING_FOR_TICKS', estimate.state_text)
         for value in (estimate.x_m, estimate.yaw_stddev_rad, estimate.rho_m,
                       estimate.covariance_x_y_yaw[8]):
             self.assertTrue(math.isnan(value), estimate)

@@ -21,9 +21,9 @@ EXPECTED = [
     ('wheels/seperation', 'not known'),
     ('wheels/source', 'ticks, joint_states, separate_ticks', "'encoder'"),
     ('bearings/latency', 'finite number', "'late'"),
-    ('start/from', 'is missing'),
+    ('initialisation/from', 'is missing'),
     ('filter/gate_probability', '1.5'),
-    ('knocked/start_anew', 'true or false'),
+    ('session/restart_on_mount_change', 'true or false'),
     ('mount/z_stddev', 'must lie in'),
     ('mount/roll_stddev', 'must lie in'),
     ('output/publish_tf', 'true or false'),
@@ -44,7 +44,7 @@ class CalibrationParamsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('calibration_params_test')
-        rospy.delete_param('/wrong/start/from')  # roslaunch deletes before it loads
+        rospy.delete_param('/wrong/initialisation/from')  # roslaunch deletes before it loads
         cls.logs = []
         rospy.Subscriber('/rosout', Log, cls.logs.append)
 

@@ -38,7 +38,7 @@ class CalibrationSavedTest(unittest.TestCase):
         """A node in a namespace of its own that takes up what lies in the folder."""
         process = subprocess.Popen(
             ['roslaunch', '--disable-title', 'bearing_calibration', 'calibrate.launch',
-             'overrides:=' + OVERRIDES, 'result_folder:=' + folder, 'take_up:=true',
+             'overrides:=' + OVERRIDES, 'result_folder:=' + folder, 'resume:=true',
              'standalone:=true'], env=dict(os.environ, ROS_NAMESPACE=name))
         self.addCleanup(process.wait)
         self.addCleanup(process.terminate)

@@ -85,7 +85,7 @@ class CalibrationServicesTest(unittest.TestCase):
                           estimate.psi_rad])
         self.assertEqual(sum(paper['covariance_D_theta_phi_rho_psi'], []),
                          list(estimate.covariance_D_theta_phi_rho_psi))
-        self.assertIn(result['state'], estimate.state_text)
+        self.assertEqual(result['state'], estimate.state_text)
         self.assertEqual(result['stamp_ns'], estimate.header.stamp.to_nsec())
         self.assertEqual(result['not_estimated']['z_m'], 0.3)
         self.assertEqual(result['provenance']['wheel_separation_m'], 0.25)

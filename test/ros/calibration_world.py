@@ -110,7 +110,7 @@ class World:
         values = dict(azimuth=wrap(self.azimuth() + self.random.gauss(0.0, self.bearing_stddev)),
                       azimuth_variance=self.bearing_stddev**2, image_radius=NAN,
                       image_radius_variance=NAN, elevation=NAN, elevation_variance=NAN,
-                      light_id=LightBearing.UNKNOWN_LIGHT, quality=1.0)
+                      light_id=LightBearing.UNKNOWN_LIGHT, probability=1.0)
         values.update(changes)
         return LightBearing(**values)
 

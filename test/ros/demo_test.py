@@ -10,8 +10,8 @@ import time
 import unittest
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
-PROGRAM = os.path.join(REPOSITORY, 'tools', 'demo_monitor.py')
-sys.path.insert(0, os.path.join(REPOSITORY, 'tools'))
+PROGRAM = os.path.join(REPOSITORY, 'tools', 'owner', 'demo_monitor.py')
+sys.path.insert(0, os.path.join(REPOSITORY, 'tools', 'owner'))
 import demo_monitor  # noqa: E402  (lies in tools)
 
 DEMO_DEADLINE_S = 180  # what the demo promises

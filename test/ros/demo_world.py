@@ -42,7 +42,8 @@ class Demo:
         try:
             wait_until(lambda: self.estimate.state == state, 'state %d' % state, deadline_s)
         except AssertionError as error:
-            raise AssertionError('%s: %s' % (error, self.estimate.state_text))
+            raise AssertionError('%s: %s: %s' % (error, self.estimate.state_text,
+                                                 self.estimate.advice))
 
     def errors(self):
         """Of the estimate: across the floor [m] and of the yaw [rad]."""

@@ -82,7 +82,7 @@ class LightDetectionTest(unittest.TestCase):
             self.assertLess(math.sqrt(candidate.azimuth_variance), math.radians(0.01))
             self.assertLess(abs(candidate.image_radius - spot.image_radius),
                             5.0 * math.sqrt(candidate.image_radius_variance))
-            self.assertGreater(candidate.quality, 0.5)
+            self.assertGreater(candidate.probability, 0.5)
             self.assertLess(candidate.elevation, 0.0, 'the light is below the apex')
             self.assertEqual(candidate.light_id, candidate.UNKNOWN_LIGHT)
 
@@ -244,8 +244,8 @@ class LightDetectionTest(unittest.TestCase):
         named = {candidate.light_id: candidate for candidate in answer.candidates}
         self.assertEqual(sorted(named), [LightBearing.UNKNOWN_LIGHT, 7])
         self.assertAlmostEqual(named[7].azimuth, blinking.azimuth, delta=0.01)
-        self.assertGreater(named[7].quality, 0.5)
-        self.assertEqual(named[LightBearing.UNKNOWN_LIGHT].quality, 0.0)
+        self.assertGreater(named[7].probability, 0.5)
+        self.assertEqual(named[LightBearing.UNKNOWN_LIGHT].probability, 0.0)
 
     def test_the_annotated_image_shows_the_light(self):
         spot = Spot(azimuth=0.7)
@@ -346,8 +346,8 @@ class LightDetectionTest(unittest.TestCase):
         for wrong, sentence in (
                 ({'min_pixels': 50, 'max_pixels': 40, 'spreads': 3.0}, 'gates/min_pixels must lie in'),
                 ({'min_fill': 1.0}, 'gates/min_fill must be less than 1'),
-                ({'min_contrast': float('nan'), 'min_quality': 2.0},
-                 'gates/min_quality must lie in')):
+                ({'min_contrast': float('nan'), 'min_probability': 2.0},
+                 'gates/min_probability must lie in')):
             before = thresholds.get_configuration(timeout=DEADLINE_S)
             answer = thresholds.update_configuration(wrong)
             self.assertIn(sentence, answer['refusal'])

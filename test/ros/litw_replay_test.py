@@ -80,15 +80,15 @@ PARAMETERS = {
         # makes all others look 20 s early.
         'max_future': 20.0,
     },
-    'start': {
+    'initialisation': {
         'from': 'guess',
         'x': 0.0,
         'y': 0.0,
         'position_stddev': 0.3,
         'yaw_stddev': YAW_ERROR_RAD,
     },
-    # After a rough start the paper's chart bends less than the Cartesian one (doc/model.md).
-    'filter': {'chart': 'paper'},
+    # After a rough start the paper's parametrisation bends less than the Cartesian one (doc/model.md).
+    'filter': {'parametrisation': 'paper'},
 }
 
 START_TIME_S = 1000000  # of the recording, on the bags' clock
@@ -126,7 +126,7 @@ class Replay:
         self.folder = tempfile.mkdtemp()
         self.processes = []
         self.estimates = {}
-        self.sights = {}
+        self.observations = {}
         self.times_s = {}
         self.is_paused = False
         self.truth = None
@@ -139,8 +139,8 @@ class Replay:
         clock.publish(rospy.Time.from_sec(START_TIME_S))
         bearings = rowsOf('bearings.csv')
         for index, landmark in enumerate(LANDMARKS):
-            self.sights[landmark] = [row for row in bearings if int(row['landmark_id']) == landmark]
-            self.times_s[landmark] = [float(row['t_s']) for row in self.sights[landmark]]
+            self.observations[landmark] = [row for row in bearings if int(row['landmark_id']) == landmark]
+            self.times_s[landmark] = [float(row['t_s']) for row in self.observations[landmark]]
             self.makeBag(landmark)
             self.startNodelet(index, landmark)
         waitFor(self.nodeletsListen, START_DEADLINE_S, 'the nodelets have subscribed')
@@ -161,7 +161,7 @@ class Replay:
 
     def startOf(self, index, landmark):
         """A guess that is wrong by as much as a user may be wrong, in one of the four corners."""
-        range_m = float(self.sights[landmark][0]['range_m'])
+        range_m = float(self.observations[landmark][0]['range_m'])
         distance_sign = 1 if index % 2 == 0 else -1
         yaw_sign = 1 if index // 2 % 2 == 0 else -1
         return {'light_distance': range_m * (1 + distance_sign * DISTANCE_ERROR),
@@ -175,7 +175,7 @@ class Replay:
             rosparam.upload_params(namespace + '/calibration', parameters)
         for group, values in PARAMETERS.items():
             rosparam.upload_params('%s/calibration/%s' % (namespace, group), values)
-        rosparam.upload_params(namespace + '/calibration/start', self.startOf(index, landmark))
+        rosparam.upload_params(namespace + '/calibration/initialisation', self.startOf(index, landmark))
         rosparam.set_param(namespace + '/calibration/output/folder', self.folder)
         rospy.Subscriber(namespace + '/calibration/estimate', CalibrationEstimate,
                          lambda message: self.estimates.update({landmark: message}))
@@ -205,7 +205,7 @@ class Replay:
                     'every bearing is accounted for')
         except RuntimeError as error:
             raise RuntimeError('%s: seen and sent: %s' % (error, {
-                landmark: (self.seenBy(landmark), len(self.sights[landmark]))
+                landmark: (self.seenBy(landmark), len(self.observations[landmark]))
                 for landmark in LANDMARKS})) from error
 
     def isPlayed(self, player):
@@ -234,13 +234,13 @@ class Replay:
         return (estimate.bearings_used + estimate.bearings_gated + estimate.bearings_rejected
                 + estimate.bearings_waiting)
 
-    def sightsBeforeTheFirstTicks(self, landmark):
+    def observationsBeforeTheFirstTicks(self, landmark):
         """How many were seen, their latency taken off, before the odometry starts."""
         first_s = float(rowsOf('odometry_calibrated.csv')[0]['t_s'])
-        return sum(float(row['t_s']) - LATENCY_S < first_s for row in self.sights[landmark])
+        return sum(float(row['t_s']) - LATENCY_S < first_s for row in self.observations[landmark])
 
     def isComplete(self, landmark):
-        return self.seenBy(landmark) == len(self.sights[landmark])
+        return self.seenBy(landmark) == len(self.observations[landmark])
 
     def stop(self):
         for process in self.processes:
@@ -278,7 +278,7 @@ class LitwReplay(unittest.TestCase):
         print(found)
         self.assertEqual(estimate.ticks_rejected, 0, estimate.rejections)
         self.assertEqual(estimate.bearings_rejected,
-                         self.replay.sightsBeforeTheFirstTicks(landmark), estimate.rejections)
+                         self.replay.observationsBeforeTheFirstTicks(landmark), estimate.rejections)
         self.assertLessEqual(position_error_m, MAX_POSITION_ERROR_M, found)
         self.assertLessEqual(yaw_error_rad, MAX_YAW_ERROR_RAD, found)
 

@@ -15,7 +15,7 @@ import tf2_ros
 import yaml
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
-sys.path.insert(0, os.path.join(REPOSITORY, 'tools'))
+sys.path.insert(0, os.path.join(REPOSITORY, 'tools', 'owner'))
 import demo_monitor  # noqa: E402  (lies in tools)
 from calibration_world import World, recordBag  # noqa: E402
 

@@ -120,7 +120,7 @@ class CalibrateBag(Drives):
             return [first, second]
 
         bag = self.record('two.bag', worldOf(), look=seeBoth)
-        self.assertStatus(self.run_(bag, '--set', NOISE, '--set', 'lights/most=2'), CONVERGED)
+        self.assertStatus(self.run_(bag, '--set', NOISE, '--set', 'session/max_lights=2'), CONVERGED)
         both = self.result()
         self.assertRight(both, worldOf())
         self.assertEqual([(light['id'], light['in_estimate']) for light in both['lights']],
@@ -142,7 +142,7 @@ class CalibrateBag(Drives):
 
     def testWritesWhatTheReportIsMadeFrom(self):
         self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
-        with open(os.path.join(self.output, 'looks.csv')) as file:
+        with open(os.path.join(self.output, 'images.csv')) as file:
             looks = list(csv.DictReader(file))
         self.assertEqual(len(looks), 1200)
         used = [row for row in looks if row['verdict'] == 'used']
@@ -173,7 +173,7 @@ class CalibrateBag(Drives):
         texts = []
         for _ in range(2):
             self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
-            for name in ('looks.csv', 'estimates.csv'):
+            for name in ('images.csv', 'estimates.csv'):
                 with open(os.path.join(self.output, name)) as file:
                     texts.append(file.read())
         self.assertEqual(texts[:2], texts[2:])
@@ -243,11 +243,11 @@ class CalibrateBag(Drives):
         self.assertIn('calibration_report ' + os.path.join(self.output, '1'), done.stdout)
         self.assertEqual(self.filesIn('out'), before)
         self.assertEqual(sorted(self.filesIn('out', '1')),
-                         ['details.yaml', 'estimates.csv', 'looks.csv', 'plans.csv'])
+                         ['details.yaml', 'estimates.csv', 'images.csv', 'plans.csv'])
         shutil.rmtree(self.output)
         self.run_(line)
         self.assertEqual(sorted(self.filesIn('out')),
-                         ['details.yaml', 'estimates.csv', 'looks.csv', 'plans.csv'])
+                         ['details.yaml', 'estimates.csv', 'images.csv', 'plans.csv'])
 
     def testAFailureSaysThatWhatIsThereIsOfAnEarlierRun(self):
         done = self.run_(self.path('absent.bag'))

@@ -10,7 +10,7 @@ import rosbag
 import roslib.packages
 
 WHEELS = 't_s,left_m,right_m\n0.0,0.01,0.02\n0.1,0.01,0.02\n0.2,0.01,0.02\n'
-SIGHTS = 't_s,landmark_id,bearing_rad\n0.0,3,0.5\n0.0,4,0.1\n0.15,3,0.25\n0.2,4,0.1\n'
+OBSERVATIONS = 't_s,landmark_id,bearing_rad\n0.0,3,0.5\n0.0,4,0.1\n0.15,3,0.25\n0.2,4,0.1\n'
 
 
 class CsvToBag(unittest.TestCase):
@@ -28,9 +28,9 @@ class CsvToBag(unittest.TestCase):
             file.write(text if isinstance(text, bytes) else text.encode())
         return path
 
-    def convert(self, *arguments, wheels=WHEELS, sights=SIGHTS):
+    def convert(self, *arguments, wheels=WHEELS, observations=OBSERVATIONS):
         return subprocess.run(
-            [self.program, self.write('wheels.csv', wheels), self.write('sights.csv', sights)]
+            [self.program, self.write('wheels.csv', wheels), self.write('observations.csv', observations)]
             + list(arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             universal_newlines=True, timeout=600)
 
@@ -67,7 +67,7 @@ class CsvToBag(unittest.TestCase):
         self.assertEqual([len(message.candidates) for message in bearings], [1, 1])
         first = bearings[0].candidates[0]
         self.assertEqual(bearings[0].header.frame_id, 'laser')
-        self.assertEqual((first.azimuth, first.light_id, first.quality), (0.5, 3, 1.0))
+        self.assertEqual((first.azimuth, first.light_id, first.probability), (0.5, 3, 1.0))
         self.assertAlmostEqual(first.azimuth_variance, 9e-4, delta=1e-15)
         for value in (first.image_radius, first.image_radius_variance,
                       first.elevation, first.elevation_variance):
@@ -78,18 +78,18 @@ class CsvToBag(unittest.TestCase):
         self.assertEqual({topic for topic, _, _ in messages}, {'a', 'b'})
 
     def testBadRowsNameFileAndLineAndLeaveNoBag(self):
-        for sights, words in (
-                (SIGHTS + '0.1,3,0.5\n', ('sights.csv:6:', "'0.1'")),
-                (SIGHTS + '0.3,3\n', ('sights.csv:6:', '2 cells')),
-                (SIGHTS.replace('0.25', 'left'), ('sights.csv:4:', "'left'", 'not a number')),
-                (SIGHTS.replace('t_s', 'time'), ('sights.csv:1:', "'t_s' is missing"))):
-            with self.subTest(sights=sights):
-                done = self.convert('--landmark', '3', '--output', self.output, sights=sights)
+        for observations, words in (
+                (OBSERVATIONS + '0.1,3,0.5\n', ('observations.csv:6:', "'0.1'")),
+                (OBSERVATIONS + '0.3,3\n', ('observations.csv:6:', '2 cells')),
+                (OBSERVATIONS.replace('0.25', 'left'), ('observations.csv:4:', "'left'", 'not a number')),
+                (OBSERVATIONS.replace('t_s', 'time'), ('observations.csv:1:', "'t_s' is missing"))):
+            with self.subTest(observations=observations):
+                done = self.convert('--landmark', '3', '--output', self.output, observations=observations)
                 self.assertRefused(done, 1, *words)
 
     def testAFileFromASpreadsheetIsReadOrNamed(self):
         messages = self.messagesOf('--landmark', '3', wheels=WHEELS.encode('utf-8-sig'),
-                                   sights=SIGHTS.encode('utf-8-sig'))
+                                   observations=OBSERVATIONS.encode('utf-8-sig'))
         self.assertEqual(len(messages), 5)
         os.remove(self.output)
         for wheels, words in (
@@ -103,15 +103,15 @@ class CsvToBag(unittest.TestCase):
 
     def testBearingsInDegreesAreRefused(self):
         done = self.convert('--landmark', '3', '--output', self.output,
-                            sights=SIGHTS.replace('0.25', '25.0'))
-        self.assertRefused(done, 1, 'sights.csv:4:', "bearing_rad '25.0'", 'in degrees?', 'radians')
+                            observations=OBSERVATIONS.replace('0.25', '25.0'))
+        self.assertRefused(done, 1, 'observations.csv:4:', "bearing_rad '25.0'", 'in degrees?', 'radians')
 
     def testUnknownLandmarkNamesThoseThereAre(self):
         done = self.convert('--landmark', '5', '--output', self.output)
         self.assertRefused(done, 1, 'landmark 5 is never seen', '3, 4')
 
     def testMissingFilesAreNamed(self):
-        done = subprocess.run([self.program, '/no/wheels.csv', '/no/sights.csv', '--landmark', '1',
+        done = subprocess.run([self.program, '/no/wheels.csv', '/no/observations.csv', '--landmark', '1',
                                '--output', self.output], stderr=subprocess.PIPE,
                               universal_newlines=True, timeout=600)
         self.assertRefused(done, 1, '/no/wheels.csv')

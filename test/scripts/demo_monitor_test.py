@@ -10,7 +10,7 @@ from geometry_msgs.msg import Pose
 from bearing_calibration.msg import CalibrationEstimate
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
-sys.path.insert(0, os.path.join(REPOSITORY, 'tools'))
+sys.path.insert(0, os.path.join(REPOSITORY, 'tools', 'owner'))
 import demo_monitor  # noqa: E402  (lies in tools)
 
 
@@ -25,7 +25,7 @@ def convergedEstimate(**changes):
     """An estimate of (0.1 m, 0.05 m, 60 deg), right to half a centimetre and half a degree."""
     estimate = CalibrationEstimate()
     estimate.state = CalibrationEstimate.CONVERGED
-    estimate.state_text = 'CONVERGED: some sentence'
+    estimate.state_text = 'CONVERGED'
     estimate.x_m, estimate.y_m, estimate.yaw_rad = 0.1, 0.05, math.radians(60)
     estimate.x_stddev_m = estimate.y_stddev_m = 0.005
     estimate.yaw_stddev_rad = math.radians(0.5)
@@ -74,7 +74,7 @@ class Faults(unittest.TestCase):
 
     def testOnlyConvergedIsRight(self):
         estimate = convergedEstimate(state=CalibrationEstimate.CONVERGING,
-                                     state_text='CONVERGING: drive on')
+                                     state_text='CONVERGING', advice='drive on')
         self.assertOneFault(estimate, TRUTH, 'has not converged: CONVERGING: drive on')
 
     def testMissingMessagesAreNamed(self):
@@ -89,7 +89,7 @@ class Table(unittest.TestCase):
         self.assertRegex(row, r'^  12 s  CONVERGED +11\.00 \+- 0\.50 +\(\+2\.0\) +5\.00 \+- 0\.50 ')
 
     def testRowWithoutEstimateTellsTheState(self):
-        estimate = CalibrationEstimate(state_text='WAITING_FOR_LIGHT: none yet', x_m=float('nan'))
+        estimate = CalibrationEstimate(state_text='WAITING_FOR_LIGHT', advice='none yet', x_m=float('nan'))
         self.assertEqual(demo_monitor.estimateLine(1, estimate, TRUTH), '   1 s  WAITING_FOR_LIGHT')
         self.assertIn('no message yet', demo_monitor.estimateLine(1, None, TRUTH))
 

@@ -1,4 +1,4 @@
-"""The pictures of the documents are made by tools/gallery.py."""
+"""The pictures of the documents are made by tools/study/gallery.py."""
 
 import os
 import re
@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
-PROGRAM = os.path.join(REPOSITORY, 'tools', 'gallery.py')
+PROGRAM = os.path.join(REPOSITORY, 'tools', 'study', 'gallery.py')
 IMAGES = os.path.join(REPOSITORY, 'doc', 'images')
 LARGEST_BYTES = 300000
 

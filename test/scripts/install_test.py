@@ -12,7 +12,7 @@ import roslib.packages
 import yaml
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
-sys.path.insert(0, os.path.join(REPOSITORY, 'tools'))
+sys.path.insert(0, os.path.join(REPOSITORY, 'tools', 'owner'))
 import demo_monitor  # noqa: E402  (lies in tools)
 
 TRUTH = {'x': 0.1 * math.cos(math.radians(30)), 'y': 0.1 * math.sin(math.radians(30)),

@@ -38,7 +38,7 @@ class Observability(unittest.TestCase):
             self.assertIn(cells, written)
 
     def testTheAppendixIsCorrectedAsTheDocumentHasIt(self):
-        program = os.path.join(REPOSITORY, 'tools', 'appendix_observability.py')
+        program = os.path.join(REPOSITORY, 'tools', 'paper', 'appendix_observability.py')
         text = output(['python3', program])  # fails when a formula or a rank is another one
         self.assertIn('Determinant of the five gradients: +-D^2 rho (D^2 - rho^2) '
                       '(D + rho cos(theta + phi)) / gamma^5: right', text)

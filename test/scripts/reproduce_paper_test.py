@@ -12,7 +12,7 @@ import unittest
 import roslib.packages
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
-SCRIPT = os.path.join(REPOSITORY, 'tools', 'reproduce_paper.py')
+SCRIPT = os.path.join(REPOSITORY, 'tools', 'paper', 'reproduce_paper.py')
 COMMITTED = os.path.join(REPOSITORY, 'doc', 'paper')
 # The paper's own numbers, those of its figures, equations and parameters, and the settings of the
 # runs with the moments that are looked at, as they stand in the text.

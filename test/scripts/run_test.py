@@ -107,7 +107,7 @@ class Run(CopyOfTheScripts):
                                  (['--to-use'], [], PROGRAMS + [program]))
 
     def testSoIsTheOneOfAScriptThatMeasures(self):
-        self.assertEqual(self.whatItTakes('echo tools/gallery.py doc/images'),
+        self.assertEqual(self.whatItTakes('echo tools/study/gallery.py doc/images'),
                          ([], [], PROGRAMS + ['gallery_data']))
 
     def testTestsAndBenchesAreAddedToTheBuildThatIsThere(self):

@@ -77,9 +77,9 @@ class SimulateBag(unittest.TestCase):
             done = subprocess.run([program('calibrate_bag'), *arguments, '--output', output],
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                   universal_newlines=True, timeout=600)
-            looks_file = os.path.join(output, 'looks.csv')
-            self.assertTrue(os.path.exists(looks_file), done.stdout)
-            with open(looks_file) as file:
+            images_file = os.path.join(output, 'images.csv')
+            self.assertTrue(os.path.exists(images_file), done.stdout)
+            with open(images_file) as file:
                 looks.append(file.read())
         self.assertGreater(looks[0].count('\n'), 40)
         self.assertEqual(looks[1], looks[0])

@@ -5,7 +5,7 @@ import re
 import subprocess
 import unittest
 
-TOOL = os.path.join(os.path.dirname(__file__), '..', '..', 'tools', 'tilted_mirror.py')
+TOOL = os.path.join(os.path.dirname(__file__), '..', '..', 'tools', 'study', 'tilted_mirror.py')
 
 
 class TiltedMirror(unittest.TestCase):

@@ -8,10 +8,10 @@ import unittest
 
 import rosgraph
 
-from bearing_calibration.msg import CalibrationEstimate, CalibrationLight
+from bearing_calibration.msg import CalibrationEstimate, CalibrationLight, RobotError
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
-sys.path.insert(0, os.path.join(REPOSITORY, 'tools'))
+sys.path.insert(0, os.path.join(REPOSITORY, 'tools', 'owner'))
 import demo_monitor  # noqa: E402  (lies in tools)
 import watch  # noqa: E402
 
@@ -22,7 +22,8 @@ WIDTH = 80
 def estimateOf(**changes):
     """(0.1 m, 0.05 m, 60 deg), right to 2 mm and 1 deg; the light at (3, 4) m."""
     estimate = CalibrationEstimate()
-    estimate.state_text = 'CONVERGING: turn on the spot, and come nearer to the light'
+    estimate.state_text = 'CONVERGING'
+    estimate.advice = 'turn on the spot, and come nearer to the light'
     estimate.x_m, estimate.y_m, estimate.yaw_rad = 0.1, 0.05, math.radians(60)
     estimate.x_stddev_m = estimate.y_stddev_m = 0.002
     estimate.yaw_stddev_rad = math.radians(1)
@@ -63,24 +64,23 @@ class View(unittest.TestCase):
     def testBeforeTheFirstEstimateThereAreNoNumbersOfIt(self):
         nothing = math.nan
         text = textOf(estimateOf(x_m=nothing, y_m=nothing, x_stddev_m=nothing,
-                                 state_text='INITIALISING: drive on'))
+                                 state_text='INITIALISING', advice='drive on'))
         self.assertIn('no estimate yet', text)
         self.assertNotIn('nan', text)
         self.assertIn('waiting for /calibration/estimate', textOf(None))
 
     def testRobotErrorsThatAreLookedForStandWithTheirStates(self):
-        estimate = estimateOf(robot_error_values=[0.1, 0, 0, 0.01] + 11 * [0],
-                              robot_error_stddevs=[0.002, 0, 0, 0.005] + 11 * [0],
-                              robot_error_states=[CalibrationEstimate.ESTIMATED,
-                                                  CalibrationEstimate.OFF,
-                                                  CalibrationEstimate.HELD_AT_PRIOR,
-                                                  CalibrationEstimate.OFF,
-                                                  CalibrationEstimate.OFF,
-                                                  CalibrationEstimate.ESTIMATED])
-        text = textOf(estimate)
+        text = textOf(estimateOf(robot_errors=[
+            RobotError('time_offset', 0.1, 0.002, 's', RobotError.ESTIMATED),
+            RobotError('left_wheel_scale', 0, 0, '1', RobotError.OFF),
+            RobotError('wheel_separation_scale', 0.01, 0.005, '1', RobotError.HELD_AT_PRIOR),
+            RobotError('mirror_harmonic_cos', 0, 0, 'rad', RobotError.OFF),
+            RobotError('sensor_roll', 0, 0, 'rad', RobotError.ESTIMATED),
+            RobotError('bearing_noise_factor', 1.5, 0.1, '1', RobotError.ESTIMATED)]))
         self.assertRegex(text, r'time offset +100\.00 \+- 2\.00 ms   estimated')
         self.assertRegex(text, r'wheel separation +1\.00 \+- 0\.50 %   as configured')
         self.assertRegex(text, r'sensor roll +0\.00 \+- 0\.00 deg   estimated')
+        self.assertRegex(text, r'bearing_noise_factor +1\.50 \+- 0\.10 1   estimated')
         self.assertNotIn('left wheel', text)
         self.assertNotIn('mirror', text)
 

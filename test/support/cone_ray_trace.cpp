@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace test {
 namespace {
 
@@ -91,4 +91,4 @@ Vector2d traceToImage(const ConicMirror& mirror, const ConeMisalignment& misalig
 }
 
 }  // namespace test
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

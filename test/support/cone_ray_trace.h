@@ -4,7 +4,7 @@
 
 #include "bearing_calibration/optics/conic_mirror.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace test {
 
 /// How a real rig departs from ConicMirror's drawing.
@@ -21,4 +21,4 @@ Eigen::Vector2d traceToImage(const ConicMirror& mirror, const ConeMisalignment& 
                              const Eigen::Vector3d& light_m, const Eigen::Vector2d& aperture_m);
 
 }  // namespace test
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

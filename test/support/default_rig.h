@@ -3,7 +3,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/optics/conic_mirror.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace test {
 
 inline constexpr double kDefaultLightHeight_m = -0.03;
@@ -22,4 +22,4 @@ inline ConicMirror defaultMirror() {
 }
 
 }  // namespace test
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,46 +5,48 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration::testing {
+namespace bearing_calibration::core::testing {
 namespace {
 
-/// Unknowns: state at the first sight, then three standardised noises of each later motion.
-Vector5 stateAfter(const std::vector<Sight>& sights, const std::vector<Eigen::Matrix3d>& roots,
-                   const Eigen::VectorXd& unknowns, std::size_t last, Eigen::VectorXd* residuals) {
+/// Unknowns: state at the first observation, then three standardised noises of each later motion.
+Vector5 stateAfter(const std::vector<Observation>& observations,
+                   const std::vector<Eigen::Matrix3d>& roots, const Eigen::VectorXd& unknowns,
+                   std::size_t last, Eigen::VectorXd* residuals) {
   Vector5 state = unknowns.head<5>();
   for (std::size_t i = 0; i <= last; ++i) {
     if (i > 0) {
       const auto at = static_cast<Eigen::Index>(5 + 3 * (i - 1));
       const Eigen::Vector3d noise = roots[i] * unknowns.segment<3>(at);
-      const Pose2& measured = sights[i].motion.start_from_end;
+      const Pose2& measured = observations[i].motion.start_from_end;
       const Pose2 motion{measured.position_m - noise.head<2>(), measured.yaw_rad - noise(2)};
       state.head<2>() = motion.inverse() * Eigen::Vector2d(state.head<2>());
     }
     if (residuals == nullptr) continue;
     const Eigen::Vector2d ray = state.head<2>() - state.segment<2>(2);
     (*residuals)(static_cast<Eigen::Index>(i)) =
-        wrapAngle(sights[i].azimuth_rad - std::atan2(ray.y(), ray.x()) + state(4)) /
-        std::sqrt(sights[i].azimuth_variance_rad2);
+        wrapAngle(observations[i].azimuth_rad - std::atan2(ray.y(), ray.x()) + state(4)) /
+        std::sqrt(observations[i].azimuth_variance_rad2);
   }
   return state;
 }
 
 }  // namespace
 
-CartesianEstimate maximisePosterior(const std::vector<Sight>& sights, const Vector5& start) {
+CartesianEstimate maximisePosterior(const std::vector<Observation>& observations,
+                                    const Vector5& start) {
   constexpr double kStep = 1e-6;
   constexpr int kIterations = 15;
-  const auto n = static_cast<Eigen::Index>(sights.size());
+  const auto n = static_cast<Eigen::Index>(observations.size());
   const Eigen::Index size = 5 + 3 * (n - 1);
   std::vector<Eigen::Matrix3d> roots;
-  for (const Sight& sight : sights) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sight.motion.covariance);
+  for (const Observation& observation : observations) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(observation.motion.covariance);
     roots.push_back(solver.eigenvectors() *
                     solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal());
   }
   const auto residualsOf = [&](const Eigen::VectorXd& unknowns) {
     Eigen::VectorXd residuals(n);
-    stateAfter(sights, roots, unknowns, sights.size() - 1, &residuals);
+    stateAfter(observations, roots, unknowns, observations.size() - 1, &residuals);
     return residuals;
   };
   Eigen::VectorXd unknowns = Eigen::VectorXd::Zero(size);
@@ -68,7 +70,7 @@ CartesianEstimate maximisePosterior(const std::vector<Sight>& sights, const Vect
   }
   CartesianEstimate estimate;
   const auto lastOf = [&](const Eigen::VectorXd& x) {
-    return stateAfter(sights, roots, x, sights.size() - 1, nullptr);
+    return stateAfter(observations, roots, x, observations.size() - 1, nullptr);
   };
   estimate.mean = lastOf(unknowns);
   estimate.mean(4) = wrapAngle(estimate.mean(4));
@@ -82,4 +84,4 @@ CartesianEstimate maximisePosterior(const std::vector<Sight>& sights, const Vect
   return estimate;
 }
 
-}  // namespace bearing_calibration::testing
+}  // namespace bearing_calibration::core::testing

@@ -5,7 +5,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 
-namespace bearing_calibration::testing {
+namespace bearing_calibration::core::testing {
 
 /// Squared error of the mount over its covariance: chi-square with 3 degrees of freedom when
 /// honest.
@@ -16,4 +16,4 @@ inline double mountChiSquare(const CartesianEstimate& estimate, const Vector5& t
   return error.dot(covariance.ldlt().solve(error));
 }
 
-}  // namespace bearing_calibration::testing
+}  // namespace bearing_calibration::core::testing

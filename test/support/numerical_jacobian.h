@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration::testing {
+namespace bearing_calibration::core::testing {
 
 /// Central differences of `function` at `x`, independent of every Jacobian in the package. Outputs
 /// listed in `angle_rows` are differenced on the circle.
@@ -33,4 +33,4 @@ double largestDifference(const A& a, const B& b) {
   return ((a - b).array().abs() / a.array().abs().max(1.0)).maxCoeff();
 }
 
-}  // namespace bearing_calibration::testing
+}  // namespace bearing_calibration::core::testing

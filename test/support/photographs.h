@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace test {
 
 /// A grey picture of the recordings' folder BEARING_CALIBRATION_DATA; empty without it.
@@ -19,4 +19,4 @@ inline cv::Mat photograph(const std::string& name) {
 }
 
 }  // namespace test
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

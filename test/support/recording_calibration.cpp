@@ -9,10 +9,10 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "tools/default_calibration.h"
-#include "tools/recording_csv.h"
+#include "tools/owner/recording_csv.h"
+#include "tools/study/default_calibration.h"
 
-namespace bearing_calibration::testing {
+namespace bearing_calibration::core::testing {
 namespace {
 
 constexpr double kWheelRadius_m = 0.1;
@@ -41,7 +41,7 @@ LandmarkRecording readLandmark(const RecordingSetup& setup, std::int32_t landmar
     recording.ticks.push_back({row.stamp, row.left_ticks, row.right_ticks});
   }
   std::ifstream bearings = open(setup.set, "bearings.csv");
-  for (const SightRow& row : readSights(bearings, "bearings.csv", landmark_id, units)) {
+  for (const ObservationRow& row : readObservations(bearings, "bearings.csv", landmark_id, units)) {
     Bearing bearing;
     bearing.azimuth_rad = row.bearing_rad;
     bearing.azimuth_variance_rad2 = setup.bearing_stddev_rad * setup.bearing_stddev_rad;
@@ -50,22 +50,23 @@ LandmarkRecording readLandmark(const RecordingSetup& setup, std::int32_t landmar
   return recording;
 }
 
-std::vector<std::int32_t> landmarksOf(const RecordingSetup& setup, std::size_t fewest_sights) {
+std::vector<std::int32_t> landmarksOf(const RecordingSetup& setup,
+                                      std::size_t fewest_observations) {
   std::ifstream stream = open(setup.set, "bearings.csv");
   std::string line;
   std::getline(stream, line);  // t_s,landmark_id,...
-  std::map<std::int32_t, std::size_t> sights;
+  std::map<std::int32_t, std::size_t> observations;
   while (std::getline(stream, line)) {
     std::istringstream cells(line);
     std::string time;
     std::string id;
     std::getline(cells, time, ',');
     std::getline(cells, id, ',');
-    ++sights[std::stoi(id)];
+    ++observations[std::stoi(id)];
   }
   std::vector<std::int32_t> landmarks;
-  for (const auto& [id, count] : sights) {
-    if (count >= fewest_sights) landmarks.push_back(id);
+  for (const auto& [id, count] : observations) {
+    if (count >= fewest_observations) landmarks.push_back(id);
   }
   return landmarks;
 }
@@ -81,7 +82,7 @@ CalibratorConfig configFor(const RecordingSetup& setup) {
   CalibratorConfig config = defaultCalibration(drive, setup.wheel_noise);
   config.bearings.latency_s = setup.latency_s;
   config.bearings.max_future_s = 1.0;
-  config.start = setup.start;
+  config.initialisation = setup.initialisation;
   config.initializer.batch.errors = setup.errors;
   return config;
 }
@@ -106,4 +107,4 @@ MountError errorOf(const MountEstimate& estimate, const RecordedTruth& truth) {
           error.dot((estimate.covariance + truth_covariance).ldlt().solve(error))};
 }
 
-}  // namespace bearing_calibration::testing
+}  // namespace bearing_calibration::core::testing

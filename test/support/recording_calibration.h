@@ -8,7 +8,7 @@
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/geometry/pose2.h"
 
-namespace bearing_calibration::testing {
+namespace bearing_calibration::core::testing {
 
 /// Folder of the real recordings, from the environment variable BEARING_CALIBRATION_DATA.
 std::optional<std::string> recordingsFolder();
@@ -21,8 +21,8 @@ struct RecordingSetup {
   WheelNoise wheel_noise;
   double latency_s = 0.0;
   double bearing_stddev_rad = 0.0;
-  StartConfig start;              ///< from nothing unless given
-  ErrorPriors errors;             ///< none looked for unless given
+  InitialisationConfig initialisation;  ///< from nothing unless given
+  ErrorPriors errors;                   ///< none looked for unless given
   double meters_per_tick = 1e-5;  ///< of recorded ticks; else of those that metres are made into
 };
 
@@ -34,8 +34,8 @@ struct LandmarkRecording {
 
 LandmarkRecording readLandmark(const RecordingSetup& setup, std::int32_t landmark_id);
 
-/// Ids of the landmarks that have at least `fewest_sights` bearings.
-std::vector<std::int32_t> landmarksOf(const RecordingSetup& setup, std::size_t fewest_sights);
+/// Ids of the landmarks that have at least `fewest_observations` bearings.
+std::vector<std::int32_t> landmarksOf(const RecordingSetup& setup, std::size_t fewest_observations);
 
 CalibratorConfig configFor(const RecordingSetup& setup);
 
@@ -54,4 +54,4 @@ struct MountError {
 };
 MountError errorOf(const MountEstimate& estimate, const RecordedTruth& truth);
 
-}  // namespace bearing_calibration::testing
+}  // namespace bearing_calibration::core::testing

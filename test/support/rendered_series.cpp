@@ -8,7 +8,7 @@
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration_ros/image_conversion.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace test {
 namespace {
 
@@ -126,27 +126,27 @@ RenderedSeries renderedSeries(const std::string& name) {
 }
 
 BearingErrors errorsOf(const RenderedSeries& series, int images, unsigned seed) {
-  return errorsOf(series, randomSights(images, series.brightness, seed));
+  return errorsOf(series, randomObservations(images, series.brightness, seed));
 }
 
-BearingErrors errorsOf(const RenderedSeries& series, const std::vector<Sight>& sights) {
+BearingErrors errorsOf(const RenderedSeries& series, const std::vector<Observation>& observations) {
   Camera camera(series);
   LightDetector detector(series.detector);
   const Stamp stamp = stampFromSeconds(1.0);
   BearingErrors errors;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    const SensorMotion motion{sights[i].worldFromSensor(), Eigen::Vector2d::Zero(),
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const SensorMotion motion{observations[i].worldFromSensor(), Eigen::Vector2d::Zero(),
                               series.turn_radps};
-    const cv::Mat& image = camera.photograph(sights[i].light(), motion, i);
+    const cv::Mat& image = camera.photograph(observations[i].light(), motion, i);
     const DetectionResult& result = detector.detect(image);
     if (result.lights.size() != 1) continue;
     const BearingSet set =
         bearingsFromLights(result.lights, series.shutter, stamp, series.rendered.rig.height_px);
     const Pose2 pose = motion.poseAt(secondsFromDuration(set.stamp - stamp));
-    errors.add(set.candidates.front(), azimuthOf(sights[i].light(), pose));
+    errors.add(set.candidates.front(), azimuthOf(observations[i].light(), pose));
   }
   return errors;
 }
 
 }  // namespace test
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,9 +5,9 @@
 
 #include "bearing_calibration/simulation/led_ring.h"
 #include "bearing_calibration/vision/light_bearings.h"
-#include "support/rendered_sights.h"
+#include "support/rendered_observations.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace test {
 
 /// A camera and a light in one condition, and what the detector is told of it.
@@ -26,11 +26,11 @@ std::vector<RenderedSeries> renderedSeries();
 /// @throws std::out_of_range when there is none of that name.
 RenderedSeries renderedSeries(const std::string& name);
 
-/// Bearings of `images` random sights, by way of the image message's encoding, each against the
-/// light's azimuth at the moment that the bearing's stamp names. Images in which the light is not
-/// the only one found are left out.
+/// Bearings of `images` random observations, by way of the image message's encoding, each against
+/// the light's azimuth at the moment that the bearing's stamp names. Images in which the light is
+/// not the only one found are left out.
 BearingErrors errorsOf(const RenderedSeries& series, int images, unsigned seed);
-BearingErrors errorsOf(const RenderedSeries& series, const std::vector<Sight>& sights);
+BearingErrors errorsOf(const RenderedSeries& series, const std::vector<Observation>& observations);
 
 }  // namespace test
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

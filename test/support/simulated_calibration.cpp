@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "bearing_calibration/simulation/trajectory_config.h"
-#include "tools/default_calibration.h"
-#include "tools/simulated_case.h"
+#include "tools/study/default_calibration.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration::testing {
+namespace bearing_calibration::core::testing {
 RobotConfig paperRobot(std::uint64_t seed) { return paperCase(seed).robot; }
 
 CalibratorConfig calibratorConfig() {
@@ -53,4 +53,4 @@ double mountChiSquare(const MountEstimate& estimate, const Pose2& truth) {
   return error.dot(estimate.covariance.ldlt().solve(error));
 }
 
-}  // namespace bearing_calibration::testing
+}  // namespace bearing_calibration::core::testing

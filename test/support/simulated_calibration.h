@@ -6,7 +6,7 @@
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
 
-namespace bearing_calibration::testing {
+namespace bearing_calibration::core::testing {
 
 /// The paper's robot (section V-A): K = 1e-6 m, encoders at 100 Hz, bearings of 1 degree at 10 Hz,
 /// rho = 0.1 m, phi = psi = 30 degrees, start at (2, 0, 90 degrees) with the light at the origin.
@@ -28,4 +28,4 @@ CalibrationResult play(const SimulatedRecord& record, Calibrator* calibrator,
 /// Squared Mahalanobis distance of the estimate from the truth, 3 degrees of freedom.
 double mountChiSquare(const MountEstimate& estimate, const Pose2& truth);
 
-}  // namespace bearing_calibration::testing
+}  // namespace bearing_calibration::core::testing

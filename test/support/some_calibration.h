@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 
-#include "bearing_calibration/calibration/result_file.h"
+#include "bearing_calibration/output/result_file.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A converged result with round numbers: its standard deviations are 1 mm, 2 mm and 3 mrad.
 inline SavedCalibration someCalibration() {
@@ -22,4 +22,4 @@ inline SavedCalibration someCalibration() {
   return saved;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 
 #include "support/default_rig.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace test {
 
 cv::Mat flatImage(int width_px, int height_px, double background_levels) {
@@ -135,12 +135,12 @@ DetectorConfig defaultDetector() {
   config.gates.min_fill = 0.93;
   config.gates.max_fill = 1.04;
   config.gates.size_tolerance = 0.2;
-  config.gates.peakedness_tolerance = 0.04;
-  config.gates.min_quality = 0.1;
+  config.gates.kurtosis_tolerance = 0.04;
+  config.gates.min_probability = 0.1;
   config.gates.max_axis_error_rad = radiansFromDegrees(15.0);
   config.max_candidates = 100;
   return config;
 }
 
 }  // namespace test
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

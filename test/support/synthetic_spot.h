@@ -7,7 +7,7 @@
 
 #include "bearing_calibration/vision/detector_config.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace test {
 
 /// An evenly lit elliptical disc on a flat background: what an open aperture makes of a point.
@@ -39,4 +39,4 @@ double azimuthBound(const DetectorConfig& config, const SpotDrawing& spot,
 DetectorConfig defaultDetector();
 
 }  // namespace test
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,19 +6,20 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration::testing {
+namespace bearing_calibration::core::testing {
 namespace {
 
 /// The light is at l, the sensor at p in the base frame: with the line of a bearing known in the
 /// first frame, its normal m obeys m . (l - t) = m . R p.
-Vector5 solveAt(const std::vector<PosedSight>& sights, double yaw_rad, const Vector5* last) {
-  const auto rows = static_cast<Eigen::Index>(sights.size());
+Vector5 solveAt(const std::vector<PosedObservation>& observations, double yaw_rad,
+                const Vector5* last) {
+  const auto rows = static_cast<Eigen::Index>(observations.size());
   Eigen::MatrixXd A(rows, 4);
   Eigen::VectorXd b(rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const PosedSight& sight = sights[static_cast<std::size_t>(i)];
-    const Pose2& pose = sight.first_from_base;
-    const double direction = pose.yaw_rad + yaw_rad + sight.azimuth_rad;
+    const PosedObservation& observation = observations[static_cast<std::size_t>(i)];
+    const Pose2& pose = observation.first_from_base;
+    const double direction = pose.yaw_rad + yaw_rad + observation.azimuth_rad;
     const Eigen::RowVector2d normal(-std::sin(direction), std::cos(direction));
     double weight = 1.0;
     if (last != nullptr) {
@@ -35,27 +36,28 @@ Vector5 solveAt(const std::vector<PosedSight>& sights, double yaw_rad, const Vec
 
 }  // namespace
 
-double angularCost(const std::vector<PosedSight>& sights, const Vector5& state_at_first) {
+double angularCost(const std::vector<PosedObservation>& observations,
+                   const Vector5& state_at_first) {
   double cost = 0.0;
-  for (const PosedSight& sight : sights) {
+  for (const PosedObservation& observation : observations) {
     const Pose2 first_from_sensor =
-        sight.first_from_base *
+        observation.first_from_base *
         Pose2{state_at_first.segment<2>(2), state_at_first(CartesianIndex::kSensorYaw)};
     const Eigen::Vector2d light =
         first_from_sensor.inverse() * Eigen::Vector2d(state_at_first.head<2>());
-    cost += std::pow(wrapAngle(std::atan2(light.y(), light.x()) - sight.azimuth_rad), 2);
+    cost += std::pow(wrapAngle(std::atan2(light.y(), light.x()) - observation.azimuth_rad), 2);
   }
   return cost;
 }
 
-Vector5 scanYaw(const std::vector<PosedSight>& sights, int yaws) {
+Vector5 scanYaw(const std::vector<PosedObservation>& observations, int yaws) {
   Vector5 best = Vector5::Zero();
   double best_cost = std::numeric_limits<double>::infinity();
   for (int i = 0; i < yaws; ++i) {
     const double yaw = 2.0 * kPi * i / yaws;
-    Vector5 state = solveAt(sights, yaw, nullptr);
-    for (int pass = 0; pass < 2; ++pass) state = solveAt(sights, yaw, &state);
-    const double cost = angularCost(sights, state);
+    Vector5 state = solveAt(observations, yaw, nullptr);
+    for (int pass = 0; pass < 2; ++pass) state = solveAt(observations, yaw, &state);
+    const double cost = angularCost(observations, state);
     if (cost >= best_cost) continue;
     best_cost = cost;
     best = state;
@@ -64,4 +66,4 @@ Vector5 scanYaw(const std::vector<PosedSight>& sights, int yaws) {
   return best;
 }
 
-}  // namespace bearing_calibration::testing
+}  // namespace bearing_calibration::core::testing

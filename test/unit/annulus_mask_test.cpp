@@ -11,7 +11,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "support/synthetic_spot.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Pixels = std::set<std::pair<int, int>>;
@@ -140,4 +140,4 @@ TEST(AnnulusMask, AHalfPlaneIsNoSector) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kFrame_s = 1.0 / 30.0;
@@ -70,7 +70,7 @@ class Spin {
     for (int i = 0; i < 60; ++i) {
       for (const Bearing& bearing : next().candidates) {
         const bool named = bearing.light_id != kUnknownLight;
-        EXPECT_EQ(bearing.quality, named ? 1.0 : 0.0);
+        EXPECT_EQ(bearing.probability, named ? 1.0 : 0.0);
         counts[static_cast<std::size_t>(bearing.image_radius_px)] += named ? 1 : 0;
       }
     }
@@ -164,4 +164,4 @@ TEST(BlinkIdentifier, RefusesWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

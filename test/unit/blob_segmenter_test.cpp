@@ -10,7 +10,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Moments =
@@ -218,4 +218,4 @@ TEST(BlobShape, AnEllipseFillsOne) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -1,4 +1,4 @@
-#include "tools/bounded_queue.h"
+#include "tools/owner/bounded_queue.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <chrono>
 #include <thread>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 TEST(BoundedQueue, KeepsTheOrderAndItsBound) {
@@ -50,4 +50,4 @@ TEST(BoundedQueue, ClosingFreesWhoWaitsForRoom) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

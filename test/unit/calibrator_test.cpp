@@ -8,14 +8,14 @@
 #include <memory>
 #include <optional>
 
-#include "bearing_calibration/calibration/mount_tracker.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/trajectory.h"
 #include "bearing_calibration/simulation/trajectory_config.h"
+#include "bearing_calibration/track/mount_tracker.h"
 #include "support/simulated_calibration.h"
-#include "tools/default_calibration.h"
+#include "tools/study/default_calibration.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using testing::calibratorConfig;
@@ -26,17 +26,17 @@ using testing::simulate;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-CalibratorConfig guessedConfig(FilterConfig::Chart chart) {
+CalibratorConfig guessedConfig(FilterConfig::Parametrisation parametrisation) {
   CalibratorConfig config = calibratorConfig();
-  config.start.kind = StartConfig::Kind::kGuess;
-  config.start.light_distance_m = 2.2;  // 2.07 m is right
-  config.start.light_distance_stddev_m = 0.4;
-  config.start.x_m = 0.05;
-  config.start.y_m = 0.0;
-  config.start.position_stddev_m = 0.08;
-  config.start.yaw_rad = radiansFromDegrees(50.0);  // 60 is right
-  config.start.yaw_stddev_rad = radiansFromDegrees(15.0);
-  config.filter.chart = chart;
+  config.initialisation.kind = InitialisationConfig::Kind::kGuess;
+  config.initialisation.light_distance_m = 2.2;  // 2.07 m is right
+  config.initialisation.light_distance_stddev_m = 0.4;
+  config.initialisation.x_m = 0.05;
+  config.initialisation.y_m = 0.0;
+  config.initialisation.position_stddev_m = 0.08;
+  config.initialisation.yaw_rad = radiansFromDegrees(50.0);  // 60 is right
+  config.initialisation.yaw_stddev_rad = radiansFromDegrees(15.0);
+  config.filter.parametrisation = parametrisation;
   return config;
 }
 
@@ -47,7 +47,16 @@ BearingSet bearingsAt(Stamp stamp, double azimuth_rad) {
   return {stamp, {bearing}};
 }
 
-class FromAGuess : public ::testing::TestWithParam<FilterConfig::Chart> {};
+// Its covariance would be too small.
+TEST(ThePapersFilter, IsRefusedTogetherWithErrorsOfTheRobot) {
+  CalibratorConfig config = guessedConfig(FilterConfig::Parametrisation::kPaper);
+  EXPECT_TRUE(config.validate().empty());
+  config.initializer.batch.errors.setBlock(TimeOffset::kName, 0.1);
+  ASSERT_EQ(config.validate().size(), 1U);
+  EXPECT_NE(config.validate().front().find("filter/parametrisation"), std::string::npos);
+}
+
+class FromAGuess : public ::testing::TestWithParam<FilterConfig::Parametrisation> {};
 
 // Ten seeds, one test: the sum of ten chi-squares of 3 degrees stays below the 99.9 % quantile
 // of 30.
@@ -72,17 +81,18 @@ TEST_P(FromAGuess, EndsAtTheTruthWithinItsCovariance) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Charts, FromAGuess,
-                         ::testing::Values(FilterConfig::Chart::kCartesian,
-                                           FilterConfig::Chart::kPaper),
-                         [](const auto& chart) {
-                           return chart.param == FilterConfig::Chart::kPaper ? "Paper"
-                                                                             : "Cartesian";
+                         ::testing::Values(FilterConfig::Parametrisation::kCartesian,
+                                           FilterConfig::Parametrisation::kPaper),
+                         [](const auto& parametrisation) {
+                           return parametrisation.param == FilterConfig::Parametrisation::kPaper
+                                      ? "Paper"
+                                      : "Cartesian";
                          });
 
 TEST(Calibrator, LateImagesGiveTheSameAsPromptOnes) {
   const SimulatedRecord record = simulate(paperRobot(3), 60.0);
-  Calibrator prompt(guessedConfig(FilterConfig::Chart::kCartesian));
-  Calibrator late(guessedConfig(FilterConfig::Chart::kCartesian));
+  Calibrator prompt(guessedConfig(FilterConfig::Parametrisation::kCartesian));
+  Calibrator late(guessedConfig(FilterConfig::Parametrisation::kCartesian));
   const CalibrationResult a = play(record, &prompt);
   const CalibrationResult b = play(record, &late, {0.35});  // of arrival; the stamps are right
   ASSERT_TRUE(a.base_from_sensor && b.base_from_sensor);
@@ -92,7 +102,7 @@ TEST(Calibrator, LateImagesGiveTheSameAsPromptOnes) {
 
 TEST(Calibrator, FusesTwoSensorsInTheOrderOfTheirStamps) {
   const SimulatedRecord record = simulate(paperRobot(3), 30.0);
-  CalibratorConfig config = guessedConfig(FilterConfig::Chart::kCartesian);
+  CalibratorConfig config = guessedConfig(FilterConfig::Parametrisation::kCartesian);
   Calibrator in_order(config);
   Calibrator impatient(config);
   config.bearings.reorder_window_s = 0.15;
@@ -110,7 +120,7 @@ TEST(Calibrator, FusesTwoSensorsInTheOrderOfTheirStamps) {
 TEST(Calibrator, ALateStampIsTakenOffByTheLatency) {
   RobotConfig robot = paperRobot(8);
   robot.stamp_latency_s = 0.1;
-  CalibratorConfig config = guessedConfig(FilterConfig::Chart::kCartesian);
+  CalibratorConfig config = guessedConfig(FilterConfig::Parametrisation::kCartesian);
   Calibrator unaware(config);
   config.bearings.latency_s = 0.1;
   Calibrator aware(config);
@@ -185,12 +195,12 @@ TEST(Calibrator, LivesThroughAStepBackOfTheClock) {
   const RobotConfig robot = paperRobot(4);
   const SimulatedRecord measured = simulate(robot, 160.0);
   const CalibrationResult undisturbed = [&] {
-    Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+    Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
     return play(measured, &calibrator);
   }();
   ASSERT_EQ(undisturbed.state, CalibrationState::kConverged);
   for (const double step_s : {0.25, 0.9}) {
-    Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+    Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
     const CalibrationResult result =
         playInOrderOf(measured, steppedBack(measured, kStepped_s, step_s), &calibrator);
     EXPECT_EQ(result.state, CalibrationState::kConverged) << result.advice;
@@ -208,7 +218,7 @@ TEST(Calibrator, LivesThroughAStepBackOfTheClock) {
 TEST(Calibrator, PredictsTheNextBearing) {
   const RobotConfig robot = paperRobot(2);
   const SimulatedRecord record = simulate(robot, 60.0);
-  Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
   EXPECT_FALSE(calibrator.predictBearing(robot.start).has_value());
   play(record, &calibrator);
   const BearingSet& last = record.bearings.back();
@@ -297,11 +307,11 @@ TEST(AnUnknownTurn, OfSeveralCandidatesNoneIsTaken) {
   const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
   constexpr int kImages = 30;
   for (int i = 0; i < kImages; ++i) {
-    EXPECT_NE(tracker.look(both, {}).kind, Association::Kind::kFound);
+    EXPECT_NE(tracker.associate(both, {}).kind, Association::Kind::kFound);
     EXPECT_TRUE(tracker.isSearching());
   }
   expectTheMountAsBefore(tracker);
-  tracker.look({bearingOf(1.5)}, {});
+  tracker.associate({bearingOf(1.5)}, {});
   EXPECT_FALSE(tracker.isSearching());
   expectTheMountAsBefore(tracker);
   const Eigen::Vector2d light = tracker.filter().cartesian().lightInBase();
@@ -312,7 +322,7 @@ TEST(AnUnknownTurn, WithSeveralCandidatesForEverIsLostInTheEnd) {
   MountTracker tracker = afterAnUnknownTurn();
   const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
   for (int i = 0; i < MountTracker::kWindow; ++i) {
-    tracker.look(both, {});
+    tracker.associate(both, {});
     if (tracker.isLost()) break;
   }
   EXPECT_TRUE(tracker.isLost());
@@ -335,7 +345,7 @@ TEST(TakenUp, AddsItsInformation) {
   Calibrator alone(calibratorConfig());
   Calibrator with_earlier(calibratorConfig());
   const MountEstimate earlier = earlierMount(robot.base_from_sensor);
-  with_earlier.takeUp(LastingEstimate::of(earlier));
+  with_earlier.resume(LastingEstimate::of(earlier));
   const MountEstimate by_itself = *play(record, &alone).base_from_sensor;
   const MountEstimate together = *play(record, &with_earlier).base_from_sensor;
   const Eigen::Matrix3d information = by_itself.covariance.inverse() + earlier.covariance.inverse();
@@ -346,7 +356,7 @@ TEST(TakenUp, AddsItsInformation) {
 TEST(TakenUp, IsThereFromTheFirstBearingsOn) {
   const RobotConfig robot = paperRobot(4);
   Calibrator calibrator(calibratorConfig());
-  calibrator.takeUp(LastingEstimate::of(earlierMount(robot.base_from_sensor)));
+  calibrator.resume(LastingEstimate::of(earlierMount(robot.base_from_sensor)));
   const CalibrationResult result = play(simulate(robot, 1.0), &calibrator);
   ASSERT_TRUE(result.base_from_sensor.has_value());
   EXPECT_LT(std::sqrt(result.base_from_sensor->covariance(0, 0)), 0.0031);
@@ -368,7 +378,7 @@ TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
   for (int start = 1; start <= kStarts; ++start) {
     const RobotConfig robot = paperRobot(static_cast<std::uint64_t>(start));
     Calibrator calibrator(config);
-    if (earlier) calibrator.takeUp(*earlier);
+    if (earlier) calibrator.resume(*earlier);
     const CalibrationResult result = play(simulate(robot, 60.0), &calibrator);
     ASSERT_TRUE(result.base_from_sensor.has_value());
     const double separation_stddev = std::sqrt(
@@ -383,13 +393,13 @@ TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
   }
 }
 
-TEST(TakenUp, IsForgottenWhenTheSightsContradictIt) {
+TEST(TakenUp, IsForgottenWhenTheObservationsContradictIt) {
   const RobotConfig robot = paperRobot(4);
   Pose2 elsewhere = robot.base_from_sensor;
   elsewhere.position_m.x() += 0.1;
   elsewhere.yaw_rad += radiansFromDegrees(20.0);
   Calibrator calibrator(calibratorConfig());
-  calibrator.takeUp(LastingEstimate::of(earlierMount(elsewhere)));
+  calibrator.resume(LastingEstimate::of(earlierMount(elsewhere)));
   const CalibrationResult result = play(simulate(robot, 60.0), &calibrator);
   ASSERT_TRUE(result.base_from_sensor.has_value());
   EXPECT_LT(mountChiSquare(*result.base_from_sensor, robot.base_from_sensor),
@@ -400,7 +410,7 @@ TEST(TakenUp, IsForgottenWhenTheSightsContradictIt) {
 
 class BadInput : public ::testing::Test {
  protected:
-  BadInput() : calibrator_(guessedConfig(FilterConfig::Chart::kCartesian)) {
+  BadInput() : calibrator_(guessedConfig(FilterConfig::Parametrisation::kCartesian)) {
     record_ = simulate(paperRobot(1), 10.0);
     before_ = play(record_, &calibrator_);
     last_ = record_.ticks.back().stamp;
@@ -452,8 +462,8 @@ TEST_F(BadInput, VarianceZeroNegativeAbsurd) {
 }
 TEST_F(BadInput, QualityOutOfRange) {
   BearingSet bearings = bearingsAt(last_ + Duration(1), 0.0);
-  bearings.candidates[0].quality = 1.5;
-  expectRefused(bearings, InputStatus::kQualityOutOfRange);
+  bearings.candidates[0].probability = 1.5;
+  expectRefused(bearings, InputStatus::kProbabilityOutOfRange);
 }
 TEST_F(BadInput, StampZero) { expectRefused(bearingsAt(Stamp(), 0.0), InputStatus::kNoStamp); }
 TEST_F(BadInput, StampInTheFuture) {
@@ -556,8 +566,9 @@ TEST(AVarianceThatNoSensorHas, IsRaisedCountedAndSaid) {
 TEST(AVarianceThatNoSensorHas, IsRaisedForElevationsToo) {
   Calibrator calibrator(calibratorConfig());
   std::vector<double> seen;
-  calibrator.observe(
-      [&](const Look& look) { seen.push_back(look.sight.elevation->variance_rad2); });
+  calibrator.observe([&](const AssociationOutcome& outcome) {
+    seen.push_back(outcome.observation.elevation->variance_rad2);
+  });
   play(spoilt(simulate(paperRobot(1), 1.0), 1,
               [](Bearing* bearing) {
                 bearing->elevation_rad = 0.1;
@@ -569,7 +580,7 @@ TEST(AVarianceThatNoSensorHas, IsRaisedForElevationsToo) {
 }
 
 TEST(Calibrator, BearingsWithoutTicksAreBounded) {
-  CalibratorConfig config = guessedConfig(FilterConfig::Chart::kCartesian);
+  CalibratorConfig config = guessedConfig(FilterConfig::Parametrisation::kCartesian);
   config.bearings.max_waiting = 50;
   Calibrator calibrator(config);
   for (int i = 1; i <= 1000; ++i) {
@@ -583,7 +594,7 @@ TEST(Calibrator, BearingsWithoutTicksAreBounded) {
 }
 
 TEST(Calibrator, TicksWithoutBearingsWaitForTheLight) {
-  Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
   SimulatedRecord record = simulate(paperRobot(1), 10.0);
   record.bearings.clear();
   const CalibrationResult result = play(record, &calibrator);
@@ -593,7 +604,7 @@ TEST(Calibrator, TicksWithoutBearingsWaitForTheLight) {
 }
 
 TEST(Calibrator, PausedIgnoresBearingsAndFollowsTicks) {
-  Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
   const SimulatedRecord record = simulate(paperRobot(1), 20.0);
   play(record, &calibrator, {0.0}, 0.0, 10.0);
   calibrator.setPaused(true);
@@ -606,7 +617,7 @@ TEST(Calibrator, PausedIgnoresBearingsAndFollowsTicks) {
 }
 
 TEST(Calibrator, ResetForgetsEverything) {
-  Calibrator calibrator(guessedConfig(FilterConfig::Chart::kCartesian));
+  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
   play(simulate(paperRobot(1), 10.0), &calibrator);
   calibrator.reset();
   const CalibrationResult result = calibrator.result();
@@ -633,4 +644,4 @@ TEST(Calibrator, AWrongConfigurationListsAllErrors) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

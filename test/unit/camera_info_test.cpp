@@ -10,7 +10,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
+namespace core = bearing_calibration::core;
 
 core::DetectorConfig detector() {
   core::DetectorConfig config;

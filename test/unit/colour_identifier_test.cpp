@@ -10,7 +10,7 @@
 
 #include "support/synthetic_spot.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 const Eigen::Vector3d kAmber(0.9, 0.5, 0.1);  // red, green, blue
@@ -93,7 +93,7 @@ TEST(ColourIdentifier, NamesTheLightsByTheirColours) {
   ASSERT_EQ(set.candidates.size(), 2u);
   for (const Bearing& candidate : set.candidates) {
     EXPECT_EQ(candidate.light_id, candidate.azimuth_rad > 0.0 ? 3 : 5);
-    EXPECT_GT(candidate.quality, 0.5);
+    EXPECT_GT(candidate.probability, 0.5);
   }
 }
 
@@ -105,11 +105,11 @@ TEST(ColourIdentifier, WhatHasAnotherColourOrNoneIsNotTheLight) {
   const ColourParts nearly_amber = amber + ColourParts(0.06, -0.06, 0.0);
   identifyByColour(amberAndBlue(), {grey, std::nullopt, nearly_amber}, &set);
   EXPECT_EQ(set.candidates[0].light_id, kUnknownLight);
-  EXPECT_EQ(set.candidates[0].quality, 0.0);
+  EXPECT_EQ(set.candidates[0].probability, 0.0);
   EXPECT_EQ(set.candidates[1].light_id, kUnknownLight);
-  EXPECT_EQ(set.candidates[1].quality, 0.0);
+  EXPECT_EQ(set.candidates[1].probability, 0.0);
   EXPECT_EQ(set.candidates[2].light_id, 3);
-  EXPECT_EQ(set.candidates[2].quality, 1.0);
+  EXPECT_EQ(set.candidates[2].probability, 1.0);
   EXPECT_THROW(identifyByColour(amberAndBlue(), {}, &set), std::invalid_argument);
 }
 
@@ -136,4 +136,4 @@ TEST(ColourIdentifier, ValidateNamesEveryWrongValue) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

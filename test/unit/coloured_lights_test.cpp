@@ -17,7 +17,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
+namespace core = bearing_calibration::core;
 namespace encodings = sensor_msgs::image_encodings;
 
 struct Lamp {
@@ -99,7 +99,7 @@ TEST(ColouredLights, AreNamedInAMosaicAndInAColourImage) {
       const Lamp& lamp = candidate.azimuth_rad > 0.0 ? kAmber : kBlue;
       EXPECT_NEAR(candidate.azimuth_rad, lamp.azimuth_rad, 0.001) << image->encoding;
       EXPECT_EQ(candidate.light_id, lamp.light_id) << image->encoding;
-      EXPECT_GT(candidate.quality, 0.5) << image->encoding;
+      EXPECT_GT(candidate.probability, 0.5) << image->encoding;
     }
   }
 }
@@ -113,7 +113,7 @@ TEST(ColouredLights, OneOfAnotherColourIsNotTheLight) {
   for (const core::Bearing& candidate : set.candidates) {
     const bool is_amber = candidate.azimuth_rad > 0.0;
     EXPECT_EQ(candidate.light_id, is_amber ? kAmber.light_id : core::kUnknownLight);
-    EXPECT_EQ(candidate.quality > 0.0, is_amber);
+    EXPECT_EQ(candidate.probability > 0.0, is_amber);
   }
 }
 

@@ -7,7 +7,7 @@
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/common/stamp.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 TEST(WrapAngle, KeepsTheDirectionAndTheRange) {
@@ -46,4 +46,4 @@ TEST(ChiSquare, AgreesWithTheClosedFormOfTwoDegrees) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -10,7 +10,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
+namespace core = bearing_calibration::core;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -31,7 +31,7 @@ TEST(Stamps, ThatRosCannotHoldAreRefused) {
 }
 
 TEST(WheelMessages, KeepEveryBitOfTheCounters) {
-  core::WheelTicks message;
+  bearing_calibration::WheelTicks message;
   message.header.stamp = ros::Time(12, 34);
   message.left = std::numeric_limits<std::int64_t>::min();
   message.right = std::numeric_limits<std::int64_t>::max();
@@ -84,12 +84,12 @@ TEST(JointStates, SayWhichJointsAreThere) {
 }
 
 TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
-  core::LightBearings message;
+  bearing_calibration::LightBearings message;
   message.header.stamp = ros::Time(7, 8);
   message.candidates.resize(2);
   message.candidates[0].azimuth = kNaN;
   message.candidates[0].azimuth_variance = -kInfinity;
-  core::LightBearing& second = message.candidates[1];
+  bearing_calibration::LightBearing& second = message.candidates[1];
   second.azimuth = -3.0;
   second.azimuth_variance = 1e-4;
   second.image_radius = 120.5;
@@ -97,7 +97,7 @@ TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
   second.elevation = 0.1;
   second.elevation_variance = kNaN;
   second.light_id = 3;
-  second.quality = 0.5F;
+  second.probability = 0.5F;
   const core::BearingSet bearings = bearingsFromMessage(message);
   EXPECT_EQ(bearings.stamp, core::stampFromNanoseconds(7000000008));
   ASSERT_EQ(bearings.candidates.size(), 2U);
@@ -111,15 +111,16 @@ TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
   EXPECT_EQ(bearing.elevation_rad, 0.1);
   EXPECT_TRUE(std::isnan(bearing.elevation_variance_rad2));
   EXPECT_EQ(bearing.light_id, 3);
-  EXPECT_EQ(bearing.quality, 0.5);
+  EXPECT_EQ(bearing.probability, 0.5);
 }
 
 TEST(BearingMessages, UnknownLightIsTheSameOnBothSides) {
-  EXPECT_EQ(static_cast<std::int32_t>(core::LightBearing::UNKNOWN_LIGHT), core::kUnknownLight);
+  EXPECT_EQ(static_cast<std::int32_t>(bearing_calibration::LightBearing::UNKNOWN_LIGHT),
+            core::kUnknownLight);
 }
 
 TEST(Predictions, KeepTheirFields) {
-  const core::PredictedBearing message =
+  const bearing_calibration::PredictedBearing message =
       messageFromPrediction({core::stampFromNanoseconds(9000000001), 1.5, 0.01, 4}, "camera");
   EXPECT_EQ(message.header.stamp, ros::Time(9, 1));
   EXPECT_EQ(message.header.frame_id, "camera");
@@ -129,7 +130,7 @@ TEST(Predictions, KeepTheirFields) {
 }
 
 TEST(Estimate, StatesHaveTheMessagesNumbers) {
-  using Message = core::CalibrationEstimate;
+  using Message = bearing_calibration::CalibrationEstimate;
   const auto number = [](core::CalibrationState state) { return static_cast<int>(state); };
   EXPECT_EQ(number(core::CalibrationState::kWaitingForTicks), +Message::WAITING_FOR_TICKS);
   EXPECT_EQ(number(core::CalibrationState::kWaitingForLight), +Message::WAITING_FOR_LIGHT);
@@ -141,13 +142,42 @@ TEST(Estimate, StatesHaveTheMessagesNumbers) {
   EXPECT_EQ(number(core::CalibrationState::kPaused), +Message::PAUSED);
 }
 
+TEST(Estimate, FaultsHaveTheMessagesNumbersAndNames) {
+  using Message = bearing_calibration::CalibrationEstimate;
+  using core::Fault;
+  core::CalibrationResult result;
+  const auto expectCause = [&](Fault cause, std::uint8_t number, const std::string& name) {
+    result.cause = cause;
+    const Message message = messageFromResult(result, 0, "base_link");
+    EXPECT_EQ(message.cause, number) << name;
+    EXPECT_EQ(message.cause_text, name);
+  };
+  expectCause(Fault::kMirrored, Message::MIRRORED, "MIRRORED");
+  expectCause(Fault::kLeftReversed, Message::LEFT_WHEEL_REVERSED, "LEFT_WHEEL_REVERSED");
+  expectCause(Fault::kRightReversed, Message::RIGHT_WHEEL_REVERSED, "RIGHT_WHEEL_REVERSED");
+  expectCause(Fault::kLate, Message::BEARINGS_LATE, "BEARINGS_LATE");
+  expectCause(Fault::kLeftRadius, Message::LEFT_RADIUS, "LEFT_RADIUS");
+  expectCause(Fault::kRightRadius, Message::RIGHT_RADIUS, "RIGHT_RADIUS");
+  expectCause(Fault::kSeparation, Message::WHEEL_SEPARATION, "WHEEL_SEPARATION");
+  expectCause(Fault::kLightMoved, Message::LIGHT_MOVED, "LIGHT_MOVED");
+  expectCause(Fault::kMountMoved, Message::MOUNT_MOVED, "MOUNT_MOVED");
+  expectCause(Fault::kLightsDisagree, Message::LIGHTS_DISAGREE, "LIGHTS_DISAGREE");
+  expectCause(Fault::kPartsDisagree, Message::PARTS_DISAGREE, "PARTS_DISAGREE");
+  expectCause(Fault::kScatter, Message::SCATTER, "SCATTER");
+  expectCause(Fault::kUnexplained, Message::UNEXPLAINED, "UNEXPLAINED");
+}
+
 TEST(Estimate, IsNaNBeforeThereIsOne) {
   core::CalibrationResult result;
   result.advice = "no wheel readings yet";
-  const core::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
+  const bearing_calibration::CalibrationEstimate message =
+      messageFromResult(result, 0, "base_link");
   EXPECT_EQ(message.header.stamp, ros::Time());
   EXPECT_EQ(message.header.frame_id, "base_link");
-  EXPECT_EQ(message.state_text, "WAITING_FOR_TICKS: no wheel readings yet");
+  EXPECT_EQ(message.state_text, "WAITING_FOR_TICKS");
+  EXPECT_EQ(message.advice, "no wheel readings yet");
+  EXPECT_EQ(message.cause, +bearing_calibration::CalibrationEstimate::NO_FAULT);
+  EXPECT_EQ(message.cause_text, "");
   for (double value :
        {message.x_m, message.y_m, message.yaw_rad, message.x_stddev_m, message.D_m, message.phi_rad,
         message.covariance_x_y_yaw[4], message.covariance_D_theta_phi_rho_psi[24]}) {
@@ -177,7 +207,8 @@ TEST(Estimate, IsWrittenRowByRow) {
   paper.covariance = numberedMatrix<5>();
   paper.phi_psi_determined = true;
   result.paper_state = paper;
-  const core::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
+  const bearing_calibration::CalibrationEstimate message =
+      messageFromResult(result, 0, "base_link");
   EXPECT_EQ(message.header.stamp, ros::Time(3, 4));
   EXPECT_EQ(message.x_m, 1.0);
   EXPECT_EQ(message.y_m, 2.0);
@@ -209,7 +240,7 @@ TEST(Estimate, BringsLightMountAndWheelsBack) {
       result.robot_errors.covariance(i, j) = 100 + 4 * i + j;
     }
   }
-  core::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
+  bearing_calibration::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
   EXPECT_EQ(message.light_x_m, 1.0);
   EXPECT_EQ(message.light_y_m, 2.0);
   EXPECT_EQ(message.covariance_with_clock_and_wheels[9 * 1 + 3], 8.0);
@@ -260,7 +291,8 @@ TEST(Estimate, CountsBothStreamsWithTheirReasons) {
   result.bearing_inputs[core::InputStatus::kNoStamp] = 2;
   result.bearing_inputs[core::InputStatus::kTicksLost] = 1;
   result.tick_inputs[core::InputStatus::kCounterReset] = 4;
-  const core::CalibrationEstimate message = messageFromResult(result, 8, "base_link");
+  const bearing_calibration::CalibrationEstimate message =
+      messageFromResult(result, 8, "base_link");
   EXPECT_EQ(message.bearings_rejected, 3U);
   EXPECT_EQ(message.ticks_rejected, 12U);
   EXPECT_EQ(message.rejections,

@@ -14,7 +14,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
+namespace core = bearing_calibration::core;
 
 const std::string kConfigFolder = BEARING_CALIBRATION_CONFIG_FOLDER;
 
@@ -46,7 +46,7 @@ TEST(DriveParams, AreReadAsShipped) {
 }
 
 TEST(DriveEnd, HasTheNumbersOfTheMessage) {
-  using Result = core::CalibrationDriveResult;
+  using Result = bearing_calibration::CalibrationDriveResult;
   EXPECT_EQ(static_cast<int>(core::DriveEnd::kConverged), +Result::CONVERGED);
   EXPECT_EQ(static_cast<int>(core::DriveEnd::kClockLost), +Result::CLOCK_LOST);
   EXPECT_EQ(static_cast<int>(core::DriveEnd::kPathOver), +Result::PATH_OVER);

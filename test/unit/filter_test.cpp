@@ -4,14 +4,15 @@
 #include <Eigen/LU>
 #include <random>
 
-#include "bearing_calibration/calibration/association.h"
-#include "bearing_calibration/calibration/light_start.h"
 #include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/filter/ekf.h"
 #include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/paper_filter.h"
+#include "bearing_calibration/track/association.h"
+#include "bearing_calibration/track/light_start.h"
 #include "support/numerical_jacobian.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 Matrix5 randomCovariance(std::mt19937_64* random) {
@@ -68,7 +69,7 @@ TEST(MountFilter, BothChartsAgreeOnAGoodStart) {
   CartesianEstimate start;
   start.mean << 1.5, 0.5, 0.1, -0.05, 1.0;
   start.covariance.diagonal() << 1e-6, 1e-6, 1e-7, 1e-7, 1e-6;
-  const auto cartesian = makeCartesianFilter(start);
+  const auto cartesian = makeCartesianFilter({start, {}});
   const auto paper = makePaperFilter(start);
   std::mt19937_64 random(4);
   std::normal_distribution<double> noise(0.0, 1e-3);
@@ -167,4 +168,4 @@ TEST(Associate, ChoosesNoneOfTwoThatAreAboutAsLikely) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -14,8 +14,8 @@ namespace encodings = sensor_msgs::image_encodings;
 constexpr int kWidth = 8;
 constexpr int kHeight = 6;
 
-bearing_calibration::ImageSensor smallSensor() {
-  bearing_calibration::ImageSensor sensor;
+bearing_calibration::core::ImageSensor smallSensor() {
+  bearing_calibration::core::ImageSensor sensor;
   sensor.width_px = kWidth;
   sensor.height_px = kHeight;
   sensor.saturation_level = 255.0;
@@ -178,7 +178,7 @@ TEST(ImageConversion, AnAbsurdSizeDoesNotWrap) {
 }
 
 TEST(ImageConversion, ADepthThatCannotSaturateIsRefused) {
-  bearing_calibration::ImageSensor sensor = smallSensor();
+  bearing_calibration::core::ImageSensor sensor = smallSensor();
   sensor.saturation_level = 4095.0;
   EXPECT_EQ(refusalOf(imageOf(encodings::MONO8, {7}), sensor)->kind, "wrong depth");
   EXPECT_EQ(refusalOf(imageOf(encodings::BGR8, {7, 7, 7}), sensor)->kind, "wrong depth");

@@ -1,15 +1,15 @@
-#include "bearing_calibration/calibration/initializer.h"
+#include "bearing_calibration/init/initializer.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 
-#include "bearing_calibration/calibration/start_candidates.h"
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/init/start_candidates.h"
 #include "bearing_calibration/simulation/trajectory.h"
-#include "tools/simulated_case.h"
+#include "tools/study/simulated_case.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using Kind = TrajectoryConfig::Kind;
@@ -24,7 +24,7 @@ double mountChiSquare(const CartesianEstimate& estimate, const Vector5& truth) {
   return mount_error.dot(covariance.ldlt().solve(mount_error));
 }
 
-SightRun paperRun(Kind kind, double duration_s, std::uint64_t seed = 1) {
+ObservationRun paperRun(Kind kind, double duration_s, std::uint64_t seed = 1) {
   SimulatedCase simulated = paperCase(seed);
   simulated.trajectory.kind = kind;
   simulated.duration_s = duration_s;
@@ -32,11 +32,11 @@ SightRun paperRun(Kind kind, double duration_s, std::uint64_t seed = 1) {
 }
 
 StartObstacle obstacleOf(Kind kind) {
-  return findStart(paperRun(kind, 60.0).sights, InitializerConfig()).obstacle;
+  return findStart(paperRun(kind, 60.0).observations, InitializerConfig()).obstacle;
 }
 
 TEST(Initializer, SaysWhatTheMotionLacks) {
-  EXPECT_EQ(findStart({}, InitializerConfig()).obstacle, StartObstacle::kTooFewSights);
+  EXPECT_EQ(findStart({}, InitializerConfig()).obstacle, StartObstacle::kTooFewObservations);
   EXPECT_EQ(obstacleOf(Kind::kStanding), StartObstacle::kTooShortPath);
   EXPECT_EQ(obstacleOf(Kind::kSpin), StartObstacle::kTooShortPath);
   EXPECT_EQ(obstacleOf(Kind::kCircle), StartObstacle::kOneCurvature);
@@ -47,8 +47,8 @@ TEST(Initializer, SaysWhatTheMotionLacks) {
 
 TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const SightRun run = paperRun(Kind::kDance, 30.0, seed);
-    const StartAttempt attempt = findStart(run.sights, InitializerConfig());
+    const ObservationRun run = paperRun(Kind::kDance, 30.0, seed);
+    const StartAttempt attempt = findStart(run.observations, InitializerConfig());
     ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
     EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
     EXPECT_GT(attempt.runner_up_margin, InitializerConfig().min_runner_up_margin);
@@ -56,7 +56,7 @@ TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
 }
 
 /// A robot that drives again and again 6 cm to and fro, turning in between.
-SightRun smallRun(std::uint64_t seed, double wheel_noise_m) {
+ObservationRun smallRun(std::uint64_t seed, double wheel_noise_m) {
   constexpr double kSpeed_mps = 0.1;
   const DriveSegment leg{kSpeed_mps, kSpeed_mps, 0.6};
   const DriveSegment turn{-kSpeed_mps, kSpeed_mps, 1.0};
@@ -71,8 +71,8 @@ SightRun smallRun(std::uint64_t seed, double wheel_noise_m) {
 
 TEST(Initializer, ASmallPathIsEnoughWhereItTellsTheMount) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const SightRun run = smallRun(seed, 1e-6);
-    const StartAttempt attempt = findStart(run.sights, InitializerConfig());
+    const ObservationRun run = smallRun(seed, 1e-6);
+    const StartAttempt attempt = findStart(run.observations, InitializerConfig());
     EXPECT_LT(attempt.motion.extent_m, InitializerConfig().min_extent_m);
     ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
     EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
@@ -81,7 +81,7 @@ TEST(Initializer, ASmallPathIsEnoughWhereItTellsTheMount) {
 
 // With so much noise in its wheels the same path may be all noise.
 TEST(Initializer, ASmallPathIsNotBelievedOfWheelsWithMuchNoise) {
-  const StartAttempt attempt = findStart(smallRun(1, 1e-3).sights, InitializerConfig());
+  const StartAttempt attempt = findStart(smallRun(1, 1e-3).observations, InitializerConfig());
   EXPECT_EQ(attempt.obstacle, StartObstacle::kTooShortPath);
 }
 
@@ -89,7 +89,8 @@ TEST(Initializer, ASmallPathIsNotBelievedOfWheelsWithMuchNoise) {
 TEST(Initializer, ASmallPathIsNotEnoughForAFarLight) {
   InitializerConfig config;
   config.min_extent_per_range = 1.0;  // 0.6 m
-  EXPECT_EQ(findStart(smallRun(1, 1e-6).sights, config).obstacle, StartObstacle::kTooShortPath);
+  EXPECT_EQ(findStart(smallRun(1, 1e-6).observations, config).obstacle,
+            StartObstacle::kTooShortPath);
 }
 
 // A spin's path is its wheels' noise, however long it lasts.
@@ -98,10 +99,10 @@ TEST(Initializer, ASpinsNoiseIsNoPath) {
   simulated.trajectory.kind = Kind::kSpin;
   simulated.duration_s = 60.0;
   simulated.robot.encoders.noise.independent_k_m = 1e-4;
-  const std::vector<Sight> sights = simulate(simulated).sights;
-  const MotionSummary motion = summariseMotion(sights);
+  const std::vector<Observation> observations = simulate(simulated).observations;
+  const MotionSummary motion = summariseMotion(observations);
   EXPECT_GT(motion.extent_m, motion.extent_noise_m);
-  EXPECT_EQ(findStart(sights, InitializerConfig()).obstacle, StartObstacle::kTooShortPath);
+  EXPECT_EQ(findStart(observations, InitializerConfig()).obstacle, StartObstacle::kTooShortPath);
 }
 
 TEST(IsSameMount, OnASmallPathTwoPlacesCloseToEachOtherAreTwo) {
@@ -112,22 +113,23 @@ TEST(IsSameMount, OnASmallPathTwoPlacesCloseToEachOtherAreTwo) {
 }
 
 TEST(Initializer, TheSameRecordGivesTheSameAnswer) {
-  const SightRun run = paperRun(Kind::kDance, 30.0);
-  const StartAttempt first = findStart(run.sights, InitializerConfig());
-  const StartAttempt second = findStart(run.sights, InitializerConfig());
+  const ObservationRun run = paperRun(Kind::kDance, 30.0);
+  const StartAttempt first = findStart(run.observations, InitializerConfig());
+  const StartAttempt second = findStart(run.observations, InitializerConfig());
   EXPECT_EQ(first.estimate.mean, second.estimate.mean);
   EXPECT_EQ(first.estimate.covariance, second.estimate.covariance);
 }
 
 // Turning every bearing turns the sensor's yaw and nothing else.
 TEST(Initializer, TurnedBearingsTurnTheYawAlone) {
-  SightRun run = paperRun(Kind::kDance, 30.0);
-  const StartAttempt straight = findStart(run.sights, InitializerConfig());
+  ObservationRun run = paperRun(Kind::kDance, 30.0);
+  const StartAttempt straight = findStart(run.observations, InitializerConfig());
   ASSERT_TRUE(straight.ready());
   for (int turn_deg = 30; turn_deg < 360; turn_deg += 30) {
-    std::vector<Sight> turned = run.sights;
+    std::vector<Observation> turned = run.observations;
     const double turn = radiansFromDegrees(turn_deg);
-    for (Sight& sight : turned) sight.azimuth_rad = wrapAngle(sight.azimuth_rad - turn);
+    for (Observation& observation : turned)
+      observation.azimuth_rad = wrapAngle(observation.azimuth_rad - turn);
     const StartAttempt attempt = findStart(turned, InitializerConfig());
     ASSERT_TRUE(attempt.ready()) << turn_deg;
     const Vector5 change = attempt.estimate.mean - straight.estimate.mean;
@@ -137,7 +139,7 @@ TEST(Initializer, TurnedBearingsTurnTheYawAlone) {
 }
 
 /// A drive of 5 m with an hour of standing or spinning in its middle. Neither half is enough.
-SightRun interruptedRun(const DriveSegment& pause) {
+ObservationRun interruptedRun(const DriveSegment& pause) {
   constexpr double kSpeed_mps = 0.2;
   const DriveSegment straight{kSpeed_mps, kSpeed_mps, 5.0};
   const DriveSegment spin{-kSpeed_mps, kSpeed_mps, 1.0};
@@ -149,18 +151,18 @@ SightRun interruptedRun(const DriveSegment& pause) {
 }
 
 void expectNoMotionForgotten(const DriveSegment& pause) {
-  const SightRun run = interruptedRun(pause);
+  const ObservationRun run = interruptedRun(pause);
   Initializer initializer{InitializerConfig()};
   std::size_t most = 0;
-  for (std::size_t i = 0; i < run.sights.size(); ++i) {
-    initializer.add(run.sights[i]);
-    most = std::max(most, initializer.record().sights().size());
-    constexpr std::size_t kSightsOfFirstPart = 60;
-    if (i == kSightsOfFirstPart) {
+  for (std::size_t i = 0; i < run.observations.size(); ++i) {
+    initializer.add(run.observations[i]);
+    most = std::max(most, initializer.record().observations().size());
+    constexpr std::size_t kObservationsOfFirstPart = 60;
+    if (i == kObservationsOfFirstPart) {
       EXPECT_FALSE(initializer.attempt().ready());
     }
   }
-  EXPECT_LE(most, SightRecordConfig().capacity);
+  EXPECT_LE(most, ObservationRecordConfig().capacity);
   const StartAttempt attempt = initializer.attempt();
   EXPECT_GT(attempt.motion.extent_m, 1.0);  // of two straight pieces of 1 m
   ASSERT_TRUE(attempt.ready()) << nameOf(attempt.obstacle);
@@ -180,4 +182,4 @@ TEST(Initializer, RefusesAConfigurationThatCannotBe) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

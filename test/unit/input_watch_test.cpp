@@ -10,7 +10,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
+namespace core = bearing_calibration::core;
 
 const core::InputOutcome kGood{core::InputStatus::kAccepted, 0.0};
 constexpr double kLimit_s = 1.0;

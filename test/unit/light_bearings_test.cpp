@@ -9,16 +9,16 @@
 #include "bearing_calibration/vision/search_region.h"
 #include "support/default_rig.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 const Stamp kImageStamp = stampFromSeconds(100.0);
 
-Detection lightInRow(double row, double quality) {
+Detection lightInRow(double row, double probability) {
   Detection light;
   light.ellipse.centre_px = {0.0, row};
   light.bearing.azimuth_variance_rad2 = 1e-6;
-  light.bearing.quality = quality;
+  light.bearing.probability = probability;
   return light;
 }
 
@@ -147,4 +147,4 @@ TEST(SearchRegion, ValidateNamesEveryWrongValue) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

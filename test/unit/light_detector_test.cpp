@@ -27,7 +27,7 @@ __attribute__((noinline)) void operator delete(void* memory, std::size_t) noexce
   std::free(memory);
 }
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 using test::defaultDetector;
@@ -75,8 +75,8 @@ TEST(LightDetector, FindsTheLightAtEveryDistanceAndAzimuth) {
                     5.0 * std::sqrt(bearing.image_radius_variance_px2));
         EXPECT_NEAR(bearing.elevation_rad, elevationFromRadius(config.mirror, radius),
                     5.0 * std::sqrt(bearing.elevation_variance_rad2));
-        EXPECT_GT(bearing.quality, 0.5);
-        EXPECT_LE(bearing.quality, 1.0);
+        EXPECT_GT(bearing.probability, 0.5);
+        EXPECT_LE(bearing.probability, 1.0);
       }
     }
   }
@@ -132,7 +132,7 @@ TEST(LightDetector, SaysWhyASpotIsNotTheLight) {
 TEST(LightDetector, ASpotBelowTheLeastQualityIsRefused) {
   DetectorConfig config = defaultDetector();
   const cv::Mat image = exposeSpots(config, {lightAt(config, 1.0, 0.7)}, 7);
-  config.gates.min_quality = 1.0;  // nothing is certain
+  config.gates.min_probability = 1.0;  // nothing is certain
   LightDetector detector(config);
   EXPECT_EQ(onlyRejection(detector.detect(image)), "unlike a light");
 }
@@ -369,4 +369,4 @@ TEST(LightDetector, AllocatesNothingOnceItIsWarm) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -10,7 +10,7 @@
 #include "bearing_calibration/odometry/wheel_odometer.h"
 #include "support/numerical_jacobian.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kSeparation = 0.25;
@@ -355,4 +355,4 @@ TEST(DriveGeometry, NamesEveryWrongValue) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 namespace fs = std::filesystem;
@@ -211,4 +211,4 @@ TEST_F(OwnedFolderTest, SurvivesAKillAtAnyMoment) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -42,7 +42,7 @@ TEST_F(ParametersFromFiles, HoldWhatRosparamReads) {
   EXPECT_EQ(params.text("group/text"), "1e-6");
   EXPECT_EQ(params.text("group/quoted"), "3");
   EXPECT_TRUE(params.boolean("group/flag"));
-  EXPECT_DOUBLE_EQ(params.number("group/angle"), bearing_calibration::kPi / 6.0);
+  EXPECT_DOUBLE_EQ(params.number("group/angle"), bearing_calibration::core::kPi / 6.0);
   const std::vector<std::vector<double>> rows{{1.0, 2.5}, {3.0, 4.0}};
   EXPECT_EQ(params.rows("group/rows", 2), rows);
   EXPECT_NO_THROW(params.throwIfAnyError());

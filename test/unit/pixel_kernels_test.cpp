@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr int kRows = 23;
@@ -286,4 +286,4 @@ TEST(PixelKernels, SumTheDarkPixelsOfARing) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -1,4 +1,4 @@
-// The parts of a drive: hops, their prediction, the region, the planner, and the follower.
+// The parts of a drive: primitives, their prediction, the region, the planner, and the follower.
 
 #include <gtest/gtest.h>
 
@@ -10,10 +10,10 @@
 
 #include "bearing_calibration/filter/mount_filter.h"
 #include "bearing_calibration/planning/drive_script.h"
-#include "bearing_calibration/planning/hop_follower.h"
-#include "bearing_calibration/planning/hop_planner.h"
+#include "bearing_calibration/planning/motion_planner.h"
+#include "bearing_calibration/planning/primitive_follower.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kSeparation_m = 0.25;
@@ -32,7 +32,7 @@ double logDetOfMount(const CartesianEstimate& estimate) {
   return std::log(estimate.covariance.bottomRightCorner<3, 3>().determinant());
 }
 
-TEST(Hop, TravelsByTrapezoidWithinTheLimits) {
+TEST(MotionPrimitive, TravelsByTrapezoidWithinTheLimits) {
   // long way: cruise; ramps of 0.4 s and 0.04 m each
   EXPECT_DOUBLE_EQ(travelTime(1.0, kLimits), 1.0 / 0.2 + 0.4);
   EXPECT_DOUBLE_EQ(travelAt(0.2, 1.0, kLimits), 0.5 * 0.5 * 0.2 * 0.2);
@@ -65,21 +65,22 @@ ErrorEstimate usualDoubts() {
   return priorEstimate(doubts);
 }
 
-/// Travel around a moment of one part of a hop.
-TravelNearby nearbyAt(double time_s, const WheelDisplacement& whole) {
-  std::array<WheelDisplacement, TravelNearby::kSamples> samples;
-  for (int i = 0; i < TravelNearby::kSamples; ++i) {
-    const double sample_s = time_s + (i - TravelNearby::kBefore) * TravelNearby::kStep_s;
+/// Travel around a moment of one part of a primitive.
+OdometryWindow nearbyAt(double time_s, const WheelDisplacement& whole) {
+  std::array<WheelDisplacement, OdometryWindow::kSamples> samples;
+  for (int i = 0; i < OdometryWindow::kSamples; ++i) {
+    const double sample_s = time_s + (i - OdometryWindow::kBefore) * OdometryWindow::kStep_s;
     const double share = travelAt(sample_s, whole.right_m, kLimits) / whole.right_m;
     samples[static_cast<std::size_t>(i)] = {share * whole.left_m, share * whole.right_m};
   }
   return {samples, kSeparation_m};
 }
 
-/// The filter itself, fed with every bearing along the hop.
-RobotEstimate filteredAfter(const Hop& hop, const RobotEstimate& start) {
-  const auto filter = makeRobotFilter(start, kWheelErrors);
-  for (const WheelDisplacement& whole : {turningWheels(hop, kSeparation_m), straightWheels(hop)}) {
+/// The filter itself, fed with every bearing along the primitive.
+RobotEstimate filteredAfter(const MotionPrimitive& primitive, const RobotEstimate& start) {
+  const auto filter = makeCartesianFilter(start, kWheelErrors);
+  for (const WheelDisplacement& whole :
+       {turningWheels(primitive, kSeparation_m), straightWheels(primitive)}) {
     const double period_s = 1.0 / kSensing.bearing_rate_hz;
     double before = 0.0;
     const double whole_s = travelTime(whole.right_m, kLimits);
@@ -89,7 +90,7 @@ RobotEstimate filteredAfter(const Hop& hop, const RobotEstimate& start) {
       before = now;
       filter->predict(append({}, {part * whole.left_m, part * whole.right_m}, kSeparation_m,
                              kSensing.wheel_noise, 0.0));
-      const TravelNearby nearby = nearbyAt(time_s, whole);
+      const OdometryWindow nearby = nearbyAt(time_s, whole);
       filter->update(filter->predictAzimuth(nearby).azimuth_rad,
                      std::pow(kSensing.bearing_stddev_rad, 2), nearby);
     }
@@ -98,21 +99,24 @@ RobotEstimate filteredAfter(const Hop& hop, const RobotEstimate& start) {
 }
 
 /// Who does not doubt wheels that the calibration doubts expects too much of a straight way.
-TEST(HopPrediction, IsWhatTheFilterWillSay) {
+TEST(PrimitivePrediction, IsWhatTheFilterWillSay) {
   for (const ErrorEstimate& errors : {ErrorEstimate(), usualDoubts()}) {
     const RobotEstimate start{estimateAt(0.7, 0.4, 0.02), errors};
-    for (const Hop hop : {Hop{0.0, 0.6}, Hop{-4.5, 0.0}, Hop{1.2, -0.8}, Hop{7.0, 0.5}}) {
-      const RobotEstimate predicted = predictAfter(hop, start, kLimits, kSensing);
-      const RobotEstimate filtered = filteredAfter(hop, start);
-      EXPECT_LT((predicted.cartesian.mean - filtered.cartesian.mean).norm(), 0.01) << hop.turn_rad;
+    for (const MotionPrimitive primitive :
+         {MotionPrimitive{0.0, 0.6}, MotionPrimitive{-4.5, 0.0}, MotionPrimitive{1.2, -0.8},
+          MotionPrimitive{7.0, 0.5}}) {
+      const RobotEstimate predicted = predictAfter(primitive, start, kLimits, kSensing);
+      const RobotEstimate filtered = filteredAfter(primitive, start);
+      EXPECT_LT((predicted.cartesian.mean - filtered.cartesian.mean).norm(), 0.01)
+          << primitive.turn_rad;
       // steps of up to a quarter of a second instead of a tenth: a few percent of each deviation
       EXPECT_NEAR(logDetOfMount(predicted.cartesian), logDetOfMount(filtered.cartesian), 0.2)
-          << hop.turn_rad;
+          << primitive.turn_rad;
       for (int i = 0; i < kWheelErrors; ++i) {
         EXPECT_NEAR(std::sqrt(predicted.errors.covariance(i, i)),
                     std::sqrt(filtered.errors.covariance(i, i)),
                     0.1 * std::sqrt(start.errors.covariance(i, i)))
-            << hop.turn_rad << ", error " << i;
+            << primitive.turn_rad << ", error " << i;
       }
     }
   }
@@ -146,11 +150,11 @@ TEST(Region, DiscAndPolygonKnowTheirBorders) {
 }
 
 /// Whatever it knows, it neither comes too near to the light nor leaves the region, and it learns.
-TEST(HopPlanner, PlansOnlyWhatIsAllowed) {
+TEST(MotionPlanner, PlansOnlyWhatIsAllowed) {
   std::mt19937_64 engine(1);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const Region region{2.0, {}};
-  const HopPlanner planner(kPlanner, kLimits, kSensing, region);
+  const MotionPlanner planner(kPlanner, kLimits, kSensing, region);
   for (int i = 0; i < 50; ++i) {
     const double distance_m = 0.55 + 2.5 * uniform(engine);
     const Eigen::Vector2d light =
@@ -162,18 +166,18 @@ TEST(HopPlanner, PlansOnlyWhatIsAllowed) {
     const auto plan = planner.plan({estimate, {}}, start_from_base);
     ASSERT_TRUE(plan) << i;
     const double here_m = lightClearance({}, estimate, 2.0);
-    EXPECT_GE(lightClearance(plan->hop, estimate, 2.0), std::min(0.5, here_m)) << i;
-    const Pose2 there = poseAfter(plan->hop, start_from_base);
+    EXPECT_GE(lightClearance(plan->primitive, estimate, 2.0), std::min(0.5, here_m)) << i;
+    const Pose2 there = poseAfter(plan->primitive, start_from_base);
     EXPECT_GE(region.clearance(start_from_base.position_m, there.position_m), 0.1 - 1e-12) << i;
     EXPECT_LT(logDetOfMount(plan->expected.cartesian), logDetOfMount(estimate)) << i;
   }
 }
 
 /// What the follower makes of a plan is allowed, too: a turn that is too small to be driven must
-/// not be what keeps the way off the light. Else the robot would give up each hop at once, and
-/// stand.
-TEST(HopPlanner, PlansWhatIsDriven) {
-  const HopPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+/// not be what keeps the way off the light. Else the robot would give up each primitive at once,
+/// and stand.
+TEST(MotionPlanner, PlansWhatIsDriven) {
+  const MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
   std::mt19937_64 engine(1);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   int straight_on = 0;
@@ -186,7 +190,7 @@ TEST(HopPlanner, PlansWhatIsDriven) {
     const CartesianEstimate estimate = estimateAt(light.x(), light.y(), 1e-3);
     const auto plan = planner.plan({estimate, {}}, {});
     ASSERT_TRUE(plan) << i;
-    const Hop driven = HopFollower(plan->hop, kLimits, {}).remaining({});
+    const MotionPrimitive driven = PrimitiveFollower(plan->primitive, kLimits, {}).remaining({});
     EXPECT_TRUE(planner.keepsAway(driven, estimate)) << i;
     straight_on += driven.turn_rad == 0.0 ? 1 : 0;
   }
@@ -194,9 +198,9 @@ TEST(HopPlanner, PlansWhatIsDriven) {
 }
 
 /// A way that somebody asked for is refused when the light is surely near, not when it may be.
-TEST(HopPlanner, RefusesAnAskedForWayOnlyWhenTheLightIsSurelyNear) {
-  const HopPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
-  const Hop past{0.0, 1.0};  // 0.45 m from the light's most probable place
+TEST(MotionPlanner, RefusesAnAskedForWayOnlyWhenTheLightIsSurelyNear) {
+  const MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+  const MotionPrimitive past{0.0, 1.0};  // 0.45 m from the light's most probable place
   const CartesianEstimate vague = estimateAt(0.5, 0.45, 0.1);
   const CartesianEstimate sharp = estimateAt(0.5, 0.45, 0.01);
   EXPECT_FALSE(planner.keepsAway(past, vague));
@@ -205,34 +209,34 @@ TEST(HopPlanner, RefusesAnAskedForWayOnlyWhenTheLightIsSurelyNear) {
   EXPECT_FALSE(planner.isSurelyTooNear({kPi, 1.0}, sharp));  // away from it
 }
 
-TEST(HopPlanner, LeavesALightThatIsTooNear) {
-  const HopPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+TEST(MotionPlanner, LeavesALightThatIsTooNear) {
+  const MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
   const auto plan = planner.plan({estimateAt(0.25, 0.1, 0.01), {}}, {});
   ASSERT_TRUE(plan);
-  EXPECT_GE(lightClearance(plan->hop, estimateAt(0.25, 0.1, 0.0), 0.0),
+  EXPECT_GE(lightClearance(plan->primitive, estimateAt(0.25, 0.1, 0.0), 0.0),
             std::hypot(0.25, 0.1) - 1e-9);
 }
 
-TEST(HopPlanner, HasNoPlanWithoutRoom) {
-  const HopPlanner planner(kPlanner, kLimits, kSensing, {0.11, {}});
+TEST(MotionPlanner, HasNoPlanWithoutRoom) {
+  const MotionPlanner planner(kPlanner, kLimits, kSensing, {0.11, {}});
   EXPECT_FALSE(planner.plan({estimateAt(1.0, 0.0, 0.01), {}}, {}));
 }
 
 /// A chosen block is served better than by a plan for another one.
-TEST(HopPlanner, ServesTheChosenBlock) {
+TEST(MotionPlanner, ServesTheChosenBlock) {
   const CartesianEstimate estimate = estimateAt(0.7, 0.3, 0.02);
   const auto stddevOfYaw = [&](PlannerConfig::Block block) {
     PlannerConfig config = kPlanner;
     config.block = block;
-    const HopPlanner planner(config, kLimits, kSensing, {4.0, {}});
+    const MotionPlanner planner(config, kLimits, kSensing, {4.0, {}});
     RobotEstimate now{estimate, {}};
     Pose2 pose;
     double time_s = 0.0;
     while (time_s < 30.0) {
       const auto plan = planner.plan(now, pose);
-      time_s += durationOf(plan->hop, kLimits);
-      now = predictAfter(plan->hop, now, kLimits, kSensing);
-      pose = poseAfter(plan->hop, pose);
+      time_s += durationOf(plan->primitive, kLimits);
+      now = predictAfter(plan->primitive, now, kLimits, kSensing);
+      pose = poseAfter(plan->primitive, pose);
     }
     return std::sqrt(now.cartesian.covariance(4, 4));
   };
@@ -257,12 +261,14 @@ class LateWheels {
   WheelDisplacement travelled_;
 };
 
-TEST(HopFollower, ArrivesWithinTheLimitsWithLateWheels) {
+TEST(PrimitiveFollower, ArrivesWithinTheLimitsWithLateWheels) {
   constexpr double kPeriod_s = 0.05;
-  for (const Hop hop : {Hop{0.0, 1.0}, Hop{-5.0, -0.4}, Hop{2.0 * kPi, 0.0}, Hop{0.01, 0.02}}) {
+  for (const MotionPrimitive primitive :
+       {MotionPrimitive{0.0, 1.0}, MotionPrimitive{-5.0, -0.4}, MotionPrimitive{2.0 * kPi, 0.0},
+        MotionPrimitive{0.01, 0.02}}) {
     LateWheels wheels(2);
     WheelDisplacement travelled;
-    HopFollower follower(hop, kLimits, travelled);
+    PrimitiveFollower follower(primitive, kLimits, travelled);
     WheelSpeeds before;
     int steps = 0;
     while (!follower.done() && steps++ < 2000) {
@@ -276,17 +282,17 @@ TEST(HopFollower, ArrivesWithinTheLimitsWithLateWheels) {
       before = next;
       travelled = wheels.drive(next, kPeriod_s);
     }
-    ASSERT_TRUE(follower.done()) << hop.turn_rad;
+    ASSERT_TRUE(follower.done()) << primitive.turn_rad;
     EXPECT_TRUE(isStanding(before));
     const double turned_rad = (travelled.right_m - travelled.left_m) / kSeparation_m;
-    EXPECT_NEAR(0.5 * (travelled.right_m + travelled.left_m), hop.length_m, 0.01);
-    EXPECT_NEAR(turned_rad, hop.turn_rad, 0.06);
+    EXPECT_NEAR(0.5 * (travelled.right_m + travelled.left_m), primitive.length_m, 0.01);
+    EXPECT_NEAR(turned_rad, primitive.turn_rad, 0.06);
   }
 }
 
-TEST(HopFollower, StandsAsSoonAsItCanWhenAbandoned) {
+TEST(PrimitiveFollower, StandsAsSoonAsItCanWhenAbandoned) {
   constexpr double kPeriod_s = 0.05;
-  HopFollower follower({0.0, 1.0}, kLimits, {});
+  PrimitiveFollower follower({0.0, 1.0}, kLimits, {});
   WheelSpeeds before{0.2, 0.2};
   follower.abandon();
   int steps = 0;
@@ -295,22 +301,22 @@ TEST(HopFollower, StandsAsSoonAsItCanWhenAbandoned) {
   EXPECT_TRUE(isStanding(before));
 }
 
-TEST(HopFollower, NoticesWheelsThatDisobey) {
-  HopFollower reversed({0.0, 1.0}, kLimits, {});
+TEST(PrimitiveFollower, NoticesWheelsThatDisobey) {
+  PrimitiveFollower reversed({0.0, 1.0}, kLimits, {});
   EXPECT_FALSE(reversed.isDisobeyed({-0.05, -0.05}));
   EXPECT_TRUE(reversed.isDisobeyed({-0.15, -0.15}));
-  HopFollower stuck({0.0, 0.1}, kLimits, {});
+  PrimitiveFollower stuck({0.0, 0.1}, kLimits, {});
   WheelSpeeds command;
   for (int i = 0; i < 200 && !stuck.isDisobeyed({}); ++i) command = stuck.steer({}, command, 0.05);
   EXPECT_TRUE(stuck.isDisobeyed({}));
 }
 
 TEST(DriveMotion, ScriptsAreThePapersAndHaveWords) {
-  const HopSequence dance = scriptedHops(DriveMotion::kDance);
+  const PrimitiveSequence dance = scriptedPrimitives(DriveMotion::kDance);
   EXPECT_DOUBLE_EQ(dance.at(0).turn_rad, 0.0);
   for (std::size_t i = 0; i < 10; ++i) EXPECT_DOUBLE_EQ(dance.at(i).length_m, 1.0);
   for (std::size_t i = 1; i < 10; ++i) EXPECT_DOUBLE_EQ(dance.at(i).turn_rad, 2.5 * kPi);
-  EXPECT_THROW(scriptedHops(DriveMotion::kOptimal), std::invalid_argument);
+  EXPECT_THROW(scriptedPrimitives(DriveMotion::kOptimal), std::invalid_argument);
   for (const std::string& name : motionNames()) {
     ASSERT_TRUE(motionNamed(name));
     EXPECT_EQ(motionNames().at(static_cast<std::size_t>(*motionNamed(name))), name);
@@ -319,7 +325,7 @@ TEST(DriveMotion, ScriptsAreThePapersAndHaveWords) {
   EXPECT_FALSE(motionNamed("waltz"));
 }
 
-const auto kAnything = [](const Hop&) { return true; };
+const auto kAnything = [](const MotionPrimitive&) { return true; };
 
 TEST(DriveScript, MakesUpForWhatATurnHasMissed) {
   DriveScript dance(DriveMotion::kDance);
@@ -331,16 +337,20 @@ TEST(DriveScript, MakesUpForWhatATurnHasMissed) {
 }
 
 TEST(DriveScript, AnOpeningTurnsToWhereThereIsRoom) {
-  const auto backwards_only = [](const Hop& hop) { return std::cos(hop.turn_rad) < -0.9; };
+  const auto backwards_only = [](const MotionPrimitive& primitive) {
+    return std::cos(primitive.turn_rad) < -0.9;
+  };
   DriveScript opening(DriveMotion::kOptimal);
   opening.next(0.0, kAnything);  // a spin
   EXPECT_DOUBLE_EQ(opening.next(2.0 * kPi, backwards_only)->turn_rad, kPi);
   EXPECT_DOUBLE_EQ(opening.next(3.0 * kPi, kAnything)->turn_rad, 2.0 * kPi);
-  const auto short_ways_only = [](const Hop& hop) { return hop.length_m < 0.6; };
+  const auto short_ways_only = [](const MotionPrimitive& primitive) {
+    return primitive.length_m < 0.6;
+  };
   EXPECT_DOUBLE_EQ(opening.next(5.0 * kPi, short_ways_only)->length_m, 0.5);
   DriveScript dance(DriveMotion::kDance);
   EXPECT_FALSE(dance.next(0.0, short_ways_only));
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -1,4 +1,4 @@
-#include "tools/recording_csv.h"
+#include "tools/owner/recording_csv.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr RecordingUnits kMillimetres{1e-3, 100.0};
@@ -18,9 +18,9 @@ std::vector<CounterRow> counters(const std::string& text) {
   return readCounters(stream, "wheels.csv", kMillimetres);
 }
 
-std::vector<SightRow> sights(const std::string& text) {
+std::vector<ObservationRow> observations(const std::string& text) {
   std::istringstream stream(text);
-  return readSights(stream, "sights.csv", kLandmark, kMillimetres);
+  return readObservations(stream, "observations.csv", kLandmark, kMillimetres);
 }
 
 /// The message of the RecordingError that `read` throws.
@@ -37,8 +37,8 @@ std::string counterError(const std::string& text) {
   return errorOf([&] { counters(text); });
 }
 
-std::string sightError(const std::string& text) {
-  return errorOf([&] { sights(text); });
+std::string observationError(const std::string& text) {
+  return errorOf([&] { observations(text); });
 }
 
 TEST(ReadCounters, IncrementsAreSummedBeforeTheyAreQuantised) {
@@ -179,8 +179,8 @@ TEST(ReadCounters, WithoutATickSizeIsABrokenContract) {
   EXPECT_THROW(readCounters(stream, "wheels.csv", RecordingUnits{}), std::invalid_argument);
 }
 
-TEST(ReadSights, TakesOneLandmarkInTheFilesOrder) {
-  const auto rows = sights(
+TEST(ReadObservations, TakesOneLandmarkInTheFilesOrder) {
+  const auto rows = observations(
       "t_s,landmark_id,bearing_rad,range_m\n0,7,0.5,2\n0,8,0.6,2\n0.1,8,0.7,2\n0.1,7,-0.8,2\n");
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].stamp, stampFromSeconds(100.0));
@@ -189,21 +189,22 @@ TEST(ReadSights, TakesOneLandmarkInTheFilesOrder) {
   EXPECT_DOUBLE_EQ(rows[1].bearing_rad, -0.8);
 }
 
-TEST(ReadSights, ErrorsNameFileAndLine) {
-  EXPECT_EQ(sightError("t_s,bearing_rad\n0,1\n"),
-            "sights.csv:1: column 'landmark_id' is missing: it has t_s,bearing_rad");
-  EXPECT_EQ(sightError("t_s,landmark_id,bearing_rad\n1,7,0\n0.5,8,0\n"),
-            "sights.csv:3: t_s '0.5' is earlier than that of the row before");
-  EXPECT_EQ(sightError("t_s,landmark_id,bearing_rad\n1,8,x\n"),
-            "sights.csv:2: bearing_rad 'x' is not a number");
-  EXPECT_EQ(sightError("t_s,landmark_id,bearing_rad\n1,7,3.1\n2,8,-57.3\n"),
-            "sights.csv:3: bearing_rad '-57.3' lies beyond 2 pi: is it in degrees? bearings are in "
-            "radians");
-  EXPECT_EQ(sightError("t_s,landmark_id,bearing_rad\n1,8.5,0\n"),
-            "sights.csv:2: landmark_id '8.5' is not a whole number");
-  EXPECT_EQ(sightError("t_s,landmark_id,bearing_rad\n1,9,0\n1,8,0\n"),
-            "sights.csv:3: landmark 7 is never seen, only (8, 9)");
+TEST(ReadObservations, ErrorsNameFileAndLine) {
+  EXPECT_EQ(observationError("t_s,bearing_rad\n0,1\n"),
+            "observations.csv:1: column 'landmark_id' is missing: it has t_s,bearing_rad");
+  EXPECT_EQ(observationError("t_s,landmark_id,bearing_rad\n1,7,0\n0.5,8,0\n"),
+            "observations.csv:3: t_s '0.5' is earlier than that of the row before");
+  EXPECT_EQ(observationError("t_s,landmark_id,bearing_rad\n1,8,x\n"),
+            "observations.csv:2: bearing_rad 'x' is not a number");
+  EXPECT_EQ(
+      observationError("t_s,landmark_id,bearing_rad\n1,7,3.1\n2,8,-57.3\n"),
+      "observations.csv:3: bearing_rad '-57.3' lies beyond 2 pi: is it in degrees? bearings are in "
+      "radians");
+  EXPECT_EQ(observationError("t_s,landmark_id,bearing_rad\n1,8.5,0\n"),
+            "observations.csv:2: landmark_id '8.5' is not a whole number");
+  EXPECT_EQ(observationError("t_s,landmark_id,bearing_rad\n1,9,0\n1,8,0\n"),
+            "observations.csv:3: landmark 7 is never seen, only (8, 9)");
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -1,4 +1,4 @@
-#include "bearing_calibration/calibration/result_export.h"
+#include "bearing_calibration/output/result_export.h"
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -9,7 +9,7 @@
 
 #include "support/some_calibration.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// Written out by hand: R = Rz(yaw) Ry(pitch) Rx(roll), as REP 103 and URDF have it.
@@ -52,8 +52,8 @@ TEST(ResultExport, OpenCvReadsTheMatrixFromTheCameraToTheBase) {
 TEST(ResultExport, MultipliersAreOneWhereNothingWasEstimated) {
   SavedCalibration saved = someCalibration();
   saved.robot_errors = {
-      {"wheel_scales", BlockStatus::kOff, {"left", "right"}, {0.0, 0.0}, {0.0, 0.0}, ""},
-      {"wheel_separation", BlockStatus::kHeldAtPrior, {"scale"}, {0.02}, {0.01}, "a note"},
+      {"wheel_scales", BlockStatus::kOff, {{{"left", "1"}}, {{"right", "1"}}}, ""},
+      {"wheel_separation", BlockStatus::kHeldAtPrior, {{{"scale", "1"}, 0.02, 0.01}}, "a note"},
   };
   const YAML::Node multipliers = YAML::Load(diffDriveFrom(saved));
   EXPECT_DOUBLE_EQ(multipliers["wheel_separation_multiplier"].as<double>(), 1.02);
@@ -85,4 +85,4 @@ TEST(ResultExport, AnUntrustedResultHasNoForms) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

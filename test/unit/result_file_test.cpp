@@ -1,4 +1,4 @@
-#include "bearing_calibration/calibration/result_file.h"
+#include "bearing_calibration/output/result_file.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 namespace fs = std::filesystem;
@@ -136,7 +136,7 @@ TEST_F(ResultFileTest, ReadsBackExactlyWhatWasWritten) {
 TEST_F(ResultFileTest, IsPlainYaml) {
   SavedCalibration saved = someCalibration();
   saved.robot_errors = {
-      {"wheel_separation", BlockStatus::kHeldAtPrior, {"scale"}, {0.02}, {0.01}, "a note"}};
+      {"wheel_separation", BlockStatus::kHeldAtPrior, {{{"scale", "1"}, 0.02, 0.01}}, "a note"}};
   saved.lights.resize(2);
   saved.lights[0].light_id = 7;
   saved.lights[0].cartesian_state = saved.cartesian_state;
@@ -259,4 +259,4 @@ TEST_F(ResultFileTest, RefusesForeignContent) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

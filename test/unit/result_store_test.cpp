@@ -1,4 +1,4 @@
-#include "bearing_calibration/calibration/result_store.h"
+#include "bearing_calibration/output/result_store.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 
 #include "support/some_calibration.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 namespace fs = std::filesystem;
@@ -151,4 +151,4 @@ TEST_F(ResultStoreTest, SaysWhatTheFileSystemRefuses) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kMean = 40.0;
@@ -86,4 +86,4 @@ TEST(ThresholdLadder, RisesToWhatIsFullAndEndsBelowTheFirst) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -1,4 +1,4 @@
-#include "bearing_calibration/calibration/saving_rule.h"
+#include "bearing_calibration/output/saving_rule.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "support/some_calibration.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 // GoogleTest prints by it.
 void PrintTo(SavingDecision decision, std::ostream* out) {
@@ -144,4 +144,4 @@ TEST(SavingRule, AnotherRobotsResultIsKept) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

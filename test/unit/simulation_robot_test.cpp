@@ -10,7 +10,7 @@
 #include "bearing_calibration/simulation/robot_simulator.h"
 #include "bearing_calibration/simulation/trajectory_config.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 /// A test at this level fails by chance in one of 1000 seeds; the seeds are fixed.
@@ -259,4 +259,4 @@ TEST(RobotSimulator, ListsEveryWrongValue) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -10,7 +10,7 @@
 #include "bearing_calibration/simulation/trajectory_config.h"
 #include "bearing_calibration/simulation/wheel_encoders.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kSeparation_m = 0.25;
@@ -277,4 +277,4 @@ TEST(LimitedTrajectory, StandsStillAtItsEnd) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -16,7 +16,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace core = bearing_calibration;
+namespace core = bearing_calibration::core;
 
 const ros::Time kReceived(50, 7);
 

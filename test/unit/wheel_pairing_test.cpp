@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/odometry/wheel_odometer.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 namespace {
 
 constexpr double kMaxApart_s = 0.2;
@@ -119,4 +119,4 @@ TEST_F(WheelPairingTest, BadReadingsAreRefused) {
 }
 
 }  // namespace
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,15 +5,15 @@
 
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/calibration/fits_run.h"
-#include "bearing_calibration/calibration/look.h"
-#include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/odometry/wheel_pairing.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration/output/result.h"
+#include "bearing_calibration/track/association_outcome.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The calibration of one sensor's mount: wheel readings and bearings in, the mount out.
 /// Bearings are fused in the order of their stamps, as soon as the ticks cover them; memory is
@@ -52,13 +52,13 @@ class Calibrator {
   /// Where the newest wheel reading has the base; none before the first one.
   std::optional<BasePlace> place() const;
 
-  /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with
-  /// it. To be called before the first input.
-  void takeUp(const LastingEstimate& earlier);
+  /// Goes on from a mount that an earlier calibration has found, as long as the observations agree
+  /// with it. To be called before the first input.
+  void resume(const LastingEstimate& earlier);
 
   /// Is told of every image in the order of time, from within addTicks(), addAngles() and
   /// addBearings(); it must not call the calibrator. To be set before the first input.
-  void observe(LookObserver observer);
+  void observe(OutcomeObserver observer);
 
   /// Forgets everything but the configuration and the observer, the counts and what was taken up
   /// too.
@@ -71,4 +71,4 @@ class Calibrator {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -13,7 +13,7 @@
 #include "bearing_calibration/calibration/several_lights.h"
 #include "bearing_calibration/common/cancellation.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The estimation, with its fits at once or on a thread of their own. Beside: when an image makes a
 /// fit due, the live estimation goes on without it, a copy of it does the fit, sees the images that
@@ -33,8 +33,9 @@ class FitsBeside {
   const SeveralLights& live() const { return *live_; }
   FitsReport report() const;
 
-  /// See SeveralLights::look().
-  Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
+  /// See SeveralLights::process().
+  AssociationOutcome process(const BearingSet& image, const OdometryIncrement& motion,
+                             const OdometryWindow& nearby);
   /// Takes over a fit that has ended, if there is one.
   void takeOver();
   /// Throws what has ended a fit since the last call, if anything has.
@@ -44,14 +45,14 @@ class FitsBeside {
   void drop();
   /// Begins again from nothing.
   void forget();
-  /// See SeveralLights::takeUp().
-  void takeUp(const LastingEstimate& earlier);
+  /// See SeveralLights::resume().
+  void resume(const LastingEstimate& earlier);
 
  private:
   struct Frame {
     BearingSet image;
     OdometryIncrement motion;
-    TravelNearby nearby;
+    OdometryWindow nearby;
   };
   enum class Stage : std::uint8_t { kIdle, kAtWork, kEnded };
 
@@ -79,4 +80,4 @@ class FitsBeside {
   std::thread worker_;  ///< last: it uses the others
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

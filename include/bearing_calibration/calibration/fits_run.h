@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Where fits, which take up to a second, are done.
 enum class FitsRun : std::uint8_t {
@@ -17,4 +17,4 @@ struct FitsReport {
   std::uint32_t dropped = 0;  ///< because what they were begun on no longer holds
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

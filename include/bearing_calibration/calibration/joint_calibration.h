@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "bearing_calibration/calibration/config.h"
-#include "bearing_calibration/calibration/convergence_judge.h"
-#include "bearing_calibration/calibration/joint_record.h"
-#include "bearing_calibration/calibration/lights_record.h"
-#include "bearing_calibration/calibration/own_answer.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
+#include "bearing_calibration/judge/convergence_judge.h"
+#include "bearing_calibration/record/lights_record.h"
+#include "bearing_calibration/solve/joint_record.h"
+#include "bearing_calibration/solve/landmark_solution.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The mount that several lights tell together. The wheels' noise is shared, so that their own
 /// answers must not just be averaged: a filter of all lights at once takes every bearing that a
@@ -23,14 +23,14 @@ class JointCalibration {
   explicit JointCalibration(const CalibratorConfig& config);
 
   /// An image with the bearings that the lights' own calibrations took, after a motion.
-  void look(const LightsImage& image);
+  void add(const LightsImage& image);
   /// Nothing that was seen of a light so far counts any longer.
   void forget(std::size_t light);
 
   /// Fits the record anew, at an image that showed something.
   /// @param answers  for each light, its own one; null for those that may not take part
   /// @param earlier  what an earlier calibration has found
-  void review(const std::vector<const OwnAnswer*>& answers,
+  void review(const std::vector<const LandmarkSolution*>& answers,
               const std::optional<LastingEstimate>& earlier);
 
   /// At the last image; none while fewer than two lights agree.
@@ -52,12 +52,12 @@ class JointCalibration {
   Outcome outcome() const { return outcome_; }
 
  private:
-  Outcome fitTogether(const std::vector<const OwnAnswer*>& answers,
+  Outcome fitTogether(const std::vector<const LandmarkSolution*>& answers,
                       const std::vector<std::size_t>& lights);
-  double contradictionOf(const OwnAnswer& answer) const;
-  std::optional<std::size_t> oneTooMany(const std::vector<const OwnAnswer*>& answers,
+  double contradictionOf(const LandmarkSolution& answer) const;
+  std::optional<std::size_t> oneTooMany(const std::vector<const LandmarkSolution*>& answers,
                                         const std::vector<std::size_t>& lights);
-  std::size_t mostContradicted(const std::vector<const OwnAnswer*>& answers) const;
+  std::size_t mostContradicted(const std::vector<const LandmarkSolution*>& answers) const;
   Judgement judge(const LightsEstimate& estimate, bool is_clear) const;
 
   CalibratorConfig config_;
@@ -70,4 +70,4 @@ class JointCalibration {
   Outcome outcome_ = Outcome::kTooFew;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,36 +6,37 @@
 #include <vector>
 
 #include "bearing_calibration/calibration/config.h"
-#include "bearing_calibration/calibration/convergence_judge.h"
 #include "bearing_calibration/calibration/fits_run.h"
-#include "bearing_calibration/calibration/initializer.h"
-#include "bearing_calibration/calibration/light_picker.h"
-#include "bearing_calibration/calibration/look.h"
-#include "bearing_calibration/calibration/mount_tracker.h"
-#include "bearing_calibration/calibration/own_answer.h"
-#include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/calibration/schedule.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
+#include "bearing_calibration/init/initializer.h"
+#include "bearing_calibration/judge/convergence_judge.h"
+#include "bearing_calibration/output/result.h"
+#include "bearing_calibration/solve/landmark_solution.h"
+#include "bearing_calibration/track/association_outcome.h"
+#include "bearing_calibration/track/light_picker.h"
+#include "bearing_calibration/track/mount_tracker.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
-/// One calibration from its first sight on: the base's motion and what each image saw, in the order
-/// of time; the mount out. Collects sights until the initialiser finds mount and light in them,
-/// goes on with the filter, holds the filter against the whole record once a second, and judges.
-/// A value: a copy goes on by itself.
+/// One calibration from its first observation on: the base's motion and what each image saw, in the
+/// order of time; the mount out. Collects observations until the initialiser finds mount and light
+/// in them, goes on with the filter, holds the filter against the whole record once a second, and
+/// judges. A value: a copy goes on by itself.
 class MountCalibration {
  public:
-  /// @param fits_run  kBeside: look() leaves what is heavy to work()
+  /// @param fits_run  kBeside: process() leaves what is heavy to work()
   explicit MountCalibration(const CalibratorConfig& config, FitsRun fits_run = FitsRun::kAtOnce);
 
-  /// Goes on from a mount that an earlier calibration has found, as long as the sights agree with
-  /// it. To be called before the first sight.
-  void takeUp(const LastingEstimate& earlier) { earlier_ = earlier; }
+  /// Goes on from a mount that an earlier calibration has found, as long as the observations agree
+  /// with it. To be called before the first observation.
+  void resume(const LastingEstimate& earlier) { earlier_ = earlier; }
 
   /// An image, after a motion since the one before it.
   /// @param nearby  the wheels' travel around the image's stamp
   /// @returns what became of it
-  Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
+  AssociationOutcome process(const BearingSet& image, const OdometryIncrement& motion,
+                             const OdometryWindow& nearby);
 
   /// Whether the last image has made heavy work due that is not done.
   bool isWorkDue() const { return is_work_due_; }
@@ -45,42 +46,44 @@ class MountCalibration {
   /// Where the light would be seen after a further motion; none before the first estimate, or while
   /// the light is looked for.
   std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion,
-                                                       const TravelNearby& nearby) const;
+                                                       const OdometryWindow& nearby) const;
   /// The light that is followed, where the sensor tells lights apart.
   std::int32_t lightId() const { return light_id_.value_or(kUnknownLight); }
 
-  /// The last fit that settled; none before, and where nobody asks for it (LightsConfig::most is
-  /// 1).
-  const std::optional<OwnAnswer>& ownAnswer() const { return answer_; }
+  /// The last fit that settled; none before, and where nobody asks for it
+  /// (CalibratorConfig::max_lights is 1).
+  const std::optional<LandmarkSolution>& solution() const { return answer_; }
   /// What the judge says; none before the start.
   const Judgement* judgement() const { return judge_ ? &judge_->last() : nullptr; }
   const std::optional<LastingEstimate>& earlier() const { return earlier_; }
 
-  /// Fills in what the sights have told: state, advice, estimates, consistency, counts of bearings.
+  /// Fills in what the observations have told: state, advice, estimates, consistency, counts of
+  /// bearings.
   void describe(CalibrationResult* result) const;
 
  private:
   std::vector<Bearing> ofThisLight(const std::vector<Bearing>& candidates) const;
-  void start(const BearingSet& image, const TravelNearby& nearby, Look* look);
+  void start(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   void attemptStart();
   void startFromGuess(const Bearing& light);
   void startTracker(const RobotEstimate& estimate, double bearing_correlation);
   void moveAlong(const StartAttempt& attempt);
   RobotEstimate withEarlier(const RobotEstimate& estimate);
-  void follow(const BearingSet& image, const TravelNearby& nearby, Look* look);
+  void follow(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   bool isFitDue() const;
   void refineAndJudge();
-  BatchEstimate fitRecord(const std::vector<Sight>& sights, const RobotEstimate& running) const;
+  BatchEstimate fitRecord(const std::vector<Observation>& observations,
+                          const RobotEstimate& running) const;
   void noteSettled(const RecordStart& start);
-  void noteAnswer(const SlipAverage& settled);
+  void noteSolution(const SlipAverage& settled);
   void noteNoise(const BatchEstimate& fit);
   bool hasSettled(const BatchEstimate& batch) const;
   bool looksForNoise() const { return config_.initializer.noise.any(); }
   void diagnose();
-  void remember(Stamp stamp, const Bearing& light, const TravelNearby& nearby);
+  void remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby);
   void noteLight(const Bearing& light);
   void startAnew();
-  void followKnock();
+  void followMountChange();
 
   CalibratorConfig config_;
   FitsRun fits_run_;
@@ -89,31 +92,31 @@ class MountCalibration {
   LightPicker picker_;
   Initializer initializer_;  ///< keeps the record, after the start too
   BatchEstimator batch_;
-  OdometryIncrement motion_since_sight_;  ///< since the record's last one
-  std::optional<StartAttempt> attempt_;   ///< the initialiser's last one
-  int misfits_ = 0;                       ///< attempts in a row after which nothing fitted
+  OdometryIncrement motion_since_observation_;  ///< since the record's last one
+  std::optional<StartAttempt> attempt_;         ///< the initialiser's last one
+  int misfits_ = 0;                             ///< attempts in a row after which nothing fitted
   Schedule attempts_;
   Schedule fits_;
   Schedule diagnoses_;
-  std::string diagnosis_;  ///< the fault that would explain why nothing fits; empty when none does
+  Diagnosis diagnosis_;  ///< the fault that would explain why nothing fits
   std::optional<MountTracker> tracker_;
   /// The last attempt's estimate, moved along: right, but not yet narrow enough for a linearised
   /// filter to take in bearings.
   std::optional<MountTracker> weak_;
   struct Settled {
-    Stamp stamp;        ///< of the sight that it is surest of
-    RecordStart start;  ///< there; `sight` as the record was then
+    Stamp stamp;        ///< of the observation that it is surest of
+    RecordStart start;  ///< there; `observation` as the record was then
   };
   std::optional<Settled> settled_;         ///< the batch, the last time that it did
   std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
-  std::optional<OwnAnswer> answer_;
-  bool started_ = false;  ///< tracker_ carries on from the initialiser
-  std::string knock_;     ///< why the calibration began anew; empty unless the mount was knocked
-  NoiseLevels noise_;     ///< against the stated one, as the record has it
+  std::optional<LandmarkSolution> answer_;
+  bool started_ = false;    ///< tracker_ carries on from the initialiser
+  bool restarted_ = false;  ///< since the mount has moved
+  NoiseLevels noise_;       ///< against the stated one, as the record has it
   CorrelationTime correlation_time_;
   std::optional<std::int32_t> light_id_;
   std::uint32_t bearings_used_ = 0;
   std::uint32_t bearings_gated_ = 0;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

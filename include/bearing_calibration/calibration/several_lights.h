@@ -7,53 +7,54 @@
 
 #include "bearing_calibration/calibration/fits_run.h"
 #include "bearing_calibration/calibration/joint_calibration.h"
-#include "bearing_calibration/calibration/light_member.h"
+#include "bearing_calibration/calibration/landmark.h"
 #include "bearing_calibration/calibration/mount_calibration.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
-/// The calibration of one mount with up to LightsConfig::most lights. Each light has a calibration
-/// of its own, with all that makes that one robust and honest; together they make a joint one
-/// (doc/lights.md). With one light at most it is that light's calibration and nothing else.
-/// A value: a copy goes on by itself.
+/// The calibration of one mount with up to CalibratorConfig::max_lights lights. Each light has a
+/// calibration of its own, with all that makes that one robust and honest; together they make a
+/// joint one (doc/lights.md). With one light at most it is that light's calibration and nothing
+/// else. A value: a copy goes on by itself.
 class SeveralLights {
  public:
-  /// @param fits_run  kBeside: look() leaves what is heavy to work()
+  /// @param fits_run  kBeside: process() leaves what is heavy to work()
   explicit SeveralLights(const CalibratorConfig& config, FitsRun fits_run = FitsRun::kAtOnce);
 
   /// Goes on from a mount that an earlier calibration has found. To be called before the first
   /// image.
-  void takeUp(const LastingEstimate& earlier);
+  void resume(const LastingEstimate& earlier);
 
-  /// An image, after a motion since the one before it (see MountCalibration::look()).
+  /// An image, after a motion since the one before it (see MountCalibration::process()).
   /// @returns what became of it in the calibration of the first light
-  Look look(const BearingSet& image, const OdometryIncrement& motion, const TravelNearby& nearby);
+  AssociationOutcome process(const BearingSet& image, const OdometryIncrement& motion,
+                             const OdometryWindow& nearby);
 
   /// Whether the last image has made heavy work due that is not done.
   bool isWorkDue() const;
   /// Does it. To be called before the next image only: what fits say is of the last one.
   void work();
-  /// How often look() has given up all that it had of a light.
+  /// How often process() has given up all that it had of a light.
   int newStarts() const { return new_starts_; }
 
   /// Where the light would be seen; none where there are several: all of the image is looked at.
   std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion,
-                                                       const TravelNearby& nearby) const;
+                                                       const OdometryWindow& nearby) const;
   std::int32_t lightId() const;
 
   void describe(CalibrationResult* result) const;
 
  private:
-  bool isMany() const { return config_.lights.most > 1; }
+  bool isMany() const { return config_.max_lights > 1; }
   bool isOffered(const Bearing& candidate, std::size_t light) const;
   bool isOwned(std::int32_t light_id) const;
-  Look show(std::size_t light, const BearingSet& image, std::vector<Bearing>* left,
-            LightsImage* seen);
+  AssociationOutcome show(std::size_t light, const BearingSet& image, std::vector<Bearing>* left,
+                          LightsImage* seen);
   void welcome(const BearingSet& image, std::vector<Bearing>* left, LightsImage* seen);
   std::optional<std::size_t> placeForAnother(Stamp now) const;
   void review();
-  std::optional<Judgement> hearKnocks() const;
+  std::optional<Judgement> agreeOnMountMoved() const;
   void startAnew();
   std::size_t leader() const;
   std::string nameOf(std::size_t light) const;
@@ -67,16 +68,16 @@ class SeveralLights {
   bool is_review_due_ = false;
   int new_starts_ = 0;
   std::optional<LastingEstimate> earlier_;
-  std::vector<LightMember> lights_;
+  std::vector<Landmark> lights_;
   JointCalibration joint_;
   Stamp last_image_;
   OdometryIncrement motion_;  ///< of the last image
-  TravelNearby nearby_;       ///< around it
+  OdometryWindow nearby_;     ///< around it
   double way_m_ = 0.0;        ///< with its turns
   Stamp first_image_;         ///< reviewed
   Stamp next_review_;
-  std::optional<Judgement> knock_;  ///< what the lights say of a knocked mount
-  std::string knock_prefix_;        ///< why it all began anew
+  std::optional<Judgement> mount_moved_;  ///< what the lights say of a mount that has moved
+  bool restarted_ = false;                ///< because it had
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 inline constexpr double kPi = 3.14159265358979323846;
 inline constexpr double kDegreesPerRadian = 180.0 / kPi;
@@ -17,4 +17,4 @@ inline double wrapAngle(double angle_rad) {
 constexpr double radiansFromDegrees(double angle_deg) { return angle_deg / kDegreesPerRadian; }
 constexpr double degreesFromRadians(double angle_rad) { return angle_rad * kDegreesPerRadian; }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

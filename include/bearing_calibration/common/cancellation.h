@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <exception>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 using Epoch = std::uint64_t;
 
@@ -30,4 +30,4 @@ class WorkOfEpoch {
 /// @throws Cancelled
 void endIfCancelled();
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Value that a chi-square variable with `degrees_of_freedom` stays below with `probability`.
 /// @throws std::domain_error unless degrees_of_freedom > 0 and 0 <= probability < 1.
@@ -9,4 +9,4 @@ double chiSquareQuantile(double probability, double degrees_of_freedom);
 /// Probability that a chi-square variable with `degrees_of_freedom` stays below `value` >= 0.
 double chiSquareProbability(double value, double degrees_of_freedom);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// printf into a string, of any length.
 template <typename... Values>
@@ -16,4 +16,4 @@ std::string formatted(const char* format, Values... values) {
   return text;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// What became of one input. Everything from kVarianceRaised on is to be heard of; from kNoStamp on
 /// it is bad input: refused, counted, and without any other effect but the one that its comment
@@ -18,10 +18,10 @@ enum class InputStatus : std::uint8_t {
   kStampInFuture,      ///< the stamp lies after the time of receipt by more than allowed
   kStampNotAfterLast,  ///< the stamp is not later than the last one of its stream
   kAzimuthNotFinite,
-  kAzimuthBeyondATurn,   ///< more than 2 pi: most likely in degrees
-  kVarianceNotPositive,  ///< zero, negative or not finite
-  kVarianceAbsurd,       ///< larger than the largest allowed, no information
-  kQualityOutOfRange,    ///< not in [0, 1]
+  kAzimuthBeyondATurn,     ///< more than 2 pi: most likely in degrees
+  kVarianceNotPositive,    ///< zero, negative or not finite
+  kVarianceAbsurd,         ///< larger than the largest allowed, no information
+  kProbabilityOutOfRange,  ///< not in [0, 1]
   kCounterReset,     ///< the counters were reset by their driver: followed from the new value on
   kTicksTooFast,     ///< the wheels cannot have turned that far: refused, followed if it persists
   kTicksGap,         ///< no readings for so long that the counter may have wrapped unseen
@@ -65,4 +65,4 @@ struct InputCounts {
   std::uint32_t remarks() const;  ///< all that is worth a word: those, and what was changed
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

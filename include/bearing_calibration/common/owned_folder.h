@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A file to be written.
 struct FileText {
@@ -61,4 +61,4 @@ class OwnedFolder {
   int lock_ = -1;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

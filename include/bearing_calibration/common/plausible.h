@@ -2,7 +2,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// What no robot needs, from one of millimetres to a truck, and no room: a parameter beyond has a
 /// wrong unit or a slip of the keyboard, and its arithmetic would fail long after the start.
@@ -28,4 +28,4 @@ inline constexpr double kLargestSide_px = 16384.0;
 inline constexpr int kMostOfAKind = 1000000;  // bearings, images: a day of them
 
 }  // namespace plausible
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

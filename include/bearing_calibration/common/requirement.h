@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/common/formatted.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Collects one sentence for each broken requirement of a configuration, named by its parameter.
 class Requirements {
@@ -38,4 +38,4 @@ class Requirements {
   std::vector<std::string> errors_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

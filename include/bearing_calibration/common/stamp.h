@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The clock that the sensors stamp with: nanoseconds since an epoch of their own. It cannot be
 /// read (there is no now()): the core is told the time with each measurement.
@@ -35,4 +35,4 @@ inline double secondsFromStamp(Stamp stamp) {
 /// ROS stamps a message that nobody stamped with zero: no moment at all.
 inline bool isStamped(Stamp stamp) { return stamp.time_since_epoch() > Duration::zero(); }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// `config` itself, for use in an initialiser list.
 /// @throws std::invalid_argument with every sentence of config.validate().
@@ -17,4 +17,4 @@ const Config& validated(const Config& config) {
   return config;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

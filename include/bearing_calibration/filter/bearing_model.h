@@ -3,7 +3,7 @@
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The next state with its Jacobians by the state and by the increment's (x, y, yaw).
 struct Propagation {
@@ -29,4 +29,4 @@ Propagation propagatePaper(const Vector5& state, const OdometryIncrement& motion
 /// Bearing from the paper's state (doc/model.md, eq. 10; the paper's eqs. 8 and 15).
 AzimuthModel azimuthFromPaper(const Vector5& state);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A measurement of one number against its prediction.
 struct Innovation {
@@ -42,4 +42,4 @@ Gaussian<N> updateScalar(const Gaussian<N>& prior, const Eigen::Matrix<double, 1
   return {prior.mean + K * residual, 0.5 * (P + P.transpose())};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

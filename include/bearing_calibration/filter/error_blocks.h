@@ -5,17 +5,23 @@
 #include <cmath>
 #include <tuple>
 
-#include "bearing_calibration/filter/tilted_sight.h"
+#include "bearing_calibration/filter/tilted_observation.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
-#include "bearing_calibration/odometry/travel_nearby.h"
+#include "bearing_calibration/odometry/odometry_window.h"
 
 // What may be wrong with a robot, as blocks of numbers that are estimated beside the mount; all of
 // them are zero for a robot as it is believed (doc/model.md, "The imperfect robot"). A block is one
 // small type below, and its place in the list `ErrorBlocks` at the end: nothing else names it.
 // `kLasts` says of each number whether it is the same when the robot starts anew.
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
+
+/// A number's name, and its unit: "1" for a ratio.
+struct Quantity {
+  const char* name;
+  const char* unit;
+};
 
 /// A motion while the blocks correct it one after the other; K errors.
 template <int K>
@@ -68,7 +74,7 @@ struct NoEffect {
   template <int At, class Q, int K>
   static void correct(CorrectedMotion<K>&, const OdometryIncrement&, const Q& /*q*/) {}
   template <int At, class Q, int K>
-  static void correct(CorrectedLight<K>&, const TravelNearby&, const WheelFactors&,
+  static void correct(CorrectedLight<K>&, const OdometryWindow&, const WheelFactors&,
                       const Q& /*q*/) {}
   template <int At, class Q, int K>
   static void correct(CorrectedAzimuth<K>&, const Q& /*q*/) {}
@@ -79,7 +85,7 @@ struct NoEffect {
 /// The bearings' stamps are late against the encoders' by this [s].
 struct TimeOffset : NoEffect {
   static constexpr const char* kName = "time_offset";
-  static constexpr std::array<const char*, 1> kParts = {"time_offset [s]"};
+  static constexpr std::array<Quantity, 1> kNumbers = {{{"time_offset", "s"}}};
   static constexpr int kSize = 1;
   static constexpr std::array<double, 1> kPriorWeights = {1.0};
   static constexpr std::array<bool, 1> kLasts = {false};
@@ -89,7 +95,7 @@ struct TimeOffset : NoEffect {
   using NoEffect::correct;
   /// The base was where the wheels put it q seconds before the stamp (doc/model.md, eq. 16).
   template <int At, class Q, int K>
-  static void correct(CorrectedLight<K>& light, const TravelNearby& nearby,
+  static void correct(CorrectedLight<K>& light, const OdometryWindow& nearby,
                       const WheelFactors& wheels, const Q& q) {
     const WheelDisplacement travel = nearby.travelTo(-q(0));
     const WheelSpeeds speeds = nearby.speedsAt(-q(0));
@@ -110,7 +116,8 @@ struct TimeOffset : NoEffect {
 /// Each wheel rolls (1 + q) times what its counter and radius say.
 struct WheelScales : NoEffect {
   static constexpr const char* kName = "wheel_scales";
-  static constexpr std::array<const char*, 2> kParts = {"left_wheel_scale", "right_wheel_scale"};
+  static constexpr std::array<Quantity, 2> kNumbers = {
+      {{"left_wheel_scale", "1"}, {"right_wheel_scale", "1"}}};
   static constexpr int kSize = 2;
   static constexpr std::array<double, 2> kPriorWeights = {1.0, 1.0};
   static constexpr std::array<bool, 2> kLasts = {true, true};
@@ -138,7 +145,7 @@ struct WheelScales : NoEffect {
 /// is what their lengths are measured by.
 struct WheelSeparation : NoEffect {
   static constexpr const char* kName = "wheel_separation";
-  static constexpr std::array<const char*, 1> kParts = {"wheel_separation_scale"};
+  static constexpr std::array<Quantity, 1> kNumbers = {{{"wheel_separation_scale", "1"}}};
   static constexpr int kSize = 1;
   static constexpr std::array<double, 1> kPriorWeights = {1.0};
   static constexpr std::array<bool, 1> kLasts = {true};
@@ -168,7 +175,8 @@ struct WheelSeparation : NoEffect {
   }
 };
 
-/// How much farther a light at 1 m is than one far away, for what a skew mirror does to both [1/m].
+/// How much farther a light at 1 m is than one far away, for what a misaligned mirror does to both
+/// [1/m].
 inline double nearnessOf(double range_m) {
   constexpr double kLeastRange_m = 0.05;  // nearer, the light stands over the mirror
   return 1.0 / std::max(range_m, kLeastRange_m);
@@ -198,12 +206,13 @@ struct Harmonic {
 
 /// Mirror axis, apex and image centre are not on one line: the azimuth is off by a first harmonic
 /// of the sizes q(0), q(1) [rad] for a far light, and by q(2) [m] over the range times these more
-/// for a near one. q(2) is a constant of mirror and lens (optics/mirror_bend) where the image's
-/// centre is put as that says, and known beforehand (doc/model.md, eq. 19).
+/// for a near one. q(2) is a constant of mirror and lens (optics/mirror_misalignment) where the
+/// image's centre is put as that says, and known beforehand (doc/model.md, eq. 19).
 struct MirrorHarmonic : NoEffect {
   static constexpr const char* kName = "mirror_harmonic";
-  static constexpr std::array<const char*, 3> kParts = {
-      "mirror_harmonic_cos [rad]", "mirror_harmonic_sin [rad]", "mirror_near_per_far [m]"};
+  static constexpr std::array<Quantity, 3> kNumbers = {{{"mirror_harmonic_cos", "rad"},
+                                                        {"mirror_harmonic_sin", "rad"},
+                                                        {"mirror_near_per_far", "m"}}};
   static constexpr int kSize = 3;
   static constexpr int kNearPerFar = 2;  ///< place of that number in it
   static constexpr std::array<double, 3> kPriorWeights = {1.0, 1.0, 0.0};
@@ -225,17 +234,18 @@ struct MirrorHarmonic : NoEffect {
   }
 };
 
-/// What a skew mirror does to near lights beyond that: a first harmonic of q(0), q(1) [rad m] over
-/// the range. It looks like a shifted sensor, so that only its prior holds it.
+/// What a misaligned mirror does to near lights beyond that: a first harmonic of q(0), q(1) [rad m]
+/// over the range. It looks like a shifted sensor, so that only its prior holds it.
 struct MirrorNear : NoEffect {
   static constexpr const char* kName = "mirror_near";
-  static constexpr std::array<const char*, 2> kParts = {"mirror_near_cos [rad m]",
-                                                        "mirror_near_sin [rad m]"};
+  static constexpr std::array<Quantity, 2> kNumbers = {
+      {{"mirror_near_cos", "rad m"}, {"mirror_near_sin", "rad m"}}};
   static constexpr int kSize = 2;
   static constexpr std::array<double, 2> kPriorWeights = {1.0, 1.0};
   static constexpr std::array<bool, 2> kLasts = {true, true};
   static constexpr const char* kWhenHeld =
-      "a skew mirror shifts the sensor by as many metres: know the lens' principal point, and put "
+      "a misaligned mirror shifts the sensor by as many metres: know the lens' principal point, "
+      "and put "
       "the image's centre where find_mirror says";
 
   using NoEffect::correct;
@@ -254,8 +264,8 @@ struct MirrorNear : NoEffect {
 /// (doc/model.md, eqs. 20 and 21). Azimuths of one light cannot tell that from a shifted mount.
 struct SensorTilt : NoEffect {
   static constexpr const char* kName = "sensor_tilt";
-  static constexpr std::array<const char*, 3> kParts = {"sensor_roll [rad]", "sensor_pitch [rad]",
-                                                        "light_height [m]"};
+  static constexpr std::array<Quantity, 3> kNumbers = {
+      {{"sensor_roll", "rad"}, {"sensor_pitch", "rad"}, {"light_height", "m"}}};
   static constexpr int kSize = 3;
   static constexpr int kHeight = 2;  ///< place of the light's height in it
   /// With 2 deg goes a light up to a third of a metre above or below.
@@ -269,7 +279,7 @@ struct SensorTilt : NoEffect {
   template <int At, class Q, int K>
   static void correct(CorrectedAzimuth<K>& azimuth, const Q& q) {
     if (q.isZero(0.0)) return;  // neither the azimuth nor its Jacobian is another
-    const TiltedAngle tilted = tiltedAzimuth(levelSight(azimuth, q));
+    const TiltedAngle tilted = tiltedAzimuth(levelObservation(azimuth, q));
     azimuth.azimuth_rad = tilted.angle_rad;
     azimuth.J_azimuth_ideal *= tilted.J_angle_level(0);
     azimuth.J_azimuth_range = tilted.J_angle_level(1);
@@ -277,7 +287,7 @@ struct SensorTilt : NoEffect {
   }
   template <int At, class Q, int K>
   static void correct(CorrectedElevation<K>& elevation, const Q& q) {
-    const TiltedAngle tilted = tiltedElevation(levelSight(elevation, q));
+    const TiltedAngle tilted = tiltedElevation(levelObservation(elevation, q));
     elevation.elevation_rad = tilted.angle_rad;
     elevation.J_elevation_ideal = tilted.J_angle_level(0);
     elevation.J_elevation_range = tilted.J_angle_level(1);
@@ -286,8 +296,8 @@ struct SensorTilt : NoEffect {
 
  private:
   template <class Corrected, class Q>
-  static LevelSight levelSight(const Corrected& sight, const Q& q) {
-    return {sight.azimuth_rad, sight.range_m, q(kHeight), q(0), q(1)};
+  static LevelObservation levelObservation(const Corrected& observation, const Q& q) {
+    return {observation.azimuth_rad, observation.range_m, q(kHeight), q(0), q(1)};
   }
 };
 
@@ -297,4 +307,4 @@ struct SensorTilt : NoEffect {
 using ErrorBlocks =
     std::tuple<TimeOffset, WheelScales, WheelSeparation, MirrorHarmonic, MirrorNear, SensorTilt>;
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

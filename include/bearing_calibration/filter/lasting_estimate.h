@@ -7,7 +7,7 @@
 #include "bearing_calibration/filter/paper_state.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// What is still true when a robot starts anew: the mount, and those errors that are the robot's
 /// own for good (its wheels, its mirror, how its sensor leans), as they hang together.
@@ -49,4 +49,4 @@ void addEarlier(const LastingEstimate& earlier, const ErrorPriors& priors,
 RobotEstimate withEarlier(const RobotEstimate& estimate, const LastingEstimate& earlier,
                           const ErrorPriors& priors);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

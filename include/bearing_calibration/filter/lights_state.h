@@ -10,7 +10,7 @@
 // One mount and several lights: what MountFilter and the smoother do for one light, for a number of
 // them that is known at run time only. Nothing here allocates (doc/model.md, "Several lights").
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 inline constexpr int kMostLights = 8;
 inline constexpr int kMountSize = 3;
@@ -90,10 +90,10 @@ struct LightsAngle {
   LightsRow J_angle_state;
 };
 LightsAngle expectAzimuth(const LightsLayout& layout, const LightsVector& state, int light,
-                          const TravelNearby& nearby);
+                          const OdometryWindow& nearby);
 /// Only with all errors in the state.
 LightsAngle expectElevation(const LightsLayout& layout, const LightsVector& state, int light,
-                            const TravelNearby& nearby);
+                            const OdometryWindow& nearby);
 
 /// An update by one bearing: what a smoother needs of it on its way back.
 struct LightsUpdate {
@@ -106,7 +106,7 @@ struct LightsUpdate {
 };
 /// @param about  the state that the bearing is linearised about
 LightsUpdate updateByAzimuth(const LightsVector& about, int light, double azimuth_rad,
-                             double azimuth_variance_rad2, const TravelNearby& nearby,
+                             double azimuth_variance_rad2, const OdometryWindow& nearby,
                              LightsEstimate* estimate);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "bearing_calibration/filter/paper_state.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// An azimuth as the filter expects it, with the variance of that expectation.
 struct AzimuthPrediction {
@@ -19,8 +19,8 @@ struct AzimuthPrediction {
   Innovation innovationOf(double azimuth_rad, double azimuth_variance_rad2) const;
 };
 
-/// The filter of a mount and one light, in whatever chart. Predict by the base's motion, update by
-/// a bearing; the estimate is the one at the last prediction.
+/// The filter of a mount and one light, in whatever parametrisation. Predict by the base's motion,
+/// update by a bearing; the estimate is the one at the last prediction.
 class MountFilter {
  public:
   virtual ~MountFilter() = default;
@@ -28,14 +28,14 @@ class MountFilter {
 
   virtual void predict(const OdometryIncrement& motion) = 0;
   /// @param nearby  travel around the stamp of the bearing; without it, as if the base stood
-  virtual AzimuthPrediction predictAzimuth(const TravelNearby& nearby = {}) const = 0;
+  virtual AzimuthPrediction predictAzimuth(const OdometryWindow& nearby = {}) const = 0;
   /// The same after a further motion, leaving the filter as it is.
   virtual AzimuthPrediction predictAzimuthAfter(const OdometryIncrement& motion,
-                                                const TravelNearby& nearby = {}) const = 0;
+                                                const OdometryWindow& nearby = {}) const = 0;
   /// @param elevation  used where the sensor's tilt is among the errors of the state; a wild one
   ///   pulls no more than an unlikely one
   virtual void update(double azimuth_rad, double azimuth_variance_rad2,
-                      const TravelNearby& nearby = {},
+                      const OdometryWindow& nearby = {},
                       const std::optional<Elevation>& elevation = std::nullopt) = 0;
 
   virtual CartesianEstimate cartesian() const = 0;
@@ -45,16 +45,10 @@ class MountFilter {
   virtual void restart(const RobotEstimate& estimate) = 0;
 };
 
-/// Light and sensor in the base frame: consistent at any rho (doc/model.md, "Cartesian chart"). The
-/// robot's errors are held at what restart() says.
-std::unique_ptr<MountFilter> makeCartesianFilter(const CartesianEstimate& start);
-
-/// The paper's own filter on X = [D, theta, phi, rho, psi]; the robot's errors as above.
-std::unique_ptr<MountFilter> makePaperFilter(const CartesianEstimate& start);
-
-/// The Cartesian filter with the first `errors_in_use` of the robot's errors in its state (see
+/// The filter on light and sensor in the base frame, consistent at any rho (doc/model.md,
+/// "Cartesian parametrisation"), with the first `errors_in_use` of the robot's errors (see
 /// errorsInUse()).
-std::unique_ptr<MountFilter> makeRobotFilter(const RobotEstimate& start, int errors_in_use);
+std::unique_ptr<MountFilter> makeCartesianFilter(const RobotEstimate& start, int errors_in_use = 0);
 
 /// A filter as a value: a copy is a filter of its own in the same state.
 class FilterValue {
@@ -77,4 +71,4 @@ class FilterValue {
   std::unique_ptr<MountFilter> filter_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

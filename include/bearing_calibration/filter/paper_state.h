@@ -4,7 +4,7 @@
 
 #include "bearing_calibration/filter/cartesian_state.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Positions of the quantities in the paper's state X = [D, theta, phi, rho, psi] (paper, eq. 11):
 /// D distance from the light to the base, theta base heading minus the direction from the light to
@@ -27,11 +27,12 @@ struct MountEstimate {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-/// The same knowledge in the paper's chart (doc/model.md, eq. 12). Where rho is not known to be
-/// above zero, the variance of phi is limited to that of a direction of which nothing is known.
+/// The same knowledge in the paper's parametrisation (doc/model.md, eq. 12). Where rho is not known
+/// to be above zero, the variance of phi is limited to that of a direction of which nothing is
+/// known.
 PaperEstimate paperFromCartesian(const CartesianEstimate& cartesian);
 
-/// The same knowledge in the Cartesian chart (doc/model.md, eq. 11).
+/// The same knowledge in the Cartesian parametrisation (doc/model.md, eq. 11).
 CartesianEstimate cartesianFromPaper(const PaperEstimate& paper);
 
 /// The sensor's part of the state (doc/model.md, eq. 13): x = rho cos phi, y = rho sin phi,
@@ -41,4 +42,4 @@ MountEstimate mountFromCartesian(const CartesianEstimate& cartesian);
 /// Whether rho is so clearly above zero that phi and psi mean something.
 bool isRhoDetermined(double rho_m, double rho_variance_m2);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -11,7 +11,7 @@
 #include "bearing_calibration/filter/ekf.h"
 #include "bearing_calibration/filter/error_blocks.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 namespace detail {
 template <class... Blocks>
@@ -52,8 +52,8 @@ struct ErrorPriors {
   /// sensor is looked for.
   void setLightHeight(double mean_m, double stddev_m);
 
-  /// What near lights show of the mirror's harmonic beyond far ones [m] (optics/mirror_bend):
-  /// without effect where no harmonic is looked for.
+  /// What near lights show of the mirror's harmonic beyond far ones [m]
+  /// (optics/mirror_misalignment): without effect where no harmonic is looked for.
   void setMirrorNearPerFar(double near_per_far_m);
 
   /// Whether elevations of the light tell anything that is looked for.
@@ -132,13 +132,13 @@ void propagateCovariance(const Eigen::Matrix2d& R_end_start,
 /// The azimuth [rad] at which the sensor sees the light, errors and all, with its Jacobian by the
 /// Cartesian state at the stamp and the first K errors (doc/model.md, eqs. 6, 16, 19, 20).
 template <int K>
-struct SightModel {
+struct ObservationModel {
   double azimuth_rad;
   Eigen::Matrix<double, 1, 5 + K> J_azimuth_state;
 };
 template <int K>
-SightModel<K> expectSight(const Vector5& state, const ErrorVector& errors,
-                          const TravelNearby& nearby);
+ObservationModel<K> expectObservation(const Vector5& state, const ErrorVector& errors,
+                                      const OdometryWindow& nearby);
 
 /// The elevation [rad] at which the sensor sees the light, as above (doc/model.md, eq. 20): only
 /// with all errors in the state.
@@ -147,7 +147,7 @@ struct ElevationModel {
   Eigen::Matrix<double, 1, 5 + kErrorCount> J_elevation_state;
 };
 ElevationModel expectElevation(const Vector5& state, const ErrorVector& errors,
-                               const TravelNearby& nearby);
+                               const OdometryWindow& nearby);
 
 /// How many of the errors, from the first on, a filter must carry so that all with a prior are
 /// among them: one of the sizes that the templates above are made for.
@@ -156,8 +156,10 @@ int errorsInUse(const ErrorPriors& priors);
 /// Whether an error is the same when the robot starts anew.
 bool lasts(int error);
 
-/// A name for each of the errors, with its unit.
-std::vector<std::string> errorNames();
+/// Each of the errors.
+const std::vector<Quantity>& errorQuantities();
+/// "time_offset [s]"; a ratio has no unit.
+std::string labelOf(const Quantity& quantity);
 
 /// A block by its name and its place among the errors.
 struct ErrorBlockInfo {
@@ -181,18 +183,20 @@ auto withErrorsInUse(int errors_in_use, Work work) {
   return work(std::integral_constant<int, kErrorCount>());
 }
 
-/// Residual of a sight [rad]: measured minus expected.
-double residualOf(const Sight& sight, const Vector5& state, const ErrorVector& errors);
+/// Residual of an observation [rad]: measured minus expected.
+double residualOf(const Observation& observation, const Vector5& state, const ErrorVector& errors);
 
 /// The same of its elevation; none where it has none.
-std::optional<double> elevationResidualOf(const Sight& sight, const Vector5& state,
+std::optional<double> elevationResidualOf(const Observation& observation, const Vector5& state,
                                           const ErrorVector& errors);
 
-/// The pose of the base at the moment when a sight was really made, in the base frame at its stamp.
-Pose2 stampFromMoment(const Sight& sight, const ErrorVector& errors);
+/// The pose of the base at the moment when an observation was really made, in the base frame at its
+/// stamp.
+Pose2 stampFromMoment(const Observation& observation, const ErrorVector& errors);
 
 /// The record of a robot without errors that sees the same: motions put right, bearings at their
 /// own moments. (What bends a bearing, mirror and tilt, is left in.)
-std::vector<Sight> withoutErrors(const std::vector<Sight>& sights, const ErrorVector& errors);
+std::vector<Observation> withoutErrors(const std::vector<Observation>& observations,
+                                       const ErrorVector& errors);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// All points of the plane at one Mahalanobis distance from a mean, for drawing.
 struct CovarianceEllipse {
@@ -21,4 +21,4 @@ CovarianceEllipse covarianceEllipse(const Eigen::Matrix2d& covariance_m2, double
 std::vector<Eigen::Vector2d> outlineOf(const CovarianceEllipse& ellipse,
                                        const Eigen::Vector2d& centre_m, int segments);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A path for drawing: points some way apart. However long it gets, its memory is bounded: when it
 /// is full, every second point is dropped and the spacing doubles.
@@ -27,4 +27,4 @@ class DrivenPath {
   std::vector<Eigen::Vector2d> points_m_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

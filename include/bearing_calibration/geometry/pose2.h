@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 inline Eigen::Matrix2d rotation2(double angle_rad) {
   const double c = std::cos(angle_rad);
@@ -51,4 +51,4 @@ inline Pose2Composition compose(const Pose2& a_from_b, const Pose2& b_from_c) {
   return result;
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The wheels of a differential drive and their encoders.
 struct DriveGeometry {
@@ -33,4 +33,4 @@ struct WheelNoise {
   std::vector<std::string> validate() const;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/common/angle.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The positions that a wheel's joint has had. While all of them, and zero, lie within one turn,
 /// the joint may be one that wraps, at +-pi or from 2 pi to 0: it is taken the shorter way round. A
@@ -38,4 +38,4 @@ class JointRange {
   double most_rad_ = 0.0;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// How far each wheel has rolled between two moments; forward is positive.
 struct WheelDisplacement {
@@ -53,4 +53,4 @@ OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplace
 /// The motion of two increments, one after the other; their errors are independent.
 OdometryIncrement append(const OdometryIncrement& first, const OdometryIncrement& second);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,10 +5,10 @@
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
-#include "bearing_calibration/odometry/travel_nearby.h"
+#include "bearing_calibration/odometry/odometry_window.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The wheels' travel over time, read out as the motion since an anchor: the moment of the last
 /// fused bearing. The newest readings are kept one by one, so that a bearing that arrives late
@@ -33,7 +33,7 @@ class OdometryTrack {
   OdometryIncrement motionTo(Stamp stamp) const;
   /// Travel around `stamp`, which must be covered. Before the oldest reading the wheels stand;
   /// after the newest one they keep their speed.
-  TravelNearby travelAround(Stamp stamp) const;
+  OdometryWindow travelAround(Stamp stamp) const;
   /// Puts the anchor at `stamp`, which must be covered.
   void anchorAt(Stamp stamp);
 
@@ -51,4 +51,4 @@ class OdometryTrack {
   OdometryIncrement folded_;           ///< motion from the original anchor to anchor_
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "bearing_calibration/odometry/odometry_increment.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Difference of two counts of a counter of `bits` (8, 16, 32 or 64) that wraps, the shorter way
 /// round: in [-2^(bits-1), 2^(bits-1)).
@@ -83,4 +83,4 @@ class WheelOdometer {
   std::optional<LateRow> late_;     ///< since the last reading that was taken
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

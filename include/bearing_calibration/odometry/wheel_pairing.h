@@ -8,7 +8,7 @@
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 enum class WheelSide : std::uint8_t { kLeft, kRight };
 
@@ -54,4 +54,4 @@ class WheelPairing {
   std::optional<Stamp> newest_left_;  ///< of all, those that were paired too
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 
 #include "bearing_calibration/common/stamp.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Raw encoder counters: cumulative, wrapping at the counter's width, at times reset by a driver.
 /// (Not WheelTicks: that is the ROS message, which the message generator puts in this namespace.)
@@ -29,4 +29,4 @@ struct WheelTravel {
   double unseen_variance_m2 = 0.0;  ///< of each, for motion that breaks in the readings have hidden
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -7,7 +7,7 @@
 
 #include "bearing_calibration/common/stamp.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 inline constexpr std::int32_t kUnknownLight = -1;
 
@@ -27,7 +27,7 @@ struct Bearing {
   double elevation_rad = std::numeric_limits<double>::quiet_NaN();
   double elevation_variance_rad2 = std::numeric_limits<double>::quiet_NaN();  ///< or 0: has none
   std::int32_t light_id = kUnknownLight;
-  double quality = 1.0;  ///< 0 to 1, the sensor's own probability that this is the light
+  double probability = 1.0;  ///< 0 to 1, the sensor's own probability that this is the light
 };
 
 /// The elevation of a bearing that has one: both numbers finite, the variance positive.
@@ -47,4 +47,4 @@ struct BearingPrediction {
   std::int32_t light_id = kUnknownLight;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A camera that looks straight up into a cone whose apex points down at the lens. The sensor frame
 /// has its origin in the apex, z up along the common axis, x forward, y left. Distances between the
@@ -101,4 +101,4 @@ SpotBlur expectedBlur(const ConicMirror& mirror, double image_radius_px, double 
 
 MisalignmentCoefficients misalignment(const ConicMirror& mirror, const LightPlace& light);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/calibration/result.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
+#include "bearing_calibration/output/result.h"
 #include "bearing_calibration/planning/drive_end.h"
 #include "bearing_calibration/planning/drive_motion.h"
-#include "bearing_calibration/planning/hop_follower.h"
-#include "bearing_calibration/planning/hop_planner.h"
+#include "bearing_calibration/planning/motion_planner.h"
+#include "bearing_calibration/planning/primitive_follower.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// How long an input may be silent before the robot stops. Parameter group `timeouts`.
 struct DriveTimeouts {
@@ -90,11 +90,11 @@ class CalibrationDriver {
   /// Corners of the way ahead, in the frame of the start; the base's place now is the first.
   std::vector<Pose2> wayAhead() const;
   /// What the plan promises; none in the opening and in scripted motions.
-  const std::optional<PlannedHop>& plan() const;
+  const std::optional<PlannedPrimitive>& plan() const;
 
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Why a drive has ended; the values are those of CalibrationDrive.action.
 enum class DriveEnd : std::uint8_t {
@@ -31,4 +31,4 @@ const char* nameOf(DriveEnd end);
 /// A sentence for the driver: what happened, and what to do.
 const char* describe(DriveEnd end);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/planning/hop.h"
+#include "bearing_calibration/planning/motion_primitive.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// How to drive a calibration.
 enum class DriveMotion : std::uint8_t {
@@ -22,20 +22,20 @@ const std::vector<std::string>& motionNames();
 std::optional<DriveMotion> motionNamed(const std::string& name);
 
 /// Hops that are driven in their order; from `repeat_from` on again and again.
-struct HopSequence {
-  std::vector<Hop> hops;
+struct PrimitiveSequence {
+  std::vector<MotionPrimitive> primitives;
   std::size_t repeat_from = 0;
 
-  const Hop& at(std::size_t i) const;
+  const MotionPrimitive& at(std::size_t i) const;
 };
 
 /// What is safe to drive, and enough to find mount and light, while nothing is known: a spin, a
 /// metre, a spin; and if that was not enough, the dance from there on.
-HopSequence openingHops();
-/// The hops of a scripted motion. @throws std::invalid_argument for kOptimal.
-HopSequence scriptedHops(DriveMotion motion);
+PrimitiveSequence openingPrimitives();
+/// The primitives of a scripted motion. @throws std::invalid_argument for kOptimal.
+PrimitiveSequence scriptedPrimitives(DriveMotion motion);
 
 /// The same for a person who drives by hand: one line for each step, with the place of the light.
 std::vector<std::string> instructionsFor(DriveMotion motion);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

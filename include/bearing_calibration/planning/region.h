@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Where the base's centre may go, in the base frame of the start. Parameter group `region`.
 struct Region {
@@ -19,4 +19,4 @@ struct Region {
   double clearance(const Eigen::Vector2d& point) const { return clearance(point, point); }
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

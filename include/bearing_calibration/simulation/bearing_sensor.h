@@ -10,7 +10,7 @@
 #include "bearing_calibration/simulation/light.h"
 #include "bearing_calibration/simulation/random_stream.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A sensor of azimuths with Gaussian noise: what the paper simulates, and a stand-in for camera
 /// and detector where images would take too long.
@@ -58,4 +58,4 @@ class BearingSensor {
 BearingSet exactBearings(const std::vector<Light>& lights, const Pose2& world_from_sensor,
                          Stamp stamp);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A camera that looks straight up at a cone of which the apex points down, with a thin lens of
 /// finite aperture. Frame of everything: the sensor frame (x forward, y left, z up), its origin at
@@ -36,4 +36,4 @@ struct CameraRig {
   double pixelsPerSlope() const { return imageDistance() / pixel_m; }
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -7,7 +7,7 @@
 #include "bearing_calibration/simulation/panorama.h"
 #include "bearing_calibration/simulation/scene_random.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// What may be taken for the light, or hide it. The defaults are those of the scenes on which the
 /// detector is measured (doc/detection.md).
@@ -68,4 +68,4 @@ bool isBehind(const std::vector<MirrorHolder>& holders, double azimuth_rad, doub
 /// `walls` with texture, and with the shapes in front where they are brighter.
 RadianceFunction withClutter(const RadianceFunction& walls, const Clutter& clutter);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

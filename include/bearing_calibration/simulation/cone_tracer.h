@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/simulation/camera_rig.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Exact rays between the world and the image by way of the conic mirror. It shares nothing with
 /// the optics that the light detector uses, so that the one can be tested against the other.
@@ -49,4 +49,4 @@ class ConeTracer {
   Eigen::Vector3d apex_;  ///< in the sensor frame
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

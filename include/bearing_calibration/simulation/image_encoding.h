@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// An 8-bit image of the sensor's own values, row by row without gaps.
 struct MonoImage {
@@ -41,4 +41,4 @@ const std::vector<std::string>& layoutNames();
 /// CV_8UC1, or CV_8UC3 for kBgr8. An image that went through JPEG is given unpacked.
 cv::Mat encode(const MonoImage& image, const ImageEncoding& encoding);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -15,7 +15,7 @@
 #include "bearing_calibration/simulation/pixel_noise.h"
 #include "bearing_calibration/simulation/shutter.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 struct RendererConfig {
   CameraRig rig;
@@ -87,4 +87,4 @@ class ImageRenderer {
   std::vector<float> electrons_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include "bearing_calibration/simulation/light.h"
 #include "bearing_calibration/simulation/scene_random.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// LEDs evenly around a holder, not quite equally bright: their centroid is not its centre.
 struct LedRing {
@@ -21,4 +21,4 @@ struct LedRing {
 /// `light` itself when the ring has no LEDs.
 std::vector<Light> drawLeds(const Light& light, const LedRing& ring, SceneRandom* random);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/geometry/pose2.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A steady light of the simulated world.
 struct Light {
@@ -28,4 +28,4 @@ inline Eigen::Vector3d positionInSensor(const Light& light, const Pose2& world_f
   return {in_sensor.x(), in_sensor.y(), light.height_m};
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

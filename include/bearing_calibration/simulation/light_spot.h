@@ -8,7 +8,7 @@
 #include "bearing_calibration/simulation/cone_tracer.h"
 #include "bearing_calibration/simulation/shutter.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A luminous ball in the sensor frame.
 struct LuminousBall {
@@ -73,4 +73,4 @@ class LightSpot {
   double area_per_ray_m2_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Brightness of the far surroundings by direction: azimuth [rad] in the world frame, elevation
 /// [rad] over the horizon. In full wells of a pixel at the camera's exposure, 0 and more.
@@ -59,4 +59,4 @@ struct RoomLook {
 };
 RadianceFunction roomRadiance(const RoomLook& look);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// What an image sensor makes of light.
 struct PixelConfig {
@@ -33,4 +33,4 @@ class PixelNoise {
   std::vector<float> quantiles_;  ///< equally likely values of a standard Gaussian
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

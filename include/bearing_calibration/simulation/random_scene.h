@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/simulation/image_renderer.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A light somewhere among clutter drawn for the purpose, seen by a sensor that stands still: the
 /// scenes on which detectors are compared (doc/detection.md).
@@ -27,4 +27,4 @@ struct RandomScene {
 /// The same seed gives the same scene.
 RandomScene randomScene(const RandomSceneConfig& config, std::uint64_t seed);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

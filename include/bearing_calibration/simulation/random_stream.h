@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <random>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Reproducible random numbers. Streams of one seed but of different purposes are independent, so
 /// that switching one kind of noise on or off leaves the draws of all others as they were.
@@ -40,4 +40,4 @@ class RandomStream {
   std::uniform_real_distribution<double> uniform_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

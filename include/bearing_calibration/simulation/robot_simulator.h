@@ -14,7 +14,7 @@
 #include "bearing_calibration/simulation/trajectory.h"
 #include "bearing_calibration/simulation/wheel_encoders.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A stretch of time from the start of the simulation on.
 struct TimeSpan {
@@ -108,4 +108,4 @@ struct SimulatedRecord {
 /// Runs the simulator for `duration_s`, its present moment included.
 SimulatedRecord record(RobotSimulator* simulator, double duration_s);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "bearing_calibration/simulation/light.h"
 #include "bearing_calibration/simulation/panorama.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The world around the camera. Parameter groups `world`, `ring`, `surroundings` and `clutter`.
 struct SceneConfig {
@@ -31,4 +31,4 @@ struct Scene {
 /// The same seed gives the same scene. @throws std::invalid_argument with what validate() says.
 Scene drawScene(const SceneConfig& config, std::uint64_t seed);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

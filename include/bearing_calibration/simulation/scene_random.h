@@ -2,7 +2,7 @@
 
 #include <random>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 struct Interval {
   double low = 0.0;
@@ -25,4 +25,4 @@ inline int drawCount(const CountRange& range, SceneRandom* random) {
   return std::uniform_int_distribution<int>(range.least, range.most)(*random);
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

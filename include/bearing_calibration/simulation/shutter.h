@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/geometry/pose2.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// When the rows of an image collect light. Time 0 is the middle of the first row's exposure.
 struct Shutter {
@@ -30,4 +30,4 @@ struct SensorMotion {
 SensorMotion motionBetween(const Pose2& world_from_start, const Pose2& world_from_end,
                            double duration_s);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -8,7 +8,7 @@
 #include "bearing_calibration/odometry/odometry_increment.h"
 #include "bearing_calibration/simulation/random_stream.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// How the wheels of a robot roll over the ground, one step after the other.
 class Trajectory {
@@ -97,4 +97,4 @@ class LimitedTrajectory final : public Trajectory {
   double left_s_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

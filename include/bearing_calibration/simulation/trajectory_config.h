@@ -8,7 +8,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/simulation/trajectory.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A trajectory by its name and measures. The defaults are the paper's (section V-A).
 struct TrajectoryConfig {
@@ -43,4 +43,4 @@ const std::vector<std::string>& trajectoryNames();
 std::unique_ptr<Trajectory> makeTrajectory(const TrajectoryConfig& config,
                                            double wheel_separation_m);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/simulation/random_stream.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The counter that a driver with `bits` (8, 16, 32 or 64) sends for a count of any size:
 /// in [-2^(bits-1), 2^(bits-1)) when signed, in [0, 2^bits) otherwise (64 bits are always signed).
@@ -55,4 +55,4 @@ class WheelEncoders {
   Wheel right_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

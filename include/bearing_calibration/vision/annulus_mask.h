@@ -8,7 +8,7 @@
 #include "bearing_calibration/vision/pixel_box.h"
 #include "bearing_calibration/vision/pixel_strip.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Directions within half_width_rad < 90 deg of the centre.
 struct AzimuthSector {
@@ -48,4 +48,4 @@ class AnnulusMask {
   cv::Mat clearance_;                    ///< by pixel, CV_8UC1
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

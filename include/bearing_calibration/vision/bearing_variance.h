@@ -6,7 +6,7 @@
 #include "bearing_calibration/vision/light_ellipse.h"
 #include "bearing_calibration/vision/spot_meter.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The part of a pixel's noise that grows with what it sees.
 LevelNoise levelNoise(const ImageSensor& sensor);
@@ -22,8 +22,8 @@ CentreVariance centreVariance(const DetectorConfig& config, const SpotMeasuremen
 
 /// The spot's centre as a bearing: azimuth about the mirror's centre, image radius, and elevation
 /// of the ray (NaN when the mirror's gates are off).
-/// @param quality 0 to 1, as in LightBearing.msg
+/// @param probability 0 to 1, as in LightBearing.msg
 Bearing bearingFromPixel(const DetectorConfig& config, const MirrorPixel& centre,
-                         const CentreVariance& variance, double quality);
+                         const CentreVariance& variance, double probability);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/optics/bearing.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// How a light is told from others by its blinking. Parameter group `blink`.
 struct BlinkConfig {
@@ -16,8 +16,9 @@ struct BlinkConfig {
   /// Of a candidate's changes of brightness, the part that must be at the rate: 0.81 is all of an
   /// even on and off.
   double min_part_at_rate = 0.0;
-  double max_turn_rate_radps = 0.0;  ///< of a bearing: how far a light moves between two sights
-  std::int32_t light_id = 0;         ///< given to the light that blinks
+  double max_turn_rate_radps =
+      0.0;                    ///< of a bearing: how far a light moves between two observations
+  std::int32_t light_id = 0;  ///< given to the light that blinks
 
   std::vector<std::string> validate() const;
 };
@@ -29,7 +30,7 @@ class BlinkIdentifier {
   /// @throws std::invalid_argument with what config.validate() says.
   explicit BlinkIdentifier(const BlinkConfig& config);
 
-  /// Gives the light that blinks its light_id; all others get the quality 0: they are not the
+  /// Gives the light that blinks its light_id; all others get the probability 0: they are not the
   /// light, or not yet. Sets come in the order of their stamps, one for every image, empty ones
   /// too, and each image searched whole; an earlier stamp than the last begins anew.
   /// @param brightness of each candidate of the set, in any unit
@@ -57,4 +58,4 @@ class BlinkIdentifier {
   Stamp last_stamp_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -8,7 +8,7 @@
 #include "bearing_calibration/vision/pixel_kernels.h"
 #include "bearing_calibration/vision/pixel_strip.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Connected bright pixels (8 neighbours) by their integer moments.
 struct Blob {
@@ -71,4 +71,4 @@ struct BlobShape {
 };
 BlobShape shapeOf(const Blob& blob);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 struct Circle {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< (u, v)
@@ -30,4 +30,4 @@ struct CircleFit {
 std::optional<CircleFit> fitCircle(const std::vector<Eigen::Vector2d>& points_px,
                                    const Circle& start);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

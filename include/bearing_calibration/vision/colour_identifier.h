@@ -11,7 +11,7 @@
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration/vision/light_ellipse.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The parts (red, green, blue) of a light's sum over the camera's channels; they add up to 1.
 using ColourParts = Eigen::Vector3d;
@@ -39,7 +39,8 @@ std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot
                                     const Eigen::Vector2d& mirror_centre_px,
                                     double saturation_level);
 
-/// Gives each candidate the light_id of the light with its colour; all others get the quality 0.
+/// Gives each candidate the light_id of the light with its colour; all others get the probability
+/// 0.
 /// @param colours of the set's candidates, in their order
 /// @throws std::invalid_argument unless there is one colour for each candidate.
 void identifyByColour(const ColourConfig& config,
@@ -51,4 +52,4 @@ std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,
                                                   const std::vector<Detection>& lights,
                                                   const DetectorConfig& detector);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "bearing_calibration/vision/expected_spot.h"
 #include "bearing_calibration/vision/light_ellipse.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Why a bright spot is not taken for the light.
 enum class Rejection : std::uint8_t {
@@ -23,7 +23,7 @@ enum class Rejection : std::uint8_t {
   kTangentialSize,  ///< not the blur that the optics make
   kRadialSize,
   kAxis,          ///< not along the mirror's radius
-  kPeakedness,    ///< brighter in the middle than what an open aperture makes of a light
+  kKurtosis,      ///< brighter in the middle than what an open aperture makes of a light
   kUnlikely,      ///< inside of every gate, but near too many of them
   kTooManySpots,  ///< not measured: the image has more spots than max_candidates
 };
@@ -44,7 +44,7 @@ struct PartsOfGates {
   double fill = 0.0;
   double tangential = 0.0;  ///< this and the others only with the mirror's gates
   double radial = 0.0;
-  double peakedness = 0.0;
+  double kurtosis = 0.0;
   std::optional<double> axis;  ///< where a light has one
 };
 PartsOfGates partsOfGates(const LightEllipse& ellipse, const SpotSize& expected,
@@ -57,6 +57,6 @@ Rejection rejectionOf(const PartsOfGates& parts);
 /// a light's fill, sizes and axis scatter about the expected ones as a normal distribution with the
 /// gates at three sigma, clutter's are anything inside the gates; both equally likely beforehand.
 /// It says how much like a light the spot is, not which of several lights it is.
-double qualityOf(const PartsOfGates& parts, const GateConfig& gates);
+double probabilityOf(const PartsOfGates& parts, const GateConfig& gates);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

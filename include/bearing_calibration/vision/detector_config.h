@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/optics/conic_mirror.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A holder that hides a sector of the mirror. A light of radius a at distance D is disturbed
 /// a / D further to either side: let the half width include that and about a degree.
@@ -57,10 +57,10 @@ struct GateConfig {
   int max_pixels = 0;
   double min_fill = 0.0;  ///< pixels over the area of the ellipse with the same second moments
   double max_fill = 0.0;
-  double size_tolerance = 0.0;  ///< relative, beyond the range of expected standard deviations
-  double peakedness_tolerance = 0.0;  ///< of the fourth moment over the squared second one
-  double max_axis_error_rad = 0.0;    ///< between the spot's axis and the mirror's radius
-  double min_quality = 0.0;           ///< probability of being a light, by all of these together
+  double size_tolerance = 0.0;      ///< relative, beyond the range of expected standard deviations
+  double kurtosis_tolerance = 0.0;  ///< of the fourth moment over the squared second one
+  double max_axis_error_rad = 0.0;  ///< between the spot's axis and the mirror's radius
+  double min_probability = 0.0;     ///< probability of being a light, by all of these together
 };
 
 /// Errors that no single image shows. Parameter group `alignment`.
@@ -88,4 +88,4 @@ struct DetectorConfig {
   std::vector<std::string> validate() const;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -4,7 +4,7 @@
 
 #include "bearing_calibration/vision/detector_config.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 struct Range {
   double low = 0.0;
@@ -16,7 +16,7 @@ struct Range {
 struct SpotSize {
   Range tangential_stddev_px;
   Range radial_stddev_px;
-  double max_peakedness = 0.0;  ///< fourth moment over squared second one, at most
+  double max_kurtosis = 0.0;  ///< fourth moment over squared second one, at most
 };
 
 /// At one image radius; at the rim's beyond it.
@@ -41,4 +41,4 @@ class ExpectedSpot {
   double largest_stddev_px_ = 0.0;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/vision/pixel_kernels.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 template <typename Level>
 ImageRows<Level> rowsOf(const cv::Mat& image) {
@@ -21,4 +21,4 @@ auto visitLevels(const cv::Mat& image, Visit visit) {
                                 : visit(rowsOf<std::uint16_t>(image), kernels.words);
 }
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/vision/light_detector.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// When the rows of an image were exposed. Parameter group `time`.
 struct ShutterConfig {
@@ -31,4 +31,4 @@ BearingSet bearingsFromLights(const std::vector<Detection>& lights, const Shutte
 /// The sum of each light over its background [levels].
 std::vector<double> brightnessOf(const std::vector<Detection>& lights);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -16,7 +16,7 @@
 #include "bearing_calibration/vision/search_region.h"
 #include "bearing_calibration/vision/spot_meter.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// A bright spot of an image: the light, or what was mistaken for it and why it was not.
 struct Detection {
@@ -28,7 +28,7 @@ struct Detection {
   bool accepted() const { return rejection == Rejection::kNone; }
 };
 
-/// The one of the best quality; null without any.
+/// The one of the highest probability; null without any.
 const Detection* likeliestLight(const std::vector<Detection>& lights);
 
 /// What one image showed.
@@ -92,4 +92,4 @@ class LightDetector {
   DetectionResult other_result_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

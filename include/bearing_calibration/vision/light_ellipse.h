@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <limits>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The image of a light: an ellipse of light over its background, by intensity. "Along" and
 /// "across" are the mirror's radius and its tangent at the centre.
@@ -17,7 +17,7 @@ struct LightEllipse {
   double background_levels = 0.0;  ///< under the centre
   /// Fourth moment over squared second one (spot_meter.h); NaN where it says nothing: in spots that
   /// are too small, or blurred by software.
-  double peakedness = std::numeric_limits<double>::quiet_NaN();
+  double kurtosis = std::numeric_limits<double>::quiet_NaN();
   double fill = 0.0;                ///< of the thresholded spot, 1 for an ellipse
   double fill_tolerance = 0.0;      ///< of the fill, for the few pixels that the spot has
   double saturated_fraction = 0.0;  ///< of the spot's pixels as sensed
@@ -33,4 +33,4 @@ struct CentreVariance {
 /// Angle between the ellipse's axis and the mirror's radius or tangent, whichever is nearer [rad].
 double axisError(const LightEllipse& ellipse);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/mirror_rim.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// What the mirror's rim, as seen, says of the configuration.
 struct MirrorCheck {
@@ -18,4 +18,4 @@ struct MirrorCheck {
 /// one that lens and mirror make, and the mask with the rim.
 MirrorCheck checkMirror(const MirrorRim& rim, const DetectorConfig& config);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

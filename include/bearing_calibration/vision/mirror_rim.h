@@ -9,7 +9,7 @@
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/expected_spot.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Where the mirror's rim may lie in an image.
 struct RimSearch {
@@ -43,4 +43,4 @@ struct MirrorRim {
 /// @throws std::invalid_argument for an image of another type, or a search that is empty.
 std::optional<MirrorRim> findMirrorRim(const cv::Mat& image, const RimSearch& search);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

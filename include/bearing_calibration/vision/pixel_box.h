@@ -1,6 +1,6 @@
 #pragma once
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Rows and columns from the first ones to before the last ones.
 struct PixelBox {
@@ -10,4 +10,4 @@ struct PixelBox {
   int last_column = 0;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

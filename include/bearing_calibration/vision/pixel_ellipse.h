@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/vision/pixel_box.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// What an ellipse's loops want of its covariance, worked out once.
 struct EllipseShape {
@@ -27,4 +27,4 @@ struct PixelEllipse {
   PixelBox box(const cv::Size& image) const;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 /// processor and once for those with AVX2 and FMA. Plain numbers go in and out, and only plain
 /// structs are included, so that no inline function of another header is compiled for one processor
 /// alone.
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// An image's levels, row by row.
 template <typename Level>
@@ -134,4 +134,4 @@ const PixelKernels& pixelKernels();
 /// Those that every processor can run, for tests.
 const PixelKernels& portablePixelKernels();
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Pixels [begin, end) of each of so many rows from `row` on. In a list in reading order a strip of
 /// several rows has these rows for itself.
@@ -11,4 +11,4 @@ struct PixelStrip {
   int rows = 1;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

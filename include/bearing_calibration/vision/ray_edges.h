@@ -4,7 +4,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Rays from a point of an image, evenly all around, and the part of each that is looked at.
 struct RayFan {
@@ -41,4 +41,4 @@ class RayEdgeFinder {
   double least_slope_ = 0.0;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include "bearing_calibration/vision/annulus_mask.h"
 #include "bearing_calibration/vision/detector_config.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// What the masked part of an image looks like without its lights.
 struct BackgroundLevel {
@@ -57,4 +57,4 @@ class ThresholdLadder {
   double last_;
 };
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -9,7 +9,7 @@
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/expected_spot.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// Where in an image a light is expected, by the place of its centre.
 struct ExpectedPlace {
@@ -60,4 +60,4 @@ std::optional<SearchRegion> searchRegion(const SearchConfig& config,
 PixelBox boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot,
                    const DetectorConfig& config);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -8,7 +8,7 @@
 #include "bearing_calibration/vision/light_ellipse.h"
 #include "bearing_calibration/vision/spot_sums.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// How the pixels of a window count for the spot's centre c, the root of sum((I - b) w (x - c)).
 enum class CentreWeight : std::uint8_t {
@@ -53,7 +53,7 @@ struct SpotMeasurement {
   double mixed_variance_px2 = 0.0;
   /// Mean of m^4 over the squared mean of m^2, m the Mahalanobis distance: 4/3 in an evenly filled
   /// ellipse, 2 in a Gaussian.
-  double peakedness = 0.0;
+  double kurtosis = 0.0;
   int full_pixels = 0;
   Background background;
 };
@@ -76,4 +76,4 @@ std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& 
                                            const SpotWindow& window, const SpotLevels& levels,
                                            const Eigen::Vector2d& mirror_centre_px);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 
 #include "bearing_calibration/vision/pixel_ellipse.h"
 
-namespace bearing_calibration {
+namespace bearing_calibration::core {
 
 /// The weight of a pixel at the Mahalanobis distance m: constant + m^2 (square + sixth m^4).
 struct WeightPolynomial {
@@ -72,4 +72,4 @@ SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const Pixel
                         int row_step, const WeightPolynomial& weight, const LevelPlane& background,
                         const LevelNoise& noise);
 
-}  // namespace bearing_calibration
+}  // namespace bearing_calibration::core

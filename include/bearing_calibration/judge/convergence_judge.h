@@ -1,0 +1,73 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/judge/calibration_state.h"
+#include "bearing_calibration/judge/convergence_config.h"
+#include "bearing_calibration/judge/fault.h"
+#include "bearing_calibration/solve/batch_estimator.h"
+#include "bearing_calibration/solve/slip_hypotheses.h"
+#include "bearing_calibration/track/mount_tracker.h"
+
+namespace bearing_calibration::core {
+
+/// What may be said of a running filter, with a sentence for the driver.
+struct Judgement {
+  CalibrationState state = CalibrationState::kConverging;
+  std::string advice;
+  Fault cause = Fault::kNone;  ///< of an inconsistency
+};
+
+/// The first verdict is given when nothing has spoken against it over so much motion, which is a
+/// straight metre and a turn: on a record of a few seconds the covariance is least certain.
+inline constexpr double kHeldOver_m = 3.0;
+
+/// Way of a record with its turns: what a verdict is held over.
+double motionOf(const std::vector<Observation>& record);
+
+/// Whether a mount is known as well as it must be for a verdict.
+bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config);
+
+/// Whether a settled fit speaks of one mount throughout: the light is not lost, no two parts of the
+/// record give different mounts, and both halves tell all of it.
+bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& record,
+                   const BatchEstimate& settled);
+
+/// Decides whether a filter that carries on from a good start has converged, and whether what it is
+/// fed still fits. Converged needs all of: standard deviations within the targets, innovations that
+/// are consistent, no slip elsewhere that would give another mount, and one mount in all of the
+/// record: neither its two halves nor any other two parts of it say different ones; for the first
+/// time, all of them over a metre and a turn. The last test goes on after convergence, so that a
+/// displacement is noticed; a displaced mount stays inconsistent.
+class ConvergenceJudge {
+ public:
+  explicit ConvergenceJudge(const ConvergenceConfig& config);
+
+  /// @param record  the observations so far, thinned or not
+  /// @param settled  the batch over them with its rivals, which the tracker has just taken up; none
+  ///   when it did not settle: nothing is called converged then
+  void judge(const MountTracker& tracker, const std::vector<Observation>& record,
+             const std::optional<SlipAverage>& settled);
+  const Judgement& last() const { return last_; }
+  /// Whether what was fused lately speaks against the filter.
+  static bool isDoubted(const MountTracker& tracker);
+
+ private:
+  Judgement decide(const MountTracker& tracker, const std::vector<Observation>& record,
+                   const std::optional<SlipAverage>& settled);
+  static Judgement mountMoved(const DisplacementTest& jump);
+  Judgement stillConverging(const CartesianEstimate& estimate) const;
+  bool staysWhereItWas(const MountEstimate& mount, double motion_m);
+
+  ConvergenceConfig config_;
+  Judgement last_;
+  std::optional<double> good_since_m_;    ///< motion of the record when nothing more was amiss
+  bool confirmed_ = false;                ///< it was called converged
+  std::optional<MountEstimate> claimed_;  ///< the last one that was
+  std::optional<double> leapt_since_m_;   ///< motion of the record when it gave another one
+  std::optional<Judgement> mount_moved_;  ///< once the mount has moved after that
+};
+
+}  // namespace bearing_calibration::core

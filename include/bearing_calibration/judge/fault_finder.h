@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "bearing_calibration/init/initializer.h"
+#include "bearing_calibration/judge/fault.h"
+
+namespace bearing_calibration::core {
+
+/// Looks for the one fault up to kLightMoved that makes a record fit: undoes each in turn and
+/// starts from nothing on what is left. kNone when no single fault does, or when the record fits as
+/// it is.
+/// @param wheel_separation_m  nominal
+Diagnosis findFault(const std::vector<Observation>& observations, double wheel_separation_m,
+                    const InitializerConfig& config);
+
+}  // namespace bearing_calibration::core

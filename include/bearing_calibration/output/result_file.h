@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
+#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/odometry/drive_geometry.h"
+#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/result.h"
+#include "bearing_calibration/output/unestimated_mount.h"
+
+namespace bearing_calibration::core {
+
+/// Where a result comes from, and what it rests on.
+struct Provenance {
+  std::string program;     ///< what wrote it
+  std::string written_at;  ///< wall time, for people
+  std::string source;      ///< a bag, or what else the measurements came from
+  DriveGeometry drive;     ///< the wheels that it was measured with: the result's metric reference
+  std::map<std::string, std::string> versions;    ///< of the package and of what it stands on
+  std::map<std::string, std::string> parameters;  ///< all of them by name, as YAML
+};
+
+/// A calibration as it stands in a file.
+struct SavedCalibration {
+  CalibrationState state = CalibrationState::kWaitingForTicks;
+  std::string advice;
+  Stamp stamp;  ///< of the last fused bearing
+  std::string base_frame;
+  std::string sensor_frame;
+  MountEstimate base_from_sensor;
+  LastingEstimate lasting;  ///< what another start goes on from, the mount in it
+  UnestimatedMount unestimated;
+  PaperEstimate paper_state;
+  CartesianEstimate cartesian_state;
+  std::vector<BlockReport> robot_errors;  ///< written, not read
+  std::vector<LightSummary> lights;       ///< written, not read
+  double nis_mean = 0.0;
+  double distance_travelled_m = 0.0;
+  double rotation_travelled_rad = 0.0;
+  std::uint32_t bearings_used = 0;
+  std::uint32_t bearings_gated = 0;
+  std::uint32_t ticks_used = 0;
+  std::string rejections;  ///< what was refused and how often, for people
+  Provenance provenance;
+};
+
+/// The shortest decimal form that reads back to the same double.
+std::string shortestText(double value);
+
+/// The content of result.yaml. Numbers are written in the shortest form that reads back to the same
+/// value.
+std::string resultText(const SavedCalibration& calibration);
+
+/// A file's content, or why it was refused.
+struct ResultFileContent {
+  std::optional<SavedCalibration> calibration;
+  std::string error;  ///< a sentence with the path; empty when there is a calibration
+};
+
+/// Reads a file of resultText(), but for versions and parameters, which are for people. A
+/// file that is missing, cut short, not of this package or version, or holds values that cannot be
+/// (not finite, a covariance that is none) is refused.
+ResultFileContent readResultFile(const std::string& path);
+
+}  // namespace bearing_calibration::core

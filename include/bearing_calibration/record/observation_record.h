@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/filter/cartesian_state.h"
+
+namespace bearing_calibration::core {
+
+/// How a record stays small.
+struct ObservationRecordConfig {
+  std::size_t capacity = 1200;  ///< observations: 2 min at 10 Hz before the first is thinned out
+  /// An observation that moved less than both from the one before it is a repetition: of those only
+  /// `repetitions` are kept, so that a standing robot adds neither length nor false certainty.
+  double still_distance_m = 0.002;
+  double still_turn_rad = 0.002;
+  int repetitions = 20;
+
+  std::vector<std::string> validate() const;
+};
+
+/// A bounded record that forgets motion last: a standing robot costs no room, and when the room is
+/// used up, the entry with the least motion around it gives way, its motion carried on. So an
+/// endless record is kept whole, only more coarsely. An entry has its `motion` since the one before
+/// it; instances are made in the source file.
+template <class Entry>
+class ThinnedRecord {
+ public:
+  /// @throws std::invalid_argument with every sentence of config.validate().
+  explicit ThinnedRecord(const ObservationRecordConfig& config);
+
+  void add(const Entry& entry);
+  void clear();
+
+  /// In the order of time, the last one added always at the end; the motion of each is since the
+  /// one before it in this list.
+  const std::vector<Entry>& entries() const { return entries_; }
+  /// Entries that were ever added, but for repetitions that were not kept: what has grown by a
+  /// share is worth another look, however long it took.
+  std::size_t grown() const { return grown_; }
+
+ protected:
+  std::vector<Entry>& changeable() { return entries_; }
+
+ private:
+  bool isRepetition(const Entry& entry) const;
+  void removeInner(std::size_t index);
+
+  ObservationRecordConfig config_;
+  std::vector<Entry> entries_;
+  int repetitions_ = 0;  ///< entries at the end that repeat the one before them
+  std::size_t grown_ = 0;
+};
+
+/// The record of one light's observations.
+class ObservationRecord : public ThinnedRecord<Observation> {
+ public:
+  using ThinnedRecord::ThinnedRecord;
+  const std::vector<Observation>& observations() const { return entries(); }
+};
+
+}  // namespace bearing_calibration::core

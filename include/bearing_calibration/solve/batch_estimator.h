@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/solve/light_track.h"
+#include "bearing_calibration/solve/mount_displacement.h"
+#include "bearing_calibration/solve/smoother.h"
+
+namespace bearing_calibration::core {
+
+/// How a whole record is weighed.
+struct BatchConfig {
+  int max_iterations = 60;
+  /// Residuals beyond so many standard deviations count linearly, not squared (Huber); 0 is off.
+  double huber_sigmas = 2.0;
+  /// Once the fit has settled, observations whose residual from all others exceeds so many standard
+  /// deviations are left out; 0 is off.
+  double reject_sigmas = 3.5;
+  /// Gain in chi-square (2 degrees of freedom) for which a motion between two observations as far
+  /// apart as they mostly are is declared a slip and given up; for a longer one, less; 0 is off.
+  double slip_gain = 20.0;
+  int max_slips = 20;
+  /// Estimates the correlation of neighbouring bearings' noise and widens their variance with it.
+  bool widen_for_correlation = true;
+  ErrorPriors errors;  ///< those of the robot that are estimated with the mount
+
+  std::vector<std::string> validate() const;
+};
+
+/// What is supposed about slips before a fit: it looks for further ones by itself.
+struct SlipHypothesis {
+  std::vector<std::size_t> given_up;  ///< observations whose motions are given up
+  std::vector<std::size_t> trusted;   ///< observations whose motions, and those near, are not
+  double least_gain = 0.0;            ///< of a further slip; 0: what a fit asks for by itself
+  bool at_its_cost = false;           ///< a further slip need only be worth its cost
+  int most_further = std::numeric_limits<int>::max();
+};
+
+/// What a record of observations says about the mount and the light.
+struct BatchEstimate {
+  LightsEstimate last;                    ///< at the last observation
+  CartesianEstimate at_last_observation;  ///< the same of the first light
+  ErrorEstimate errors;  ///< of the robot, and how they hang together with at_last_observation
+  bool converged = false;
+  int iterations = 0;
+  double chi_square = 0.0;     ///< of the observations that were used, innovations of the last pass
+  int degrees_of_freedom = 0;  ///< of chi_square: observations used less what was estimated
+  double cost = std::numeric_limits<double>::infinity();  ///< robust cost of all observations and
+                                                          ///< slips: what two fits compare by
+  std::vector<double> nis;  ///< of each observation given those before it, by the variance
+                            ///< that the sensor says; NaN where left out
+  RecordPath path;          ///< smoothed
+  std::vector<std::size_t> rejected;  ///< indices of observations left out
+  std::vector<std::size_t> slips;     ///< indices of observations whose motion was given up
+  std::vector<MountDisplacement> mount_displacements;  ///< before each observation
+  double suspicion = 0.0;    ///< largest gain that giving up one more would have
+  double correlation = 0.0;  ///< lag-1 correlation of the innovations, 0 where insignificant
+
+  double inlierFraction() const;
+  RobotEstimate robot() const { return {at_last_observation, errors}; }
+};
+
+/// Where another fit of the same record had best begin, or one that has grown: in the middle of the
+/// longest stretch without a slip. After a slip near the end it may be another light that is seen.
+/// @param fit  with a path
+RecordStart surestStart(const BatchEstimate& fit);
+
+/// A path near enough to the truth, for a fit to begin with.
+struct RecordTrack {
+  RecordPath path;
+  std::vector<bool> is_plausible;  ///< of each observation: false where something else was seen
+};
+
+/// The most probable mount, lights and path given all bearings and the noise of all wheel motions:
+/// Gauss-Newton on the Cartesian state by relinearised Kalman smoother passes (doc/start.md,
+/// section "Batch").
+class BatchEstimator {
+ public:
+  /// @throws std::invalid_argument with every sentence of config.validate().
+  explicit BatchEstimator(const BatchConfig& config);
+
+  /// @param observations in the order of time; the motion of the first is not used.
+  /// @throws std::invalid_argument when the start or a supposed slip is at no observation, or a
+  /// variance
+  ///   is not positive.
+  BatchEstimate estimate(const std::vector<Observation>& observations, const RecordStart& start,
+                         const SlipHypothesis& slips = {}) const;
+
+  /// The same of several lights.
+  /// @throws std::invalid_argument when the track is not of these observations, ...
+  BatchEstimate estimate(const std::vector<Observation>& observations, const RecordTrack& track,
+                         const SlipHypothesis& slips = {}) const;
+
+ private:
+  BatchConfig config_;
+};
+
+}  // namespace bearing_calibration::core

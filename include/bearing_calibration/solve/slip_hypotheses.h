@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "bearing_calibration/solve/batch_estimator.h"
+
+namespace bearing_calibration::core {
+
+/// What a record says when nobody knows where wheels slipped. A slip shows by what giving up a
+/// motion takes off the cost; another place, or one slip more, may explain the record almost as
+/// well, with another mount. Then the truth is with one of them, and nothing narrower than all of
+/// them together may be believed.
+struct SlipAverage {
+  BatchEstimate best;      ///< of all suppositions, the one of least cost
+  RobotEstimate estimate;  ///< mean and covariance over all, weighted by exp(-cost / 2)
+  /// A supposition that cannot be ruled out gives another mount than `estimate`.
+  bool is_disputed = false;
+};
+
+/// Tries rivals of a fit: each of its slips in other places, and one slip more.
+/// @param batch  a fit of `observations` that has settled
+SlipAverage averageOverSlips(const std::vector<Observation>& observations,
+                             const BatchEstimate& batch, const BatchConfig& config);
+
+}  // namespace bearing_calibration::core

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <boost/circular_buffer.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration/track/association.h"
+#include "bearing_calibration/track/former_track.h"
+
+namespace bearing_calibration::core {
+
+/// Parameter group `filter`.
+struct FilterConfig {
+  enum class Parametrisation : std::uint8_t {
+    kCartesian,  ///< light and sensor in the base frame
+    kPaper,      ///< X = [D, theta, phi, rho, psi]
+  };
+  Parametrisation parametrisation = Parametrisation::kCartesian;
+  double gate_probability = 0.0;  ///< a true bearing passes the chi-square gate with this one
+  /// So many gated bearings in a row, and the light's block is widened by the two amounts below.
+  int recovery_after = 0;
+  double recovery_bearing_stddev_rad = 0.0;  ///< across the line of sight, as an angle
+  double recovery_distance_stddev_m = 0.0;   ///< along and across the line of sight
+
+  std::vector<std::string> validate() const;
+};
+
+/// What the filter made of the latest images.
+struct Consistency {
+  double nis = 0.0;  ///< of the last fused bearing
+  double nis_mean =
+      0.0;            ///< over the last images (see kWindow) that were fused; 0 before the first
+  int fused = 0;      ///< of the last images
+  int not_fused = 0;  ///< of the last images: seen, but gated or ambiguous
+};
+
+/// The filter at work: predicts by the base's motion, chooses the light among an image's
+/// candidates, updates, and finds the light again after its track was lost.
+class MountTracker {
+ public:
+  static constexpr int kWindow = 100;  ///< images that Consistency looks back over
+
+  /// @param bearing_correlation  of one bearing's noise with the next one's, in [0, 1): n bearings
+  ///   are then worth fewer, and their variances are widened for it
+  /// @param errors_in_use  how many of the robot's errors the filter carries (see errorsInUse())
+  MountTracker(const FilterConfig& config, const RobotEstimate& start, double bearing_correlation,
+               int errors_in_use);
+
+  /// The base has moved; no image.
+  void move(const OdometryIncrement& motion);
+  /// An image at the end of the last motion. `candidates` are those that can be this light,
+  /// `nearby` the travel around its stamp.
+  Association associate(const std::vector<Bearing>& candidates, const OdometryWindow& nearby);
+
+  /// Takes up what a better estimator says of the last image.
+  void rebase(const RobotEstimate& estimate, double bearing_correlation);
+
+  const MountFilter& filter() const { return *filter_; }
+  /// Whether the light may be elsewhere than the filter says: it was looked for anew not long ago,
+  /// or the base has turned by an unknown angle since it was seen.
+  bool isSearching() const { return former_.has_value() || motion_unknown_; }
+  Consistency consistency() const;
+  /// Whether so little fits the estimate that it is better to start anew.
+  bool isLost() const;
+
+ private:
+  Association placeAnew(const std::vector<Bearing>& candidates);
+  void noteFused(const Association& association);
+  void lookAnew();
+
+  FilterConfig config_;
+  int errors_in_use_;
+  FusionConfig fusion_;
+  FilterValue filter_;
+  std::optional<FormerTrack> former_;  ///< while the light may turn up at its old place
+  bool motion_unknown_ = false;        ///< the light's direction is lost since the last update
+  int gated_in_a_row_ = 0;
+  boost::circular_buffer<double> recent_nis_;  ///< of the last images; negative where not fused
+};
+
+}  // namespace bearing_calibration::core

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+namespace bearing_calibration_ros {
+
+/// Runs `speak` when somebody ends this process by SIGINT (ctrl-C, roslaunch) or SIGTERM, and lets
+/// the signal take effect after that: when a nodelet is destroyed because of it, ROS no longer
+/// sends anything.
+///
+/// `speak` runs in a thread of its own, once, and may take about a second. While one of these lives
+/// the process' handlers of the two signals are this class'; the last one puts back what it found.
+class ShutdownHook {
+ public:
+  explicit ShutdownHook(std::function<void()> speak);
+  /// Waits until `speak` has returned when it is running.
+  ~ShutdownHook();
+  ShutdownHook(const ShutdownHook&) = delete;
+  ShutdownHook& operator=(const ShutdownHook&) = delete;
+
+ private:
+  class Listener;
+  std::shared_ptr<Listener> listener_;
+  std::function<void()> speak_;
+};
+
+}  // namespace bearing_calibration_ros

@@ -1,0 +1,232 @@
+#include "bearing_calibration/init/initializer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/init/closed_form.h"
+#include "bearing_calibration/init/start_candidates.h"
+#include "bearing_calibration/init/start_obstacle.h"
+#include "bearing_calibration/solve/slip_hypotheses.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// The search runs on so many observations at most, whatever the record's length.
+constexpr std::size_t kObservationsOfSearch = 150;
+
+/// The best answer that the thinned record gives, and how much worse the next one is.
+struct SearchResult {
+  std::optional<BatchEstimate> best;
+  double runner_up_margin = kInfinity;
+};
+
+/// Robots to begin a search with: as believed, or with a late camera and wheels that turn it by
+/// another angle, so near to each other that a batch finds from one of them to the truth.
+/// @param turn_rad  of the stretch that is searched: on a short one, wheels are all alike
+std::vector<ErrorVector> errorHypotheses(const ErrorPriors& priors, double turn_rad) {
+  constexpr double kTellableTurn_rad = 0.2;
+  const double late_stddev_s = priors.stddev(placeOf<TimeOffset>());
+  // A mean scale of the wheels turns the robot by another angle, as their separation does.
+  const double turn_stddev = std::sqrt(0.5) * priors.stddev(placeOf<WheelScales>());
+  std::vector<double> lates = {0.0};
+  std::vector<double> turns = {0.0};
+  if (late_stddev_s > 0.0) lates = {0.0, 0.5, 1.0, 1.5, -0.5};  // cameras are rather late
+  if (turn_stddev * turn_rad > kTellableTurn_rad) turns = {-0.5, 0.5, -1.5, 1.5};
+  std::vector<ErrorVector> hypotheses;
+  for (double late : lates) {
+    for (double turn : turns) {
+      ErrorVector errors = ErrorVector::Zero();
+      errors(placeOf<TimeOffset>()) = late * late_stddev_s;
+      errors.segment<WheelScales::kSize>(placeOf<WheelScales>()).setConstant(turn * turn_stddev);
+      hypotheses.push_back(errors);
+    }
+  }
+  return hypotheses;
+}
+
+/// Looks for the global optimum on a thinned record.
+class Search {
+ public:
+  Search(const std::vector<Observation>& observations, const InitializerConfig& config)
+      : observations_(thinned(observations, kObservationsOfSearch)),
+        config_(config),
+        estimator_(config.batch) {}
+
+  SearchResult run() {
+    for (const ObservationWindow& window : startWindows(observations_.size())) {
+      considerAll(window);
+      if (result_.best && fitsWell(*result_.best, config_)) break;
+    }
+    if (result_.best) challenge();
+    return result_;
+  }
+
+ private:
+  std::vector<PosedObservation> pose(const ErrorVector& errors) const {
+    return poseObservations(errors.isZero(0.0) ? observations_
+                                               : withoutErrors(observations_, errors));
+  }
+
+  std::vector<ErrorVector> hypothesesFor(const ObservationWindow& window) const {
+    if (!config_.search_errors) return {ErrorVector::Zero()};
+    double turn_rad = 0.0;
+    for (std::size_t i = window.begin; i < window.end; ++i) {
+      turn_rad += observations_[i].motion.rotation_rad;
+    }
+    return errorHypotheses(config_.batch.errors, turn_rad);
+  }
+
+  /// The best few hypotheses on one stretch of the record.
+  void considerAll(const ObservationWindow& window) {
+    constexpr std::size_t kMostRefined = 3;
+    struct Start {
+      ErrorVector errors;
+      std::vector<PosedObservation> posed;
+      FixedPathFit fit;
+    };
+    std::vector<Start> starts;
+    const std::vector<ErrorVector> hypotheses = hypothesesFor(window);
+    for (const ErrorVector& errors : hypotheses) {
+      Start start{errors, pose(errors), {}};
+      start.fit = findConsensus(start.posed, window, config_.seed, hypotheses.size() > 1);
+      if (!start.fit.state_at_first.isZero()) starts.push_back(std::move(start));
+    }
+    std::sort(starts.begin(), starts.end(),
+              [](const Start& a, const Start& b) { return a.fit.capped_cost < b.fit.capped_cost; });
+    if (starts.size() > kMostRefined) starts.resize(kMostRefined);
+    for (const Start& start : starts) {
+      BatchEstimate batch =
+          refine(start.posed, start.fit.state_at_first, window.middle(), start.errors);
+      if (!batch.at_last_observation.mean.allFinite()) continue;
+      if (!result_.best || batch.cost < result_.best->cost) result_.best = std::move(batch);
+    }
+  }
+
+  BatchEstimate refine(const std::vector<PosedObservation>& posed, const Vector5& state_at_first,
+                       std::size_t observation, const ErrorVector& errors) const {
+    Vector5 state = stateAt(posed[observation], state_at_first);
+    state.head<2>() =
+        stampFromMoment(observations_[observation], errors) * Eigen::Vector2d(state.head<2>());
+    return estimator_.estimate(observations_, {state, observation, errors});
+  }
+
+  /// Compares the best answer with every other minimum. Those that a sound record rules out at once
+  /// are not refined.
+  void challenge() {
+    constexpr int kMostRefined = 3;
+    const ErrorVector errors = result_.best->errors.mean;
+    const std::vector<PosedObservation> posed = pose(errors);
+    const Vector5 last = result_.best->at_last_observation.mean;
+    Vector5 found = last;
+    found.head<2>() =
+        posed.back().first_from_base *
+        (stampFromMoment(observations_.back(), errors).inverse() * Eigen::Vector2d(last.head<2>()));
+    // fitted again, as the others are, to the path that the odometry alone gives
+    const double found_cost = fitOnFixedPath(posed, found, FixedPathWeight{posed.size() / 2}).cost;
+    const double within_m = sameMountWithin(summariseMotion(observations_).extent_m);
+    int refined = 0;
+    for (const FixedPathFit& other : findOtherMinima(posed, found, within_m)) {
+      double margin = other.cost - found_cost;
+      if (margin < config_.min_runner_up_margin && refined < kMostRefined) {
+        ++refined;
+        const BatchEstimate batch = refine(posed, other.state_at_first, posed.size() / 2, errors);
+        if (isSameMount(batch.at_last_observation.mean, last, within_m)) continue;
+        margin = batch.cost - result_.best->cost;
+        if (margin < 0.0) {
+          result_.best = batch;
+          margin = -margin;
+        }
+      }
+      result_.runner_up_margin = std::min(result_.runner_up_margin, margin);
+    }
+  }
+
+  std::vector<Observation> observations_;
+  const InitializerConfig& config_;
+  BatchEstimator estimator_;
+  SearchResult result_;
+};
+
+/// The answer for the noise as stated in the observations. `fit` becomes the batch that it rests
+/// on.
+StartAttempt findStartAsStated(const std::vector<Observation>& observations,
+                               const InitializerConfig& config, BatchEstimate* fit) {
+  StartAttempt attempt;
+  attempt.motion = summariseMotion(observations);
+  attempt.obstacle = motionObstacle(observations.size(), attempt.motion, config);
+  if (attempt.obstacle != StartObstacle::kNone) return attempt;
+
+  const SearchResult search = Search(observations, config).run();
+  attempt.obstacle = StartObstacle::kNoSolution;
+  if (!search.best) return attempt;
+  *fit = BatchEstimator(config.batch)
+             .estimate(observations, {search.best->at_last_observation.mean,
+                                      observations.size() - 1, search.best->errors.mean});
+  const BatchEstimate& batch = *fit;
+  attempt.estimate = batch.at_last_observation;
+  attempt.errors = batch.errors;
+  attempt.weakest = weakestDirection(attempt.estimate);
+  attempt.chi_square = batch.chi_square;
+  attempt.degrees_of_freedom = batch.degrees_of_freedom;
+  attempt.inlier_fraction = batch.inlierFraction();
+  attempt.runner_up_margin = search.runner_up_margin;
+  attempt.slips = static_cast<int>(batch.slips.size());
+  attempt.bearing_correlation = batch.correlation;
+  attempt.obstacle = answerObstacle(attempt, batch, config);
+  if (!attempt.ready()) return attempt;
+  const RobotEstimate average = averageOverSlips(observations, batch, config.batch).estimate;
+  attempt.estimate = average.cartesian;
+  attempt.errors = average.errors;
+  attempt.weakest = weakestDirection(attempt.estimate);
+  attempt.obstacle = answerObstacle(attempt, batch, config);
+  return attempt;
+}
+
+}  // namespace
+
+std::vector<std::string> InitializerConfig::validate() const {
+  constexpr int kUnknowns = 5;
+  Requirements require;
+  require.that(min_observations > kUnknowns,
+               "initialisation/min_observations must be greater than " + std::to_string(kUnknowns) +
+                   ", but is " + std::to_string(min_observations));
+  require.notNegative("initialisation/min_extent", min_extent_m);
+  require.notNegative("initialisation/min_extent_per_noise", min_extent_per_noise);
+  require.notNegative("initialisation/min_extent_per_range", min_extent_per_range);
+  require.notNegative("initialisation/min_path_per_range", min_path_per_range);
+  require.notNegative("initialisation/min_turn", min_turn_rad);
+  require.notNegative("initialisation/min_second_curvature", min_second_curvature_m);
+  require.positive("initialisation/max_position_stddev", max_position_stddev_m);
+  require.positive("initialisation/max_position_stddev_per_extent", max_position_stddev_per_extent);
+  require.positive("initialisation/max_yaw_stddev", max_yaw_stddev_rad);
+  require.positive("initialisation/max_light_stddev_per_range", max_light_stddev_per_range);
+  require.notNegative("initialisation/min_light_distance", min_light_distance_m);
+  require.positive("initialisation/max_chi_square_sigmas", max_chi_square_sigmas);
+  require.between("initialisation/min_inlier_fraction", min_inlier_fraction, 0.0, 1.0);
+  require.notNegative("initialisation/min_runner_up_margin", min_runner_up_margin);
+  require.add(record.validate());
+  require.add(batch.validate());
+  require.add(noise.validate());
+  return require.errors();
+}
+
+StartAttempt findStart(const std::vector<Observation>& observations,
+                       const InitializerConfig& config) {
+  BatchEstimate fit;
+  const StartAttempt as_stated = findStartAsStated(observations, config, &fit);
+  if (as_stated.obstacle != StartObstacle::kPoorFit || !config.noise.any()) return as_stated;
+  const NoiseLevels noise = findNoiseLevels(observations, fit, config.batch.errors, config.noise);
+  StartAttempt attempt = findStartAsStated(withNoise(observations, noise), config, &fit);
+  attempt.noise = noise;
+  return attempt;
+}
+
+Initializer::Initializer(const InitializerConfig& config)
+    : config_(validated(config)), record_(config.record) {}
+
+}  // namespace bearing_calibration::core

@@ -1,0 +1,106 @@
+#include "bearing_calibration/input/bearing_input.h"
+
+#include <cmath>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/plausible.h"
+#include "bearing_calibration/common/requirement.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+/// A stated variance below `least` becomes that. NaN, zero and less say that there is none.
+void raiseVariance(double least, double* variance, std::vector<InputOutcome>* remarks) {
+  if (!(*variance > 0.0 && *variance < least)) return;
+  remarks->push_back({InputStatus::kVarianceRaised, *variance});
+  *variance = least;
+}
+
+}  // namespace
+
+InputOutcome checkStamp(Stamp stamp, Stamp received, double max_future_s) {
+  if (!isStamped(stamp)) return {InputStatus::kNoStamp, 0.0};
+  const double ahead_s = secondsFromDuration(stamp - received);
+  if (ahead_s > max_future_s) return {InputStatus::kStampInFuture, ahead_s};
+  return {};
+}
+
+InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& config) {
+  constexpr double kTurn_rad = 2.0 * kPi * (1.0 + 1e-6);  // 2 pi as a float is a little more
+  const double variance = candidate.azimuth_variance_rad2;
+  if (!std::isfinite(candidate.azimuth_rad)) {
+    return {InputStatus::kAzimuthNotFinite, candidate.azimuth_rad};
+  }
+  if (std::abs(candidate.azimuth_rad) > kTurn_rad) {
+    return {InputStatus::kAzimuthBeyondATurn, candidate.azimuth_rad};
+  }
+  if (!(std::isfinite(variance) && variance > 0.0)) {
+    return {InputStatus::kVarianceNotPositive, variance};
+  }
+  if (variance > config.max_stddev_rad * config.max_stddev_rad) {
+    return {InputStatus::kVarianceAbsurd, variance};
+  }
+  if (!(candidate.probability >= 0.0 && candidate.probability <= 1.0)) {
+    return {InputStatus::kProbabilityOutOfRange, candidate.probability};
+  }
+  return {};
+}
+
+CheckedBearings checkBearings(const BearingSet& bearings, const BearingInputConfig& config) {
+  CheckedBearings checked;
+  checked.bearings.stamp = bearings.stamp - durationFromSeconds(config.latency_s);
+  checked.bearings.candidates.reserve(bearings.candidates.size());
+  for (Bearing candidate : bearings.candidates) {
+    const InputOutcome outcome = checkCandidate(candidate, config);
+    if (!outcome.accepted()) {
+      checked.remarks.push_back(outcome);
+      continue;
+    }
+    if (candidate.probability < config.min_probability) continue;
+    const double least_rad2 = config.min_stddev_rad * config.min_stddev_rad;
+    raiseVariance(least_rad2, &candidate.azimuth_variance_rad2, &checked.remarks);
+    raiseVariance(least_rad2, &candidate.elevation_variance_rad2, &checked.remarks);
+    candidate.azimuth_variance_rad2 += config.extra_stddev_rad * config.extra_stddev_rad;
+    checked.bearings.candidates.push_back(candidate);
+  }
+  return checked;
+}
+
+std::string adviceWithSensor(const InputCounts& bearing_inputs, std::uint32_t bearings_used,
+                             const std::string& advice) {
+  constexpr std::uint32_t kRare = 100;  // one of so many is a glitch
+  const std::uint32_t beyond = bearing_inputs[InputStatus::kAzimuthBeyondATurn];
+  if (beyond > bearings_used / kRare) {
+    return std::to_string(beyond) +
+           " azimuths lie beyond 2 pi: is the sensor in degrees? bearings are in radians";
+  }
+  const std::uint32_t raised = bearing_inputs[InputStatus::kVarianceRaised];
+  if (raised > bearings_used / kRare) {
+    return std::to_string(raised) +
+           " variances are stated below that of bearings/min_stddev: state the spread that is seen "
+           "while the robot stands; " +
+           advice;
+  }
+  return advice;
+}
+
+std::vector<std::string> BearingInputConfig::validate() const {
+  using namespace plausible;
+  constexpr double kLongestLatency_s = 10.0;
+  constexpr double kLongestWait_s = 60.0;
+  constexpr int kMostWaiting = 100000;  // messages: some 10 MB
+  Requirements require;
+  require.between("bearings/latency", latency_s, -kLongestLatency_s, kLongestLatency_s);
+  require.between("bearings/extra_stddev", extra_stddev_rad, 0.0, kPi);
+  require.between("bearings/min_stddev", min_stddev_rad, kLeastAngle_rad, kPi);
+  require.between("bearings/max_stddev", max_stddev_rad, kLeastAngle_rad, kPi);
+  require.that(max_stddev_rad > min_stddev_rad,
+               "bearings/max_stddev must be greater than bearings/min_stddev");
+  require.between("bearings/max_future", max_future_s, 0.0, kLongest_s);
+  require.between("bearings/reorder_window", reorder_window_s, 0.0, kLongestWait_s);
+  require.between("bearings/max_waiting", max_waiting, 1, kMostWaiting);
+  require.between("bearings/min_probability", min_probability, 0.0, 1.0);
+  return require.errors();
+}
+
+}  // namespace bearing_calibration::core

@@ -1,0 +1,256 @@
+#include "bearing_calibration/judge/convergence_judge.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <cstdio>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/common/plausible.h"
+#include "bearing_calibration/common/requirement.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+constexpr int kFewestImages = 30;  // below it, innovations say little
+/// Mean of up to 100 NIS, each chi-square of one degree: 1 with a deviation of 0.14 when all is
+/// well; 2 leaves room for bearing noise that is correlated from image to image.
+constexpr double kLargestNisMean = 2.0;
+/// Of the mean of a few, which scatters more: one in a million looks.
+constexpr double kNisFalseAlarm = 1e-6;
+constexpr double kSmallestFusedShare = 0.5;
+/// False alarms of the test for a jump of the mount in a run without end: half of what all tests
+/// together may have, a thousandth.
+constexpr double kDisplacementFalseAlarm = 5e-4;
+/// Jumps are tested anywhere, again and again as the record grows: so many of them, at most, are
+/// independent in ten metres of way.
+constexpr double kIndependentDisplacements = 100.0;
+constexpr double kBlock_m = 10.0;
+/// A displacement looks like a slip at first, and is given up as one. So a jump there is more
+/// likely, and there are few of them: about so many independent looks at one, as the record grows.
+constexpr double kIndependentDisplacementsAtSlip = 10.0;
+constexpr int kMountDegrees = 3;
+
+template <class... Numbers>
+std::string format(const char* pattern, Numbers... numbers) {
+  char text[256];
+  std::snprintf(text, sizeof(text), pattern, numbers...);
+  return text;
+}
+
+/// Gain that a jump may have by chance in a record of this way. The false alarms are shared out
+/// over blocks of way, 1/2 for the first, 1/6, 1/12 and so on, which is 1 in all.
+double largestGainByChance(double way_m) {
+  const double block = 1.0 + std::floor(way_m / kBlock_m);
+  const double share = 1.0 / (block * (block + 1.0));
+  return chiSquareQuantile(1.0 - kDisplacementFalseAlarm * share / kIndependentDisplacements,
+                           kMountDegrees);
+}
+
+double largestGainAtSlip() {
+  return chiSquareQuantile(1.0 - kDisplacementFalseAlarm / kIndependentDisplacementsAtSlip,
+                           kMountDegrees);
+}
+
+const DisplacementTest& larger(const DisplacementTest& a, const DisplacementTest& b) {
+  return a.gain < b.gain ? b : a;
+}
+
+double wayOf(const std::vector<Observation>& record) {
+  double way_m = 0.0;
+  for (const Observation& observation : record) way_m += observation.motion.distance_m;
+  return way_m;
+}
+
+/// The jump of the mount that the record tells, if any.
+std::optional<DisplacementTest> findDisplacement(const BatchEstimate& fit, double way_m) {
+  DisplacementTest most;
+  for (const MountDisplacement& jump : fit.mount_displacements)
+    most = larger(most, testDisplacement(jump));
+  if (most.gain > largestGainByChance(way_m)) return most;
+  most = {};
+  for (std::size_t slip : fit.slips)
+    most = larger(most, testDisplacement(fit.mount_displacements[slip]));
+  if (most.gain > largestGainAtSlip()) return most;
+  return std::nullopt;
+}
+
+/// Way to an observation with its turns: those of a point half a metre from the centre.
+double motionTo(const Observation& observation) {
+  constexpr double kLever_m = 0.5;
+  return observation.motion.distance_m + kLever_m * observation.motion.rotation_rad;
+}
+
+/// Index of the first observation after half of the record's motion.
+std::size_t middleByMotion(const std::vector<Observation>& record) {
+  double rest_m = 0.5 * motionOf(record);
+  std::size_t middle = 0;
+  while (middle + 1 < record.size() && rest_m > 0.0) rest_m -= motionTo(record[middle++]);
+  return middle;
+}
+
+/// Whether both halves of the record tell all of the mount.
+bool bothHalvesTell(const std::vector<Observation>& record, const BatchEstimate& settled) {
+  return testDisplacement(settled.mount_displacements[middleByMotion(record)]).directions >=
+         kMountDegrees;
+}
+
+/// Mean of so many NIS that a consistent filter does not exceed.
+double largestNisMean(int count) {
+  return std::max(kLargestNisMean, chiSquareQuantile(1.0 - kNisFalseAlarm, count) / count);
+}
+
+/// What the latest images say against the filter, if anything.
+std::optional<std::string> inconsistency(const Consistency& recent) {
+  const int images = recent.fused + recent.not_fused;
+  if (images < kFewestImages) return std::nullopt;
+  if (recent.fused < kSmallestFusedShare * images) {
+    return format(
+        "%d of the last %d bearings do not fit the motion: is the light hidden, did it "
+        "move, does a wheel slip, are the wheels' parameters right?",
+        recent.not_fused, images);
+  }
+  if (recent.fused > 0 && recent.nis_mean > largestNisMean(recent.fused)) {
+    return format(
+        "the bearings scatter %.1f times as much as they should: check the latency, the "
+        "wheels' parameters, or raise bearings/extra_stddev",
+        std::sqrt(recent.nis_mean));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<std::string> ConvergenceConfig::validate() const {
+  using namespace plausible;
+  Requirements require;
+  require.between("converged/position_stddev", position_stddev_m, kLeastLength_m, kFarthest_m);
+  require.between("converged/yaw_stddev", yaw_stddev_rad, kLeastAngle_rad, kTurn_rad);
+  return require.errors();
+}
+
+double motionOf(const std::vector<Observation>& record) {
+  double motion_m = 0.0;
+  for (const Observation& observation : record) motion_m += motionTo(observation);
+  return motion_m;
+}
+
+bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config) {
+  const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
+  return stddev.x() <= config.position_stddev_m && stddev.y() <= config.position_stddev_m &&
+         stddev.z() <= config.yaw_stddev_rad;
+}
+
+bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& record,
+                   const BatchEstimate& settled) {
+  return !tracker.isSearching() && !findDisplacement(settled, wayOf(record)) &&
+         bothHalvesTell(record, settled);
+}
+
+ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config) : config_(config) {}
+
+bool ConvergenceJudge::isDoubted(const MountTracker& tracker) {
+  return inconsistency(tracker.consistency()).has_value();
+}
+
+void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Observation>& record,
+                             const std::optional<SlipAverage>& settled) {
+  last_ = decide(tracker, record, settled);
+  if (last_.state != CalibrationState::kConverged) {
+    if (!confirmed_) good_since_m_.reset();
+    return;
+  }
+  const double motion_m = motionOf(record);
+  if (confirmed_) {
+    if (staysWhereItWas(mountFromCartesian(tracker.filter().cartesian()), motion_m)) return;
+    last_ = {CalibrationState::kConverging,
+             "the answer has changed by more than it was known to: the next metre and turn must "
+             "confirm it"};
+    return;
+  }
+  if (!good_since_m_) good_since_m_ = motion_m;
+  confirmed_ = motion_m - *good_since_m_ >= kHeldOver_m;
+  if (confirmed_) return;
+  last_ = {CalibrationState::kConverging,
+           "known well enough: the next metre and turn must confirm it"};
+}
+
+/// A record that grows moves its answer within what was left open, or it has been misread for a
+/// moment. What it then says counts when it goes on saying so.
+bool ConvergenceJudge::staysWhereItWas(const MountEstimate& mount, double motion_m) {
+  constexpr double kFalseAlarm = 1e-4;
+  static const double kLargest = chiSquareQuantile(1.0 - kFalseAlarm, kMountDegrees);
+  if (claimed_) {
+    Eigen::Vector3d leap = mount.mean - claimed_->mean;
+    leap.z() = wrapAngle(leap.z());
+    if (leap.dot(claimed_->covariance.ldlt().solve(leap)) <= kLargest) {
+      leapt_since_m_.reset();
+    } else if (!leapt_since_m_) {
+      leapt_since_m_ = motion_m;
+    }
+    if (leapt_since_m_ && motion_m - *leapt_since_m_ < kHeldOver_m) return false;
+  }
+  leapt_since_m_.reset();
+  claimed_ = mount;
+  return true;
+}
+
+Judgement ConvergenceJudge::decide(const MountTracker& tracker,
+                                   const std::vector<Observation>& record,
+                                   const std::optional<SlipAverage>& settled) {
+  if (const auto why = inconsistency(tracker.consistency())) {
+    return {CalibrationState::kInconsistent, *why, Fault::kScatter};
+  }
+  const CartesianEstimate estimate = tracker.filter().cartesian();
+  if (mount_moved_) return *mount_moved_;
+  if (!settled) return stillConverging(estimate);
+  // What comes after the light was lost may be another light for a while, or the light after a
+  // displacement.
+  const bool sure_of_light = !tracker.isSearching();
+  const std::optional<DisplacementTest> jump =
+      sure_of_light ? findDisplacement(settled->best, wayOf(record)) : std::nullopt;
+  if (jump && confirmed_) {
+    mount_moved_ = mountMoved(*jump);
+    return *mount_moved_;
+  }
+  if (!meetsTargets(mountFromCartesian(estimate), config_)) return stillConverging(estimate);
+  if (jump) {
+    return {CalibrationState::kInconsistent,
+            "two parts of the drive give different mounts: check the latency and the wheels' "
+            "parameters, and whether mount and light are fixed",
+            Fault::kPartsDisagree};
+  }
+  if (!sure_of_light && !confirmed_) {
+    return {CalibrationState::kConverging,
+            "known well enough, but the light was lost: drive on until it is seen again"};
+  }
+  if (settled->is_disputed) {
+    return {CalibrationState::kConverging,
+            "known well enough, unless a wheel has slipped: the bearings do not yet tell where one "
+            "did; drive on"};
+  }
+  if (!bothHalvesTell(record, settled->best)) {
+    return {CalibrationState::kConverging,
+            "known well enough, but not yet confirmed: drive straight and turn once more"};
+  }
+  return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
+}
+
+Judgement ConvergenceJudge::mountMoved(const DisplacementTest& jump) {
+  return {CalibrationState::kInconsistent,
+          format("the mount seems to have moved by %.3f m and %.1f deg since it was calibrated: "
+                 "call ~reset to calibrate anew",
+                 jump.jump.head<2>().norm(), degreesFromRadians(jump.jump.z())),
+          Fault::kMountMoved};
+}
+
+Judgement ConvergenceJudge::stillConverging(const CartesianEstimate& estimate) const {
+  const Eigen::Vector3d stddev = mountFromCartesian(estimate).covariance.diagonal().cwiseSqrt();
+  return {CalibrationState::kConverging,
+          format("position known to %.3f m and yaw to %.2f deg: keep driving straight lines and "
+                 "turns; the light is %.1f m away, nearer is better",
+                 stddev.head<2>().maxCoeff(), degreesFromRadians(stddev.z()),
+                 (estimate.lightInBase() - estimate.sensorInBase()).norm())};
+}
+
+}  // namespace bearing_calibration::core

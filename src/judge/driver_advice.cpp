@@ -1,0 +1,81 @@
+#include "bearing_calibration/judge/driver_advice.h"
+
+#include <cstdio>
+
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+/// A motion of this size tells the mount when it is varied; one that did not is degenerate.
+constexpr double kPlentyOfPath_m = 3.0;
+constexpr double kPlentyOfTurn_rad = 4.0 * kPi;
+
+/// "weakest: light x +0.71, sensor x -0.70 known to 0.12 m only"
+std::string describe(const WeakestDirection& weakest) {
+  static const char* const kNames[] = {"light x", "light y", "sensor x", "sensor y", "yaw"};
+  constexpr double kWorthNaming = 0.3;  // of a unit vector
+  std::string text = "known least:";
+  char number[32];
+  for (int i = 0; i < 5; ++i) {
+    if (std::abs(weakest.direction(i)) < kWorthNaming) continue;
+    std::snprintf(number, sizeof(number), " %+.1f ", weakest.direction(i));
+    text += number;
+    text += kNames[i];
+  }
+  std::snprintf(number, sizeof(number), ", to %.3f m", weakest.stddev_m);
+  return text + number;
+}
+
+}  // namespace
+
+bool isDegenerate(const StartAttempt& attempt) {
+  const bool moved_plenty =
+      attempt.motion.path_m > kPlentyOfPath_m || attempt.motion.turn_rad > kPlentyOfTurn_rad;
+  switch (attempt.obstacle) {
+    case StartObstacle::kTooShortPath:
+    case StartObstacle::kNoTurn:
+    case StartObstacle::kOneCurvature:
+    case StartObstacle::kWeakDirection:
+      return moved_plenty;
+    default:
+      return false;
+  }
+}
+
+bool doesNotFit(const StartAttempt& attempt) {
+  const bool moved_plenty =
+      attempt.motion.path_m > kPlentyOfPath_m && attempt.motion.turn_rad > kPlentyOfTurn_rad;
+  return moved_plenty && (attempt.obstacle == StartObstacle::kNoSolution ||
+                          attempt.obstacle == StartObstacle::kPoorFit);
+}
+
+std::string adviceFor(const StartAttempt& attempt) {
+  switch (attempt.obstacle) {
+    case StartObstacle::kNone:
+      return "the start is found";
+    case StartObstacle::kTooFewObservations:
+      return "keep the light in view and drive";
+    case StartObstacle::kTooShortPath:
+      return "drive about 1 m straight, then turn on the spot";
+    case StartObstacle::kNoTurn:
+      return "turn on the spot by a full turn, then drive straight";
+    case StartObstacle::kOneCurvature:
+      return "you are circling: drive about 1 m straight, then turn on the spot";
+    case StartObstacle::kNoSolution:
+      return "no mount explains the bearings yet: keep driving; if this stays, check that left and "
+             "right wheel are not swapped and that the bearing grows counter-clockwise";
+    case StartObstacle::kPoorFit:
+      return "the bearings fit the motion badly: check for slip, reflections and wheel geometry";
+    case StartObstacle::kLightTooNear:
+      return "the light is too near: drive away from it";
+    case StartObstacle::kWeakDirection:
+      return "drive another metre nearer to the light and turn on the spot; " +
+             describe(attempt.weakest);
+    case StartObstacle::kAmbiguous:
+      return "two answers fit: drive straight and turn once more";
+  }
+  return "";
+}
+
+}  // namespace bearing_calibration::core

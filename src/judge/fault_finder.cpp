@@ -1,0 +1,108 @@
+#include "bearing_calibration/judge/fault_finder.h"
+
+#include <optional>
+
+#include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/judge/mount_agreement.h"
+#include "bearing_calibration/record/observation_change.h"
+#include "bearing_calibration/record/observation_path.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+/// Enough to tell whether a hypothesis fits, and quick.
+constexpr std::size_t kObservationsOfDiagnosis = 200;
+
+/// A record with one fault undone, and how well a start from nothing then fits.
+struct Hypothesis {
+  Diagnosis diagnosis;
+  StartAttempt attempt;
+
+  double misfit() const { return attempt.chi_square / std::max(1, attempt.degrees_of_freedom); }
+};
+
+class FaultSearch {
+ public:
+  FaultSearch(const std::vector<Observation>& observations, double wheel_separation_m,
+              const InitializerConfig& config)
+      : observations_(observations), separation_m_(wheel_separation_m), config_(config) {
+    // Slips and outliers would let a wrong hypothesis off: they are what it has to explain.
+    config_.batch.slip_gain = 0.0;
+    config_.min_inlier_fraction = kCleanShare;
+    config_.search_errors = false;  // each hypothesis is a robot of its own already
+  }
+
+  Diagnosis run() {
+    try_({Fault::kNone, 0.0}, observations_);
+    if (best_) return best_->diagnosis;
+    trySigns();
+    if (best_) return best_->diagnosis;
+    tryLatency();
+    tryProportions();
+    if (best_) return best_->diagnosis;
+    return lightMoved() ? Diagnosis{Fault::kLightMoved, 0.0} : Diagnosis{};
+  }
+
+ private:
+  static constexpr double kCleanShare =
+      0.9;  ///< of the observations that a true hypothesis explains
+
+  void try_(const Diagnosis& diagnosis, const std::vector<Observation>& observations) {
+    Hypothesis hypothesis{diagnosis,
+                          findStart(thinned(observations, kObservationsOfDiagnosis), config_)};
+    if (!hypothesis.attempt.ready()) return;
+    if (!best_ || hypothesis.misfit() < best_->misfit()) best_ = hypothesis;
+  }
+
+  void tryWheels(const Diagnosis& diagnosis, const Eigen::Matrix2d& wheels_from_wheels,
+                 double separation_factor) {
+    try_(diagnosis, withOtherWheels(observations_, wheels_from_wheels, separation_m_,
+                                    separation_factor * separation_m_));
+  }
+
+  void trySigns() {
+    try_({Fault::kMirrored, 0.0}, mirrored(observations_));
+    tryWheels({Fault::kLeftReversed, 0.0}, Eigen::Vector2d(-1.0, 1.0).asDiagonal(), 1.0);
+    tryWheels({Fault::kRightReversed, 0.0}, Eigen::Vector2d(1.0, -1.0).asDiagonal(), 1.0);
+  }
+
+  void tryLatency() {
+    for (double late_s : {-0.1, -0.05, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3}) {
+      try_({Fault::kLate, late_s}, withEarlierBearings(observations_, late_s, separation_m_));
+    }
+  }
+
+  void tryProportions() {
+    for (double factor : {0.85, 0.9, 0.94, 0.97, 1.03, 1.06, 1.1, 1.15}) {
+      tryWheels({Fault::kLeftRadius, factor}, Eigen::Vector2d(factor, 1.0).asDiagonal(), 1.0);
+      tryWheels({Fault::kRightRadius, factor}, Eigen::Vector2d(1.0, factor).asDiagonal(), 1.0);
+      tryWheels({Fault::kSeparation, factor}, Eigen::Matrix2d::Identity(), factor);
+    }
+  }
+
+  /// Each half fits by itself and gives the same mount, though both together do not.
+  bool lightMoved() const {
+    const auto middle =
+        observations_.begin() + static_cast<std::ptrdiff_t>(observations_.size() / 2);
+    const StartAttempt first = findStart({observations_.begin(), middle}, config_);
+    const StartAttempt second = findStart({middle, observations_.end()}, config_);
+    constexpr double kSameMount = 0.999;
+    return first.ready() && second.ready() &&
+           disagreement(mountFromCartesian(first.estimate), mountFromCartesian(second.estimate)) <
+               chiSquareQuantile(kSameMount, 3.0);
+  }
+
+  const std::vector<Observation>& observations_;
+  double separation_m_;
+  InitializerConfig config_;
+  std::optional<Hypothesis> best_;
+};
+
+}  // namespace
+
+Diagnosis findFault(const std::vector<Observation>& observations, double wheel_separation_m,
+                    const InitializerConfig& config) {
+  return FaultSearch(observations, wheel_separation_m, config).run();
+}
+
+}  // namespace bearing_calibration::core

@@ -1,0 +1,171 @@
+#include "bearing_calibration/output/offline_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/filter/robot_errors.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// A quarter of an hour at 10 Hz before the first observation is thinned out. The batch takes about
+/// a second for so many, and their noise is correlated anyway.
+constexpr std::size_t kCapacity = 10000;
+
+ObservationRecordConfig wideRecord(ObservationRecordConfig config) {
+  config.capacity = std::max(config.capacity, kCapacity);
+  return config;
+}
+
+/// The state after a motion of the base: the light moves against it.
+Vector5 moved(const Vector5& state, const Pose2& start_from_end) {
+  Vector5 after = state;
+  after.head<2>() = start_from_end.inverse() * Eigen::Vector2d(state.head<2>());
+  return after;
+}
+
+/// Goes through the looks beside the observations that were kept of them, and the batch's path at
+/// these.
+class Walk {
+ public:
+  Walk(const std::vector<Observation>& observations, const BatchEstimate& batch)
+      : observations_(observations), batch_(batch), left_out_(observations.size(), false) {
+    for (std::size_t rejected : batch.rejected) left_out_[rejected] = true;
+  }
+
+  ReviewedImage review(const AssociationOutcome& outcome) {
+    ReviewedImage reviewed;
+    reviewed.outcome = outcome;
+    distance_m_ += is_first_ ? 0.0 : outcome.observation.motion.distance_m;
+    if (!is_first_) since_kept_ = append(since_kept_, outcome.observation.motion);
+    is_first_ = false;
+    const bool kept =
+        next_ < observations_.size() && observations_[next_].stamp == outcome.observation.stamp;
+    if (kept) takeKept();
+    reviewed.distance_m = distance_m_;
+    reviewed.first_from_base = first_from_kept_ * corrected(since_kept_);
+    reviewed.verdict = verdictOf(outcome, kept);
+    reviewed.residual_rad = residualOf(outcome);
+    reviewed.nis = reviewed.verdict == Verdict::kUsed ? batch_.nis[next_ - 1] : kNone;
+    return reviewed;
+  }
+
+ private:
+  bool isJudged() const { return !batch_.path.points.empty(); }
+
+  Pose2 corrected(const OdometryIncrement& motion) const {
+    return correctMotion<kErrorCount>(motion, batch_.errors.mean).start_from_end;
+  }
+
+  void takeKept() {
+    Pose2 motion = corrected(since_kept_);
+    if (isJudged() && next_ > 0) {
+      const Eigen::Vector3d& error = batch_.path.points[next_].motion_error;
+      motion.position_m += error.head<2>();
+      motion.yaw_rad = wrapAngle(motion.yaw_rad + error.z());
+    }
+    first_from_kept_ = first_from_kept_ * motion;
+    since_kept_ = {};
+    ++next_;
+  }
+
+  Verdict verdictOf(const AssociationOutcome& outcome, bool kept) const {
+    if (outcome.kind == AssociationOutcome::Kind::kNothingSeen) return Verdict::kNothingSeen;
+    if (!isJudged()) return Verdict::kUnjudged;
+    if (!kept) return Verdict::kThinned;
+    return left_out_[next_ - 1] ? Verdict::kLeftOut : Verdict::kUsed;
+  }
+
+  double residualOf(const AssociationOutcome& outcome) const {
+    if (!isJudged() || next_ == 0 || outcome.kind == AssociationOutcome::Kind::kNothingSeen)
+      return kNone;
+    const Vector5 state = moved(batch_.path.state(next_ - 1), corrected(since_kept_));
+    return ::bearing_calibration::core::residualOf(outcome.observation, state, batch_.errors.mean);
+  }
+
+  const std::vector<Observation>& observations_;
+  const BatchEstimate& batch_;
+  std::vector<bool> left_out_;  ///< of each observation
+  std::size_t next_ = 0;        ///< observation that has not been passed yet
+  bool is_first_ = true;
+  double distance_m_ = 0.0;
+  Pose2 first_from_kept_;         ///< at the last observation that was passed
+  OdometryIncrement since_kept_;  ///< motion since then
+};
+
+}  // namespace
+
+const char* nameOf(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNothingSeen:
+      return "nothing seen";
+    case Verdict::kUsed:
+      return "used";
+    case Verdict::kLeftOut:
+      return "left out";
+    case Verdict::kThinned:
+      return "thinned";
+    case Verdict::kUnjudged:
+      return "unjudged";
+  }
+  return "";
+}
+
+OfflineReport::OfflineReport(const InitializerConfig& config)
+    : config_(config), record_(wideRecord(config.record)) {}
+
+void OfflineReport::add(const AssociationOutcome& outcome) {
+  if (outcome.lost_light) {
+    outcomes_.clear();
+    record_.clear();
+    motion_since_observation_ = {};
+  }
+  outcomes_.push_back(outcome);
+  motion_since_observation_ = append(motion_since_observation_, outcome.observation.motion);
+  if (outcome.kind == AssociationOutcome::Kind::kNothingSeen) return;
+  Observation observation = outcome.observation;
+  observation.motion = motion_since_observation_;
+  record_.add(observation);
+  motion_since_observation_ = {};
+}
+
+Review OfflineReport::conclude(const std::optional<RobotEstimate>& running) const {
+  Review review;
+  const std::vector<Observation>& observations = record_.observations();
+  review.motion = summariseMotion(observations);
+  review.estimate = running;
+  if (!running && !observations.empty()) {
+    review.start = findStart(observations, config_);
+    if (review.start.ready()) review.estimate = {review.start.estimate, review.start.errors};
+  }
+  BatchEstimate batch;
+  if (review.estimate && !observations.empty()) {
+    // the running estimate is at the last image, which may have shown nothing
+    const Vector5 at_last_observation =
+        running ? moved(running->cartesian.mean, motion_since_observation_.start_from_end.inverse())
+                : review.estimate->cartesian.mean;
+    const BatchEstimator estimator(config_.batch);
+    batch = estimator.estimate(
+        observations, {at_last_observation, observations.size() - 1, review.estimate->errors.mean});
+    if (config_.noise.any()) {
+      review.noise = findNoiseLevels(observations, batch, config_.batch.errors, config_.noise);
+      batch = estimator.estimate(withNoise(observations, review.noise), surestStart(batch));
+    }
+    review.correlation_time = correlationTime(observations, batch.correlation);
+    review.settled = batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
+    review.slips = static_cast<int>(batch.slips.size());
+    review.correlation = batch.correlation;
+    if (review.settled) review.estimate = batch.robot();
+  }
+  if (!review.settled) batch = {};
+  Walk walk(observations, batch);
+  review.images.reserve(outcomes_.size());
+  for (const AssociationOutcome& outcome : outcomes_) review.images.push_back(walk.review(outcome));
+  return review;
+}
+
+}  // namespace bearing_calibration::core

@@ -1,0 +1,89 @@
+#include "bearing_calibration/record/observation_record.h"
+
+#include <algorithm>
+
+#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/record/lights_record.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+/// How much of the record's room a motion deserves [m]. A turn on the spot brings the same views
+/// again after a while, so that it counts little, and never more than a radian of it: an hour of
+/// spinning must not crowd out a metre of driving.
+double importance(const OdometryIncrement& motion) {
+  constexpr double kLever_m = 0.05;
+  constexpr double kMostTurn_rad = 1.0;
+  return motion.distance_m + kLever_m * std::min(motion.rotation_rad, kMostTurn_rad);
+}
+
+}  // namespace
+
+std::vector<std::string> ObservationRecordConfig::validate() const {
+  constexpr std::size_t kSmallestRecord = 100;  // below it, thinning costs accuracy at once
+  Requirements require;
+  require.that(capacity >= kSmallestRecord, "record/capacity must be at least " +
+                                                std::to_string(kSmallestRecord) + ", but is " +
+                                                std::to_string(capacity));
+  require.notNegative("record/still_distance", still_distance_m);
+  require.notNegative("record/still_turn", still_turn_rad);
+  require.that(repetitions >= 0,
+               "record/repetitions must not be negative, but is " + std::to_string(repetitions));
+  return require.errors();
+}
+
+template <class Entry>
+ThinnedRecord<Entry>::ThinnedRecord(const ObservationRecordConfig& config)
+    : config_(validated(config)) {
+  entries_.reserve(config_.capacity + 1);
+}
+
+template <class Entry>
+void ThinnedRecord<Entry>::clear() {
+  entries_.clear();
+  repetitions_ = 0;
+  grown_ = 0;
+}
+
+template <class Entry>
+bool ThinnedRecord<Entry>::isRepetition(const Entry& entry) const {
+  return entry.motion.distance_m < config_.still_distance_m &&
+         entry.motion.rotation_rad < config_.still_turn_rad;
+}
+
+template <class Entry>
+void ThinnedRecord<Entry>::removeInner(std::size_t index) {
+  Entry& next = entries_[index + 1];
+  next.motion = append(entries_[index].motion, next.motion);
+  entries_.erase(entries_.begin() + static_cast<std::ptrdiff_t>(index));
+}
+
+template <class Entry>
+void ThinnedRecord<Entry>::add(const Entry& entry) {
+  entries_.push_back(entry);
+  ++grown_;
+  repetitions_ = isRepetition(entry) && entries_.size() > 1 ? repetitions_ + 1 : 0;
+  if (repetitions_ > config_.repetitions) {
+    removeInner(entries_.size() - 2);
+    --grown_;
+    repetitions_ = isRepetition(entries_.back()) ? repetitions_ - 1 : 0;
+  }
+  if (entries_.size() <= config_.capacity) return;
+
+  std::size_t least = 1;
+  double least_importance = importance(entries_[1].motion) + importance(entries_[2].motion);
+  for (std::size_t i = 2; i + 1 < entries_.size(); ++i) {
+    const double candidate = importance(entries_[i].motion) + importance(entries_[i + 1].motion);
+    if (candidate < least_importance) {
+      least = i;
+      least_importance = candidate;
+    }
+  }
+  removeInner(least);
+}
+
+template class ThinnedRecord<Observation>;
+template class ThinnedRecord<LightsImage>;
+
+}  // namespace bearing_calibration::core

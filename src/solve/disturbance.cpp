@@ -1,0 +1,78 @@
+#include "bearing_calibration/solve/disturbance.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <cmath>
+
+namespace bearing_calibration::core {
+namespace {
+
+using LightMoves = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3>;
+
+/// What a jump takes off the cost, along the directions in which it is told.
+template <int D>
+double gainOf(const Eigen::Matrix<double, D, 1>& pull,
+              const Eigen::Matrix<double, D, D>& information, double least_information) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, D, D>> solver;
+  solver.computeDirect(information);
+  double gain = 0.0;
+  for (int i = 0; i < D; ++i) {
+    if (solver.eigenvalues()(i) < least_information) continue;
+    gain += std::pow(solver.eigenvectors().col(i).dot(pull), 2) / solver.eigenvalues()(i);
+  }
+  return gain;
+}
+
+}  // namespace
+
+Disturbance::Disturbance(const LightsLayout& layout)
+    : layout_(layout),
+      r_(LightsVector::Zero(layout.size())),
+      N_(LightsMatrix::Zero(layout.size(), layout.size())) {}
+
+void Disturbance::add(const LinearNumber& number, const LightsVector& future) {
+  const double precision = 1.0 / number.innovation_variance;
+  const double surprise = number.innovation * precision - number.gain.dot(r_);
+  r_ += number.H * surprise;
+  // (I - KH)' N (I - KH) + H'H/S, written as updates of rank 1 and 2
+  const double scale = future.dot(number.gain) + number.pull_variance;
+  const LightsVector half = 0.5 * scale * number.H - future;
+  N_.noalias() += number.H * half.transpose();
+  N_.noalias() += half * number.H.transpose();
+}
+
+void Disturbance::passMotion(const LightsMotion& motion) {
+  const int size = 2 * layout_.lights;
+  const int errors = layout_.errors;
+  if (errors > 0) {
+    const auto J = motion.J_lights_errors.transpose();
+    r_.segment(kMountSize, errors).noalias() += J * r_.tail(size);
+    N_.middleRows(kMountSize, errors).noalias() += J * N_.bottomRows(size);
+    N_.middleCols(kMountSize, errors).noalias() += N_.rightCols(size) * motion.J_lights_errors;
+  }
+  const Eigen::Matrix2d& R = motion.R_end_start;
+  for (int light = 0; light < layout_.lights; ++light) {
+    const int at = layout_.lightAt(light);
+    r_.segment<2>(at) = (R.transpose() * r_.segment<2>(at)).eval();
+    N_.middleRows<2>(at) = (R.transpose() * N_.middleRows<2>(at)).eval();
+  }
+  for (int light = 0; light < layout_.lights; ++light) {
+    const int at = layout_.lightAt(light);
+    N_.middleCols<2>(at) = (N_.middleCols<2>(at) * R).eval();
+  }
+}
+
+double Disturbance::slipGain(const LightsMotion& motion, double range_m2) const {
+  constexpr double kTellable = 0.2;  // standard deviation of the jump, over the range
+  const double least_information = 1.0 / (kTellable * kTellable * range_m2);
+  const int size = 2 * layout_.lights;
+  if (layout_.lights == 1)
+    return gainOf<2>(r_.tail<2>(), N_.bottomRightCorner<2, 2>(), least_information);
+  // One light can go anywhere, several only as the base takes them.
+  const LightMoves moves = Eigen::HouseholderQR<LightMoves>(motion.J_lights_error).householderQ() *
+                           LightMoves::Identity(size, 3);
+  return gainOf<3>(moves.transpose() * r_.tail(size),
+                   moves.transpose() * N_.bottomRightCorner(size, size) * moves, least_information);
+}
+
+}  // namespace bearing_calibration::core

@@ -1,0 +1,154 @@
+#include "bearing_calibration/track/mount_tracker.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/common/plausible.h"
+#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/filter/paper_filter.h"
+#include "bearing_calibration/solve/record_weights.h"
+#include "bearing_calibration/track/light_start.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+constexpr double kNotFused = -1.0;
+/// A turn known worse than this is beyond what a linearised filter can follow.
+constexpr double kUnknownTurnStddev_rad = 0.5;
+constexpr double kLostBelowFusedShare = 0.3;
+constexpr int kLostWindow = MountTracker::kWindow / 2;
+
+FilterValue makeFilter(FilterConfig::Parametrisation parametrisation, const RobotEstimate& start,
+                       int errors_in_use) {
+  return FilterValue(parametrisation == FilterConfig::Parametrisation::kPaper
+                         ? makePaperFilter(start.cartesian)
+                         : makeCartesianFilter(start, errors_in_use));
+}
+
+}  // namespace
+
+std::vector<std::string> FilterConfig::validate() const {
+  using namespace plausible;
+  constexpr double kSmallestGate = 0.5;
+  constexpr double kLargestGate = 1.0 - 1e-12;
+  Requirements require;
+  require.between("filter/gate_probability", gate_probability, kSmallestGate, kLargestGate);
+  require.between("filter/recovery_after", recovery_after, 1, kMostOfAKind);
+  require.between("filter/recovery_bearing_stddev", recovery_bearing_stddev_rad, 0.0, kTurn_rad);
+  require.between("filter/recovery_distance_stddev", recovery_distance_stddev_m, 0.0, kFarthest_m);
+  return require.errors();
+}
+
+MountTracker::MountTracker(const FilterConfig& config, const RobotEstimate& start,
+                           double bearing_correlation, int errors_in_use)
+    : config_(config),
+      errors_in_use_(errors_in_use),
+      fusion_{chiSquareQuantile(config.gate_probability, 1.0), wideningFor(bearing_correlation)},
+      filter_(makeFilter(config.parametrisation, start, errors_in_use)),
+      recent_nis_(kWindow) {}
+
+void MountTracker::move(const OdometryIncrement& motion) {
+  OdometryIncrement known = motion;
+  if (motion.covariance(2, 2) > kUnknownTurnStddev_rad * kUnknownTurnStddev_rad) {
+    motion_unknown_ = true;
+    known.covariance.setZero();  // the light is placed anew at the next look
+  }
+  filter_->predict(known);
+  if (former_) former_->move(known);
+}
+
+Association MountTracker::associate(const std::vector<Bearing>& candidates,
+                                    const OdometryWindow& nearby) {
+  if (candidates.empty()) return {};
+  if (motion_unknown_) return placeAnew(candidates);
+  const Association association = fuseLight(candidates, nearby, fusion_, filter_.get());
+  if (former_) {
+    const Association found = former_->associate(candidates, nearby, fusion_, association);
+    if (former_->isBack()) {
+      filter_ = former_->takeFilter();
+      former_.reset();
+      noteFused(found);
+      return found;
+    }
+    if (former_->isHistory()) former_.reset();
+  }
+  if (association.kind == Association::Kind::kFound) {
+    noteFused(association);
+    return association;
+  }
+  recent_nis_.push_back(kNotFused);
+  if (association.kind == Association::Kind::kGated &&
+      ++gated_in_a_row_ >= config_.recovery_after) {
+    gated_in_a_row_ = 0;
+    lookAnew();
+  }
+  return association;
+}
+
+/// After an unknown turn the light may be in any direction: the only one that is seen is the light.
+/// Of several nobody knows which: nothing is fused, until it has been so for too long.
+Association MountTracker::placeAnew(const std::vector<Bearing>& candidates) {
+  if (candidates.size() > 1) {
+    recent_nis_.push_back(kNotFused);
+    if (!isLost()) return {};
+    motion_unknown_ = false;  // in vain: it is not searched for any longer
+    former_.reset();
+    Association in_vain;
+    in_vain.kind = Association::Kind::kAmbiguous;
+    return in_vain;
+  }
+  const Bearing& light = candidates.front();
+  RobotEstimate robot = filter_->robot();
+  const double range = (robot.cartesian.lightInBase() - robot.cartesian.sensorInBase()).norm();
+  robot.cartesian = placeLight(mountFromCartesian(robot.cartesian), {range, range},
+                               light.azimuth_rad, fusion_.widening * light.azimuth_variance_rad2);
+  robot.errors.cross_covariance.setZero();  // of another light
+  filter_->restart(robot);
+  motion_unknown_ = false;
+  former_.reset();
+  return {};
+}
+
+void MountTracker::noteFused(const Association& association) {
+  gated_in_a_row_ = 0;
+  recent_nis_.push_back(association.innovation.nis());
+}
+
+/// The light has been gated too often: it is looked for near and far.
+void MountTracker::lookAnew() {
+  RobotEstimate robot = filter_->robot();
+  if (!former_) former_.emplace(makeFilter(config_.parametrisation, robot, errors_in_use_));
+  robot.cartesian = widenLight(robot.cartesian, config_.recovery_distance_stddev_m,
+                               config_.recovery_bearing_stddev_rad);
+  filter_->restart(robot);
+}
+
+void MountTracker::rebase(const RobotEstimate& estimate, double bearing_correlation) {
+  fusion_.widening = wideningFor(bearing_correlation);
+  filter_->restart(estimate);
+  motion_unknown_ = false;
+}
+
+Consistency MountTracker::consistency() const {
+  Consistency consistency;
+  for (double nis : recent_nis_) {
+    if (nis == kNotFused) {
+      ++consistency.not_fused;
+      continue;
+    }
+    ++consistency.fused;
+    consistency.nis = nis;
+    consistency.nis_mean += nis;
+  }
+  if (consistency.fused > 0) consistency.nis_mean /= consistency.fused;
+  return consistency;
+}
+
+bool MountTracker::isLost() const {
+  const Consistency recent = consistency();
+  const int images = recent.fused + recent.not_fused;
+  return images >= kLostWindow && recent.fused < kLostBelowFusedShare * images;
+}
+
+}  // namespace bearing_calibration::core

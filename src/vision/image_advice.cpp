@@ -1,0 +1,194 @@
+#include "bearing_calibration/vision/image_advice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/common/validated.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+// A quarter of the pixels full: a little more light, and only the spot's outline tells its place.
+constexpr double kMuchSaturated = 0.25;
+// Of the levels above black: a light that uses less is read worse than it could be, and the
+// threshold is near.
+constexpr double kDimPart = 0.2;
+// Leaves room for a light twice as near.
+constexpr double kGoodPart = 0.7;
+// A spot that may be the light out of focus is round enough: wider than the gates.
+constexpr double kLeastFill = 0.8;
+constexpr double kMostFill = 1.15;
+
+double stddevOf(double variance_px2) { return std::sqrt(std::max(0.0, variance_px2)); }
+
+/// An evenly filled ellipse is four standard deviations wide.
+double widthOf(double stddev_px) { return 4.0 * stddev_px; }
+
+double middleOf(const Range& range) { return 0.5 * (range.low + range.high); }
+
+/// How many times too large (or too small) a deviation is, less one.
+double departureOf(double stddev_px, const Range& expected) {
+  if (stddev_px > expected.high) return stddev_px / expected.high - 1.0;
+  return stddev_px < expected.low ? expected.low / stddev_px - 1.0 : 0.0;
+}
+
+double imageRadiusOf(const DetectorConfig& config, const LightEllipse& ellipse) {
+  return mirrorPixelFromImage(config.view, ellipse.centre_px.x(), ellipse.centre_px.y())
+      .image_radius_px;
+}
+
+/// The larger departure of the spot's two deviations from those that the configured lens makes.
+double misfitOf(const DetectorConfig& config, const LightEllipse& ellipse) {
+  const SpotSize expected = expectedSpotSize(config, imageRadiusOf(config, ellipse));
+  return std::max(
+      departureOf(stddevOf(ellipse.tangential_variance_px2), expected.tangential_stddev_px),
+      departureOf(stddevOf(ellipse.radial_variance_px2), expected.radial_stddev_px));
+}
+
+std::string distanceText(double distance_m) {
+  return std::isfinite(distance_m) ? formatted("%.2f m", distance_m) : "far away";
+}
+
+Advice focusAdvice(const DetectorConfig& config, const LightEllipse& ellipse,
+                   const FocusGuess& guess) {
+  const SpotSize expected = expectedSpotSize(config, imageRadiusOf(config, ellipse));
+  const double configured_m = config.mirror.focus_distance_m;
+  const char* where = guess.focus_distance_m > configured_m ? "nearer" : "farther";
+  return {
+      AdviceKind::kFocus,
+      formatted("no spot has the light's size, but one of %.0f x %.0f px (along azimuth x "
+                "radius) instead of %.0f x %.0f is as a lens focused %s would show it: focus %s, "
+                "or correct lens/focus_distance (%s)",
+                widthOf(stddevOf(ellipse.tangential_variance_px2)),
+                widthOf(stddevOf(ellipse.radial_variance_px2)),
+                widthOf(middleOf(expected.tangential_stddev_px)),
+                widthOf(middleOf(expected.radial_stddev_px)),
+                distanceText(guess.focus_distance_m).c_str(), where,
+                distanceText(configured_m).c_str())};
+}
+
+std::string commonestRejection(const DetectionResult& result) {
+  const auto most = std::max_element(result.rejections.begin(), result.rejections.end());
+  return describe(static_cast<Rejection>(most - result.rejections.begin()));
+}
+
+}  // namespace
+
+FocusGuess guessFocus(const DetectorConfig& config, const LightEllipse& ellipse) {
+  constexpr int kSteps = 60;  // even in 1 / distance, as the blur is
+  // From infinity to half of the way to the mirror, or twice as near as configured: beyond, a
+  // light fills the mirror.
+  const double most_per_m =
+      2.0 / std::min(config.mirror.focus_distance_m, config.mirror.lens_to_apex_m);
+  const double step_per_m = std::min(most_per_m, 0.5 / config.mirror.focal_length_m) / kSteps;
+  FocusGuess best{config.mirror.focus_distance_m, misfitOf(config, ellipse)};
+  for (int step = 0; step <= kSteps; ++step) {
+    DetectorConfig other = config;
+    other.mirror.focus_distance_m = 1.0 / (step * step_per_m);  // infinity first
+    const double misfit = misfitOf(other, ellipse);
+    if (misfit < best.misfit) best = {other.mirror.focus_distance_m, misfit};
+  }
+  return best;
+}
+
+ImageAdviser::ImageAdviser(const DetectorConfig& config)
+    : config_(validated(config)), horizon_radius_px_(horizonRadiusPx(config.mirror)) {}
+
+std::optional<Advice> ImageAdviser::adviceFor(const DetectionResult& result) const {
+  if (const Detection* light = likeliestLight(result.lights)) return onExposure(*light);
+  if (result.too_cluttered) {
+    return Advice{AdviceKind::kTooCluttered,
+                  "too many bright spots: shorten the exposure, or raise threshold/min_contrast"};
+  }
+  if (result.rejected.empty()) {
+    return Advice{AdviceKind::kNothingBright,
+                  formatted("nothing stands out of the background (%.0f levels, threshold %d): is "
+                            "the light on and in view? if so, lengthen the exposure",
+                            result.background.median, result.threshold_levels)};
+  }
+  return onRejected(result);
+}
+
+std::optional<Advice> ImageAdviser::onExposure(const Detection& light) const {
+  const LightEllipse& ellipse = light.ellipse;
+  const double black = config_.sensor.black_level;
+  const double levels = config_.sensor.saturation_level - black;
+  const double wanted = kGoodPart * levels;
+  const double background = std::max(0.0, ellipse.background_levels - black);
+  const double contrast = ellipse.peak_levels - ellipse.background_levels;
+  if (ellipse.saturated_fraction > kMuchSaturated) {
+    constexpr double kPercent = 100.0;
+    return Advice{AdviceKind::kSaturated,
+                  formatted("the light is saturated (%.0f %% of its pixels are full): shorten the "
+                            "exposure or lower the gain until it peaks at about %.0f levels",
+                            kPercent * ellipse.saturated_fraction, wanted + black)};
+  }
+  if (contrast >= kDimPart * levels) return std::nullopt;
+  const double longer = wanted / (background + contrast);
+  if (longer < 2.0) {
+    return Advice{AdviceKind::kDim,
+                  formatted("the light stands only %.0f levels over a background of %.0f: make it "
+                            "stronger, or darken what is behind it; no exposure helps",
+                            contrast, ellipse.background_levels)};
+  }
+  return Advice{AdviceKind::kDim,
+                formatted("the light is dim (%.0f levels over the background, of %.0f): lengthen "
+                          "the exposure, or raise the gain, about %.0f times",
+                          contrast, levels, longer)};
+}
+
+/// Whether another focus may be all that keeps the spot from being the light.
+bool ImageAdviser::mayBeOutOfFocus(const Detection& spot) const {
+  const LightEllipse& ellipse = spot.ellipse;
+  const bool cut = spot.rejection == Rejection::kMaskEdge;
+  const bool round = ellipse.fill > kLeastFill - ellipse.fill_tolerance &&
+                     ellipse.fill < kMostFill + ellipse.fill_tolerance;
+  const bool too_high =
+      config_.light.below_apex && imageRadiusOf(config_, ellipse) > horizon_radius_px_;
+  return config_.gates.mirror && !cut && round && !too_high &&
+         misfitOf(config_, ellipse) > config_.gates.size_tolerance;
+}
+
+/// No light, but bright spots: if one of them is as the light would be at another focus, this is
+/// the likeliest reason.
+Advice ImageAdviser::onRejected(const DetectionResult& result) const {
+  constexpr int kMostGuesses = 10;  // each takes 0.1 ms; so many round spots are clutter
+  int guesses = 0;
+  const Detection* likeliest = nullptr;
+  FocusGuess best{0.0, config_.gates.size_tolerance};
+  for (const Detection& spot : result.rejected) {
+    if (!mayBeOutOfFocus(spot) || guesses++ >= kMostGuesses) continue;
+    const FocusGuess guess = guessFocus(config_, spot.ellipse);
+    if (guess.misfit > best.misfit) continue;
+    best = guess;
+    likeliest = &spot;
+  }
+  if (likeliest != nullptr) return focusAdvice(config_, likeliest->ellipse, best);
+  return {AdviceKind::kNoneFits,
+          formatted("bright spots, but none is like the light (commonest: %s): compare ~annotated "
+                    "with what is there",
+                    commonestRejection(result).c_str())};
+}
+
+void AdviceTally::add(const std::optional<Advice>& advice) {
+  ++images_;
+  if (!advice) return;
+  const std::size_t kind = static_cast<std::size_t>(advice->kind);
+  ++counts_[kind];
+  sentences_[kind] = advice->sentence;
+}
+
+std::optional<Advice> AdviceTally::take() {
+  const auto most = std::max_element(counts_.begin(), counts_.end());
+  std::optional<Advice> advice;
+  if (*most > 0 && 2 * *most >= images_) {
+    const std::size_t kind = static_cast<std::size_t>(most - counts_.begin());
+    advice = Advice{static_cast<AdviceKind>(kind), sentences_[kind]};
+  }
+  *this = AdviceTally();
+  return advice;
+}
+
+}  // namespace bearing_calibration::core

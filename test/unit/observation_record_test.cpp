@@ -1,0 +1,123 @@
+#include "bearing_calibration/record/observation_record.h"
+
+#include <gtest/gtest.h>
+
+#include "bearing_calibration/record/observation_path.h"
+#include "bearing_calibration/solve/observability.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+const WheelNoise kNoise{1e-6, 0.0};
+constexpr double kSeparation_m = 0.25;
+
+Observation observationAfter(double left_m, double right_m, int number) {
+  Observation observation;
+  observation.stamp = stampFromSeconds(1.0 + 0.1 * number);
+  observation.motion = append(OdometryIncrement{}, {left_m, right_m}, kSeparation_m, kNoise);
+  observation.azimuth_rad = 0.001 * number;
+  observation.azimuth_variance_rad2 = 1e-4;
+  return observation;
+}
+
+/// The motion over a whole record.
+OdometryIncrement wholeMotion(const std::vector<Observation>& observations) {
+  OdometryIncrement whole;
+  for (std::size_t i = 1; i < observations.size(); ++i)
+    whole = append(whole, observations[i].motion);
+  return whole;
+}
+
+void expectSameMotion(const OdometryIncrement& a, const OdometryIncrement& b) {
+  EXPECT_LT((a.start_from_end.position_m - b.start_from_end.position_m).norm(), 1e-9);
+  EXPECT_NEAR(wrapAngle(a.start_from_end.yaw_rad - b.start_from_end.yaw_rad), 0.0, 1e-9);
+  EXPECT_NEAR(a.distance_m, b.distance_m, 1e-9);
+  EXPECT_NEAR(a.rotation_rad, b.rotation_rad, 1e-9);
+  EXPECT_LT((a.covariance - b.covariance).norm(), 1e-9 * b.covariance.norm());
+}
+
+TEST(ObservationRecord, StandingStillCostsNoRoomAndLosesNoMotion) {
+  ObservationRecord record{ObservationRecordConfig()};
+  record.add(observationAfter(0.0, 0.0, 0));
+  record.add(observationAfter(0.02, 0.01, 1));
+  for (int i = 2; i < 50000; ++i) record.add(observationAfter(0.0, 0.0, i));
+  EXPECT_LE(record.observations().size(), 2U + ObservationRecordConfig().repetitions);
+  EXPECT_EQ(record.observations().back().stamp, observationAfter(0.0, 0.0, 49999).stamp);
+  expectSameMotion(wholeMotion(record.observations()), observationAfter(0.02, 0.01, 1).motion);
+}
+
+TEST(ObservationRecord, CreepingIsNotStandingStill) {
+  constexpr double kCreep_m = 1e-4;  // per observation: 20 of them make a distance that counts
+  ObservationRecord record{ObservationRecordConfig()};
+  for (int i = 0; i < 1000; ++i) record.add(observationAfter(kCreep_m, kCreep_m, i));
+  EXPECT_NEAR(wholeMotion(record.observations()).distance_m, 999 * kCreep_m, 1e-9);
+  EXPECT_GT(record.observations().size(), 40U);
+}
+
+TEST(ObservationRecord, AnEndlessDriveIsKeptWholeOnlyCoarser) {
+  ObservationRecordConfig config;
+  config.capacity = 200;
+  ObservationRecord record(config);
+  OdometryIncrement whole;
+  for (int i = 0; i < 5000; ++i) {
+    const Observation observation = observationAfter(0.02, i % 100 < 50 ? 0.02 : 0.01, i);
+    if (i > 0) whole = append(whole, observation.motion);
+    record.add(observation);
+    ASSERT_LE(record.observations().size(), config.capacity);
+  }
+  expectSameMotion(wholeMotion(record.observations()), whole);
+  EXPECT_EQ(record.observations().front().stamp, stampFromSeconds(1.0));
+  double longest_m = 0.0;
+  for (const Observation& observation : record.observations()) {
+    longest_m = std::max(longest_m, observation.motion.distance_m);
+  }
+  // evenly spread would be whole / capacity; pairs are merged, so nothing is longer than a few
+  EXPECT_LT(longest_m, 4.0 * whole.distance_m / static_cast<double>(config.capacity));
+}
+
+TEST(ObservationRecord, RefusesARecordTooSmallToBeOfUse) {
+  ObservationRecordConfig config;
+  config.capacity = 3;
+  EXPECT_THROW(ObservationRecord{config}, std::invalid_argument);
+}
+
+TEST(Thinned, KeepsTheLastObservationAndAllMotion) {
+  std::vector<Observation> observations;
+  for (int i = 0; i < 1003; ++i) observations.push_back(observationAfter(0.02, 0.015, i));
+  const std::vector<Observation> few = thinned(observations, 100);
+  EXPECT_LE(few.size(), 101U);
+  EXPECT_EQ(few.back().stamp, observations.back().stamp);
+  OdometryIncrement to_first = few.front().motion;  // since before the whole record
+  for (std::size_t i = 1; i < few.size(); ++i) to_first = append(to_first, few[i].motion);
+  EXPECT_NEAR(to_first.distance_m, 1003 * 0.0175, 1e-9);
+}
+
+TEST(SummariseMotion, TellsOneCurvatureFromTwo) {
+  std::vector<Observation> line, circle, spin, line_and_spin;
+  for (int i = 0; i < 100; ++i) {
+    line.push_back(observationAfter(0.02, 0.02, i));
+    circle.push_back(observationAfter(0.02, 0.01, i));
+    spin.push_back(observationAfter(-0.01, 0.01, i));
+    line_and_spin.push_back(i < 50 ? observationAfter(0.02, 0.02, i)
+                                   : observationAfter(-0.01, 0.01, i));
+  }
+  EXPECT_LT(summariseMotion(line).second_curvature_m, 1e-9);
+  EXPECT_LT(summariseMotion(circle).second_curvature_m, 1e-9);
+  EXPECT_LT(summariseMotion(spin).second_curvature_m, 1e-9);
+  // 49 steps of 2 cm straight; 50 turns of 0.08 rad at the lever of 0.3 m are more than that
+  EXPECT_NEAR(summariseMotion(line_and_spin).second_curvature_m, 49 * 0.02, 1e-9);
+  EXPECT_NEAR(summariseMotion(line).extent_m, 99 * 0.02, 1e-9);
+}
+
+TEST(WeakestDirection, IsTheLongestAxisWithYawAsALength) {
+  CartesianEstimate estimate;
+  estimate.mean << 3.0, 4.0, 0.0, 0.0, 0.0;  // range 5 m
+  estimate.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 1e-4, 1e-3;
+  const WeakestDirection weakest = weakestDirection(estimate);
+  EXPECT_NEAR(weakest.lever_m, 5.0, 1e-12);
+  EXPECT_NEAR(weakest.stddev_m, 5.0 * std::sqrt(1e-3), 1e-12);
+  EXPECT_NEAR(std::abs(weakest.direction(CartesianIndex::kSensorYaw)), 1.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace bearing_calibration::core

@@ -1,0 +1,39 @@
+#include "tools/common/command_line.h"
+
+#include <exception>
+#include <iostream>
+
+namespace bearing_calibration::core {
+
+namespace options = boost::program_options;
+
+int runProgram(const char* name, const std::function<int()>& work, int failure_status) {
+  try {
+    return work();
+  } catch (const options::error& error) {
+    std::cerr << name << ": " << error.what() << " (see --help)\n";
+    return kUsageError;
+  } catch (const std::exception& error) {
+    std::cerr << name << ": " << error.what() << "\n";
+    return failure_status;
+  }
+}
+
+std::optional<options::variables_map> parseArguments(
+    int argc, char** argv, const options::options_description& visible,
+    const options::options_description& hidden,
+    const options::positional_options_description& positions) {
+  options::options_description all;
+  all.add(visible).add(hidden);
+  options::variables_map values;
+  options::store(options::command_line_parser(argc, argv).options(all).positional(positions).run(),
+                 values);
+  if (values.count("help") != 0) {
+    std::cout << visible << "\n";
+    return std::nullopt;
+  }
+  options::notify(values);
+  return values;
+}
+
+}  // namespace bearing_calibration::core

@@ -1,0 +1,275 @@
+#include "tools/owner/bag_calibration.h"
+
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <variant>
+
+#include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration_ros/compressed_image.h"
+#include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/image_bearings.h"
+#include "bearing_calibration_ros/parameter_files.h"
+#include "bearing_calibration_ros/tick_message.h"
+#include "tools/common/timing.h"
+#include "tools/owner/bag_reader.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+namespace ros_side = bearing_calibration_ros;
+
+BagReader openBag(const std::string& bag, const BagSetup& setup) {
+  return {bag, setup.topics, setup.calibration.wheel_source};
+}
+
+/// The running estimate, often enough to be drawn and never too long to be kept.
+class History {
+ public:
+  bool isDue(double distance_m, CalibrationState state) const {
+    return rows_.empty() || state != rows_.back().state ||
+           distance_m >= rows_.back().distance_m + step_m_;
+  }
+
+  void add(const CalibrationResult& result) {
+    rows_.push_back(
+        {result.stamp, result.distance_travelled_m, result.state, *result.base_from_sensor});
+    constexpr std::size_t kMostRows = 4000;  // more than a plot has pixels
+    if (rows_.size() < kMostRows) return;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < rows_.size(); i += 2) rows_[kept++] = rows_[i];
+    rows_.resize(kept);
+    step_m_ *= 2.0;
+  }
+
+  std::vector<EstimateRow> take() { return std::move(rows_); }
+
+ private:
+  std::vector<EstimateRow> rows_;
+  double step_m_ = 0.01;
+};
+
+/// The running estimate of a record is not waited for, and what counts is the fit of the whole at
+/// its end: the fits on the way may be rarer than on a robot.
+CalibratorConfig forRecords(CalibratorConfig config) {
+  config.refit_growth = 0.05;
+  return config;
+}
+
+/// Feeds a bag's messages to the calibration.
+class Replay {
+ public:
+  Replay(const BagJob& job, const BagSetup& setup, BagOutcome* outcome)
+      : job_(job),
+        setup_(setup),
+        outcome_(outcome),
+        calibrator_(forRecords(setup.calibration.calibrator)),
+        review_(setup.calibration.calibrator.initializer) {
+    calibrator_.observe([this](const AssociationOutcome& of_image) {
+      review_.add(of_image);
+      has_news_ = true;
+    });
+    if (!outcome->topics.images.empty()) images_.emplace(setup.detection);
+  }
+
+  void take(const BagMessage& message) {
+    std::visit([this, &message](const auto& content) { add(content, message.received); },
+               message.content);
+    noteEstimate();
+  }
+
+  void finish();
+
+ private:
+  void warn(const std::string& kind, const std::string& text) { warnings_.emplace(kind, text); }
+
+  void checkFrame(const std::string& frame) {
+    const std::string& expected = setup_.calibration.frames.sensor;
+    if (frame.empty() || frame == expected) return;
+    warn("frame", "frame '" + frame + "' of the bearings is not frames/sensor '" + expected +
+                      "': taken as if it were");
+  }
+
+  void add(const geometry_msgs::PoseWithCovarianceStampedConstPtr& plan, const ros::Time&) {
+    const auto& covariance = plan->pose.covariance;  // of x, y, z, roll, pitch, yaw
+    const Eigen::Vector3d stddev =
+        Eigen::Vector3d(covariance[0], covariance[7], covariance[35]).cwiseSqrt();
+    std::vector<PlanRow>& plans = outcome_->plans;
+    if (!plans.empty() && plans.back().stddev == stddev) return;  // it is said again and again
+    plans.push_back({ros_side::stampFromRos(plan->header.stamp), stddev});
+  }
+
+  void add(const WheelTicksConstPtr& ticks, const ros::Time& received) {
+    const Timing timing(&outcome_->times.estimation);
+    calibrator_.addTicks(ros_side::countsFromMessage(*ticks), ros_side::stampFromRos(received));
+  }
+
+  void add(const sensor_msgs::JointStateConstPtr& joints, const ros::Time& received) {
+    const Timing timing(&outcome_->times.estimation);
+    const ros_side::WheelJoints& wheels = setup_.calibration.joints;
+    if (const auto angles = ros_side::anglesFromMessage(*joints, wheels)) {
+      calibrator_.addAngles(*angles, ros_side::stampFromRos(received));
+    } else {
+      warn("joints", "joint states without '" + wheels.left + "' and '" + wheels.right +
+                         "' were left out; the first has (" + ros_side::jointNames(*joints) + ")");
+    }
+  }
+
+  void add(const BagWheelCount& wheel, const ros::Time& received) {
+    const Timing timing(&outcome_->times.estimation);
+    calibrator_.addWheel(wheel.side, ros_side::countFromMessage(*wheel.count, received),
+                         ros_side::stampFromRos(received));
+  }
+
+  void add(const LightBearingsConstPtr& bearings, const ros::Time& received) {
+    checkFrame(bearings->header.frame_id);
+    addBearings(ros_side::bearingsFromMessage(*bearings), ros_side::stampFromRos(received));
+  }
+
+  void addBearings(BearingSet bearings, Stamp received) {
+    const Timing timing(&outcome_->times.estimation);
+    if (job_.light_id) {
+      auto& candidates = bearings.candidates;
+      candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
+                                      [this](const Bearing& candidate) {
+                                        return candidate.light_id != *job_.light_id;
+                                      }),
+                       candidates.end());
+    }
+    calibrator_.addBearings(bearings, received);
+  }
+
+  void add(const sensor_msgs::ImageConstPtr& image, const ros::Time& received) {
+    if (const auto refusal = ros_side::refusalOf(*image, setup_.detection.detector.sensor)) {
+      warn(refusal->kind, "images were left out (" + refusal->kind + "): " + refusal->text);
+      return;
+    }
+    ++outcome_->images;
+    BearingSet bearings;
+    {
+      const Timing timing(&outcome_->times.detection);
+      bearings = images_->detect(image, calibrator_.predictBearing(images_->middleOf(*image)));
+    }
+    addBearings(std::move(bearings), ros_side::stampFromRos(received));
+  }
+
+  void add(const sensor_msgs::CompressedImageConstPtr& compressed, const ros::Time& received) {
+    sensor_msgs::ImageConstPtr image;
+    {
+      const Timing timing(&outcome_->times.detection);
+      image = ros_side::decoded(*compressed);
+    }
+    if (image) return add(image, received);
+    warn("not decoded",
+         "images were left out (not decoded): " + ros_side::describeUndecoded(*compressed));
+  }
+
+  void noteEstimate() {
+    if (!has_news_) return;
+    has_news_ = false;
+    const Timing timing(&outcome_->times.estimation);
+    const CalibrationResult result = calibrator_.result();
+    if (result.base_from_sensor && history_.isDue(result.distance_travelled_m, result.state)) {
+      history_.add(result);
+    }
+  }
+
+  const BagJob& job_;
+  const BagSetup& setup_;
+  BagOutcome* outcome_;
+  Calibrator calibrator_;
+  OfflineReport review_;
+  std::optional<ros_side::ImageBearings> images_;
+  History history_;
+  bool has_news_ = false;
+  std::map<std::string, std::string> warnings_;  ///< the first one of each kind
+};
+
+bool restsOnSeveral(const CalibrationResult& result) {
+  return std::count_if(result.lights.begin(), result.lights.end(),
+                       [](const LightSummary& light) { return light.in_estimate; }) > 1;
+}
+
+void Replay::finish() {
+  const Timing timing(&outcome_->times.estimation);
+  CalibrationResult& result = outcome_->result;
+  result = calibrator_.result();
+  std::optional<RobotEstimate> running;
+  // what is reviewed is the first light
+  if (!result.lights.empty() && result.lights.front().cartesian_state) {
+    running = {*result.lights.front().cartesian_state, result.robot_errors};
+  }
+  outcome_->review = review_.conclude(running);
+  outcome_->history = history_.take();
+  for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
+  if (!outcome_->review.estimate || restsOnSeveral(result)) return;
+  if (!result.cartesian_state) {
+    result.state = CalibrationState::kConverging;
+    result.advice =
+        "found in the record as a whole only: drive longer, so that it can be confirmed";
+  }
+  result.cartesian_state = outcome_->review.estimate->cartesian;
+  result.robot_errors = outcome_->review.estimate->errors;
+  result.noise = outcome_->review.noise;
+  result.correlation_time = outcome_->review.correlation_time;
+  result.paper_state = paperFromCartesian(*result.cartesian_state);
+  result.base_from_sensor = mountFromCartesian(*result.cartesian_state);
+}
+
+}  // namespace
+
+BagSetup readBagSetup(const std::vector<std::string>& config_files,
+                      const std::vector<std::string>& assignments, const BagTopics& topics) {
+  ros_side::ParameterFiles files;
+  files.addNode("calibration", ros_side::packagedConfig("calibration.yaml"));
+  files.addNode("detection", ros_side::packagedConfig("detection.yaml"));
+  for (const std::string& file : config_files) files.overlay(file);
+  for (const std::string& assignment : assignments) files.set(assignment);
+  return {ros_side::readCalibrationNodeConfig(files.reader("calibration")),
+          ros_side::readDetectionNodeConfig(files.reader("detection")), topics};
+}
+
+BagOutcome calibrateBag(const BagJob& job, const BagSetup& setup,
+                        std::atomic<std::uint64_t>* progress) {
+  BagOutcome outcome;
+  {
+    const Timing timing(&outcome.times.whole);
+    BagReader reader = openBag(job.bag, setup);
+    outcome.topics = reader.topics();
+    Replay replay(job, setup, &outcome);
+    for (auto batch = reader.next(); !batch.empty(); batch = reader.next()) {
+      for (const BagMessage& message : batch) replay.take(message);
+      *progress += batch.size();
+    }
+    outcome.times.reading = reader.readingSeconds();
+    replay.finish();
+  }
+  return outcome;
+}
+
+std::uint64_t countMessages(const BagJob& job, const BagSetup& setup) {
+  return openBag(job.bag, setup).size();
+}
+
+std::vector<std::int32_t> listLights(const std::string& bag, const BagSetup& setup) {
+  BagReader reader = openBag(bag, setup);
+  if (!reader.topics().images.empty()) {
+    throw std::runtime_error(
+        "the lights of images cannot be told apart: --each-light wants bearings");
+  }
+  std::set<std::int32_t> ids;
+  for (auto batch = reader.next(); !batch.empty(); batch = reader.next()) {
+    for (const BagMessage& message : batch) {
+      const auto* bearings = std::get_if<LightBearingsConstPtr>(&message.content);
+      if (bearings == nullptr) continue;
+      for (const LightBearing& candidate : (*bearings)->candidates) {
+        if (candidate.light_id != kUnknownLight) ids.insert(candidate.light_id);
+      }
+    }
+  }
+  return {ids.begin(), ids.end()};
+}
+
+}  // namespace bearing_calibration::core

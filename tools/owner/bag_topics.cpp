@@ -1,0 +1,148 @@
+#include "tools/owner/bag_topics.h"
+
+#include <bearing_calibration/LightBearings.h>
+#include <bearing_calibration/WheelTicks.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/JointState.h>
+
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "bearing_calibration_ros/tick_message.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+using bearing_calibration_ros::WheelSource;
+
+/// Types by topic.
+using Contents = std::map<std::string, std::string>;
+
+std::string withoutSlash(const std::string& topic) {
+  return topic.empty() || topic.front() != '/' ? topic : topic.substr(1);
+}
+
+std::string listOf(const Contents& contents) {
+  std::string list;
+  for (const auto& [topic, type] : contents) list += "\n  " + topic + " (" + type + ")";
+  return contents.empty() ? " nothing" : list;
+}
+
+std::vector<std::string> topicsOfType(const Contents& contents, const std::string& type) {
+  std::vector<std::string> topics;
+  for (const auto& topic_and_type : contents) {
+    if (topic_and_type.second == type) topics.push_back(topic_and_type.first);
+  }
+  return topics;
+}
+
+/// The topic of that name, or else the only one of the type.
+template <typename Message>
+std::string findTopic(const Contents& contents, const std::string& wanted,
+                      const std::string& option) {
+  const std::string type = ros::message_traits::datatype<Message>();
+  if (!wanted.empty()) {
+    for (const auto& [topic, topics_type] : contents) {
+      if (withoutSlash(topic) == withoutSlash(wanted) && topics_type == type) return topic;
+    }
+    throw std::runtime_error("no topic " + wanted + " of type " + type + "; the bag holds" +
+                             listOf(contents));
+  }
+  const std::vector<std::string> topics = topicsOfType(contents, type);
+  if (topics.size() == 1) return topics.front();
+  throw std::runtime_error((topics.empty() ? "no topic of type " : "several topics of type ") +
+                           type + ": choose one by --" + option + "; the bag holds" +
+                           listOf(contents));
+}
+
+/// The same of images; where there are none as they are, of compressed ones, which a camera sends
+/// on the topic's name with "/compressed" behind it.
+std::string findImages(const Contents& contents, const std::string& wanted) {
+  const std::string raw = ros::message_traits::datatype<sensor_msgs::Image>();
+  const std::string compressed = ros::message_traits::datatype<sensor_msgs::CompressedImage>();
+  if (wanted.empty()) {
+    return topicsOfType(contents, raw).empty() && !topicsOfType(contents, compressed).empty()
+               ? findTopic<sensor_msgs::CompressedImage>(contents, wanted, "image-topic")
+               : findTopic<sensor_msgs::Image>(contents, wanted, "image-topic");
+  }
+  for (const std::string& name : {wanted, wanted + "/compressed"}) {
+    for (const auto& [topic, type] : contents) {
+      if (withoutSlash(topic) == withoutSlash(name) && (type == raw || type == compressed)) {
+        return topic;
+      }
+    }
+  }
+  throw std::runtime_error("no topic " + wanted + " of type " + raw + " or " + compressed +
+                           "; the bag holds" + listOf(contents));
+}
+
+/// The topic of that name, or else of the default's, with the count of one wheel.
+std::string findWheel(const Contents& contents, const std::set<std::string>& wheel_counts,
+                      const std::string& wanted, const std::string& default_name) {
+  const std::string name = withoutSlash(wanted.empty() ? default_name : wanted);
+  for (const std::string& topic : wheel_counts) {
+    if (withoutSlash(topic) == name) return topic;
+  }
+  throw std::runtime_error("no topic " + name +
+                           " with the count of one wheel, such as std_msgs/Int32: choose one by "
+                           "--wheels-topic LEFT --right-wheel-topic RIGHT; the bag holds" +
+                           listOf(contents));
+}
+
+/// What a CalibrationDriveNodelet of whatever name has published; empty without one.
+std::string findPlan(const Contents& contents) {
+  const std::string name = "expected_base_from_camera";
+  const std::string type =
+      ros::message_traits::datatype<geometry_msgs::PoseWithCovarianceStamped>();
+  for (const std::string& topic : topicsOfType(contents, type)) {
+    if (topic.substr(topic.rfind('/') + 1) == name) return topic;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<std::string> BagTopics::names() const {
+  std::vector<std::string> names = {wheels};
+  if (!right_wheel.empty()) names.push_back(right_wheel);
+  if (!plan.empty()) names.push_back(plan);
+  names.push_back(observations());
+  return names;
+}
+
+BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, WheelSource source) {
+  Contents contents;
+  std::set<std::string> wheel_counts;
+  for (const rosbag::ConnectionInfo* connection : whole_bag.getConnections()) {
+    contents[connection->topic] = connection->datatype;
+    if (bearing_calibration_ros::isWheelCount(connection->msg_def)) {
+      wheel_counts.insert(connection->topic);
+    }
+  }
+  BagTopics found;
+  switch (source) {
+    case WheelSource::kTicks:
+      found.wheels = findTopic<WheelTicks>(contents, wanted.wheels, "wheels-topic");
+      break;
+    case WheelSource::kJointStates:
+      found.wheels = findTopic<sensor_msgs::JointState>(contents, wanted.wheels, "wheels-topic");
+      break;
+    case WheelSource::kSeparateTicks:
+      found.wheels = findWheel(contents, wheel_counts, wanted.wheels, "left_ticks");
+      found.right_wheel = findWheel(contents, wheel_counts, wanted.right_wheel, "right_ticks");
+  }
+  const bool has_bearings =
+      !topicsOfType(contents, ros::message_traits::datatype<LightBearings>()).empty();
+  if (wanted.images.empty() && (has_bearings || !wanted.bearings.empty())) {
+    found.bearings = findTopic<LightBearings>(contents, wanted.bearings, "bearings-topic");
+  } else {
+    found.images = findImages(contents, wanted.images);
+  }
+  found.plan = findPlan(contents);
+  return found;
+}
+
+}  // namespace bearing_calibration::core

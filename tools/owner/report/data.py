@@ -1,0 +1,82 @@
+"""What calibrate_bag has written into a folder, as the report wants it."""
+
+import collections
+import csv
+import os
+
+import numpy as np
+import yaml
+
+# One calibration. `result` is None where there is no estimate; `estimates` and `images` hold columns
+# by name: arrays of numbers (NaN for an empty cell), lists of words.
+Record = collections.namedtuple('Record', 'name folder details result estimates images plans')
+
+WORDS = ('state', 'live', 'verdict')
+
+
+def readYaml(path):
+    """None where there is no such file."""
+    if not os.path.exists(path):
+        return None
+    with open(path) as file:
+        return yaml.safe_load(file)
+
+
+def columnsOf(path):
+    with open(path) as file:
+        reader = csv.DictReader(file)
+        rows = list(reader)
+        names = reader.fieldnames
+    columns = {}
+    for name in names:
+        cells = [row[name] for row in rows]
+        if name in WORDS:
+            columns[name] = np.array(cells, dtype=object)
+        else:
+            columns[name] = np.array([float(cell) if cell else np.nan for cell in cells])
+    return columns
+
+
+def readRecord(folder):
+    details = readYaml(os.path.join(folder, 'details.yaml'))
+    return Record(details['name'], folder, details, readYaml(os.path.join(folder, 'result.yaml')),
+                  columnsOf(os.path.join(folder, 'estimates.csv')),
+                  columnsOf(os.path.join(folder, 'images.csv')),
+                  columnsOf(os.path.join(folder, 'plans.csv')))
+
+
+OWN_FILES = '.bearing_calibration'  # the list of them
+
+
+def ownFolder(folder):
+    """Where calibrate_bag has written when it was told this folder, and others' files lay in it."""
+    own = os.path.join(folder, 'bearing_calibration')
+    is_ours = os.path.exists(os.path.join(folder, OWN_FILES))
+    return own if not is_ours and os.path.isdir(own) else folder
+
+
+def addToOwnFiles(path):
+    """Lets a file go with the result that it shows, when that is replaced or kept."""
+    folder, name = os.path.split(path)
+    if not os.path.exists(os.path.join(folder, OWN_FILES)):
+        return
+    with open(os.path.join(folder, OWN_FILES), 'r+') as file:
+        if name not in file.read().splitlines():
+            file.write(name + '\n')
+
+
+def readFolder(folder):
+    """The records of a folder, in the order of their names, and their comparison (None without).
+
+    What lies in numbered folders beside a result is of other runs.
+    @throws ValueError when nothing of calibrate_bag lies there.
+    """
+    def isRecord(each):
+        return os.path.exists(os.path.join(each, 'details.yaml'))
+
+    below = [os.path.join(folder, name) for name in sorted(os.listdir(folder))
+             if not (name.isdigit() and isRecord(folder))]
+    records = [readRecord(each) for each in [folder] + below if isRecord(each)]
+    if not records:
+        raise ValueError('%s holds nothing that calibrate_bag has written' % folder)
+    return records, readYaml(os.path.join(folder, 'comparison.yaml'))

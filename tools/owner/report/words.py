@@ -1,0 +1,165 @@
+"""What a calibration's numbers mean, in sentences."""
+
+import math
+
+import numpy as np
+
+STATES = {
+    'CONVERGED': ('good', 'The mount is known as well as you asked for.'),
+    'CONVERGING': ('fair', 'The mount is found and its uncertainty is honest, but larger than you '
+                           'asked for.'),
+    'DEGENERATE_MOTION': ('bad', 'The robot moved in a way that cannot tell the mount.'),
+    'INITIALISING': ('bad', 'The record is too short to tell the mount.'),
+    'INCONSISTENT': ('bad', 'The bearings do not fit the motion: do not use this result.'),
+    'WAITING_FOR_TICKS': ('bad', 'There were no wheel readings that could be used.'),
+    'WAITING_FOR_LIGHT': ('bad', 'There was no bearing that could be used.'),
+    'PAUSED': ('bad', 'The calibration was paused.'),
+}
+
+# A NIS has the mean 1; its mean over a record scatters by a few hundredths.
+MEAN_NIS_RANGE = (0.6, 1.6)
+MANY = 0.05  # share of bearings that is worth a warning
+HIGH_CORRELATION = 0.2
+SECOND_CURVATURE_M = 0.15  # what the initialiser wants (init/initializer.h)
+NOTABLE_SHARE = 0.35  # of a unit vector
+
+
+def shareOf(words, *wanted):
+    seen = words != 'nothing seen'
+    return np.isin(words[seen], wanted).mean() if seen.any() else 0.0
+
+
+def meanNis(record):
+    nis = record.images['nis']
+    return np.nanmean(nis) if np.isfinite(nis).any() else math.nan
+
+
+def warningsOf(record):
+    """What the owner should know before using the result."""
+    details, images = record.details, record.images
+    found = []
+    if details['state'] != 'CONVERGED':
+        found.append('%s: %s.' % (details['state'], details['advice']))
+    found += ['%s.' % warning for warning in details['warnings']]
+    if details['rejections']:
+        found.append('Some inputs were refused or changed (%s).' % details['rejections'])
+    if not details['has_estimate']:
+        return found
+    if not details['settled']:
+        found.append('The estimate over the whole record did not settle; what is shown is the '
+                     'running one.')
+    gated = shareOf(images['live'], 'gated', 'ambiguous')
+    if gated > MANY:
+        found.append('%.0f %% of the bearings were not used by the running filter: other lights, '
+                     'reflections, or a robot that slips.' % (100 * gated))
+    left_out = shareOf(images['verdict'], 'left out')
+    if left_out > MANY:
+        found.append('%.0f %% of the bearings do not fit the result and were left out.'
+                     % (100 * left_out))
+    low, high = MEAN_NIS_RANGE
+    if meanNis(record) > high:
+        found.append('The bearings scatter more than their sensor says (mean NIS %.1f): raise '
+                     'bearings/extra_stddev, or the wheels\' noise.' % meanNis(record))
+    if meanNis(record) < low:
+        found.append('The bearings scatter less than their sensor says (mean NIS %.1f): the '
+                     'standard deviations given here are too large.' % meanNis(record))
+    if details['bearing_correlation'] > HIGH_CORRELATION:
+        found.append('Each bearing\'s error resembles the one before (correlation %.1f): they are '
+                     'worth fewer, and this was taken into account.'
+                     % details['bearing_correlation'])
+    if details['slips']:
+        found.append('%d motion(s) between two images look like a slipping wheel and were given '
+                     'up.' % details['slips'])
+    return found
+
+
+def drivenText(record):
+    motion = record.details['motion']
+    return ('The robot drove %.1f m and turned by %.1f full turns, all within %.1f m.'
+            % (motion['path_m'], motion['turn_rad'] / (2 * math.pi), motion['extent_m']))
+
+
+def knownLeastText(record):
+    """The direction of the largest uncertainty, in words."""
+    least = record.details['known_least']
+    parts = []
+    for name, key in (("the light's place", ('light_x', 'light_y')),
+                      ("the camera's x", ('camera_x',)), ("the camera's y", ('camera_y',)),
+                      ("the camera's yaw", ('camera_yaw',))):
+        if math.hypot(*[least[each] for each in key], 0.0) > NOTABLE_SHARE:
+            parts.append(name)
+    if not parts:
+        parts = ['no single quantity']
+    together = ' together with '.join(parts)
+    return ('Known least is %s: \u00b1%s mm along that direction, with the light %.1f m away (a yaw '
+            'counts with that distance as its lever).'
+            % (together, decimals(1000 * least['stddev_m']), least['lever_m']))
+
+
+def decimals(value):
+    """Two significant digits for small numbers, none behind the point for large ones."""
+    return '%.0f' % value if abs(value) >= 10 else '%.1f' % value if abs(value) >= 1 else (
+        '%.2f' % value)
+
+
+def couldTell(record):
+    """What the motion could tell."""
+    told = [drivenText(record)]
+    lights = [light for light in (record.result or {}).get('lights', []) if light['in_estimate']]
+    if len(lights) > 1:
+        told.append('The mount rests on %d lights.' % len(lights))
+    if not record.details['has_estimate']:
+        second = record.details['motion']['second_curvature_m']
+        told.append('Two different curvatures are needed, a line and a turn on the spot for '
+                    'instance: beside the main one there were %.2f m of another, %.2f m are wanted.'
+                    % (second, SECOND_CURVATURE_M))
+        return told
+    told.append(knownLeastText(record))
+    return told
+
+
+def couldNotTell(record):
+    """What no motion past one light could tell, or this one did not."""
+    untold = []
+    result = record.result
+    if result is None:
+        return ['The mount.']
+    rest = result['not_estimated']
+    untold.append('Height, roll and pitch of the camera: bearings of one light in the plane do not '
+                  'depend on them. They are passed on as configured: z %.3f \u00b1 %.3f m, roll '
+                  '%.1f \u00b1 %.1f\u00b0, pitch %.1f \u00b1 %.1f\u00b0.'
+                  % (rest['z_m'], rest['z_stddev_m'], math.degrees(rest['roll_rad']),
+                     math.degrees(rest['roll_stddev_rad']), math.degrees(rest['pitch_rad']),
+                     math.degrees(rest['pitch_stddev_rad'])))
+    separation = record.details['settings']['wheel_separation_m']
+    mount = result['base_from_camera']
+    offset = math.hypot(mount['x'], mount['y'])
+    untold.append('The scale: all lengths stand on the wheel separation of %.4g m. Were that wrong '
+                  'by 1 %%, the camera\'s place would be off by %s mm.'
+                  % (separation, decimals(10 * offset)))
+    if not result['paper_state']['phi_psi_determined']:
+        untold.append('phi and psi one by one: the camera sits so near to the base\'s origin that '
+                      'only their sum, the yaw, means something.')
+    for light in result.get('lights', []):
+        if not light['in_estimate']:
+            untold.append('Anything from light %s: %s.' % (light.get('id', 'without a number'),
+                                                           light.get('note', 'it is left out')))
+    for block in result['blocks']:
+        if 'note' in block:
+            untold.append('%s is %s: %s.' % (block['name'].replace('_', ' '), block['status'],
+                                             block['note']))
+    return untold
+
+
+def agreementText(comparison):
+    count = len(comparison['mounts'])
+    together = comparison['together']
+    head = ('%d estimates of the same mount, chi-square %.1f with %d degrees of freedom: so large a '
+            'value comes up by chance with p = %.2g. '
+            % (count, together['chi_square'], comparison['degrees_of_freedom'],
+               comparison['p_value']))
+    if comparison['agrees']:
+        return head + 'They agree.'
+    worst = max(comparison['mounts'], key=lambda each: each['chi_square'])
+    return head + ('They disagree by more than their standard deviations say; %s contributes most. '
+                   'Look for a moved light, a slip, a wrong wheel separation.' % worst['name'])

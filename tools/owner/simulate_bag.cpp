@@ -1,0 +1,133 @@
+// A drive of the simulated robot as a bag, without a ROS master: simulate_bag --help
+
+#include <rosbag/bag.h>
+
+#include <boost/program_options.hpp>
+#include <cstdlib>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bearing_calibration/WheelTicks.h"
+#include "bearing_calibration/simulation/image_renderer.h"
+#include "bearing_calibration/simulation/robot_simulator.h"
+#include "bearing_calibration/simulation/scene.h"
+#include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/detection_conversions.h"
+#include "bearing_calibration_ros/simulated_camera.h"
+#include "tools/common/command_line.h"
+#include "tools/owner/simulated_scene.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+namespace core = bearing_calibration::core;
+namespace options = boost::program_options;
+
+struct Arguments {
+  SceneArguments scene;
+  std::string output_file;
+  double seconds = 0.0;
+  bool only_bearings = false;
+};
+
+/// False when only help was asked for. @throws options::error
+bool parse(int argc, char** argv, Arguments* arguments) {
+  constexpr double kDefaultDrive_s = 80.0;  // enough to converge
+  options::options_description description(
+      "simulate_bag --output FILE [--seconds S] [--scene FILE]... [--seed N] [--only-bearings]\n\n"
+      "Writes what the demo's robot would have recorded: wheel_ticks and camera/image_raw (or\n"
+      "bearings), the same for the same seed");
+  auto add = description.add_options();
+  add("help,h", "print this");
+  add("output,o", options::value(&arguments->output_file)->required(), "bag to write");
+  add("seconds", options::value(&arguments->seconds)->default_value(kDefaultDrive_s), "of driving");
+  arguments->scene.addTo(&description);
+  add("only-bearings", options::bool_switch(&arguments->only_bearings),
+      "bearings of the simulated sensor instead of images: a thousandth of the size");
+  if (!core::parseArguments(argc, argv, description)) return false;
+  if (!(arguments->seconds > 0.0)) throw options::error("--seconds must be greater than 0");
+  return true;
+}
+
+/// Writes one kind of message after the other as the simulation goes on.
+class Recorder {
+ public:
+  Recorder(const SimulationNodeConfig& config, const core::Scene& scene, const std::string& file)
+      : config_(config),
+        scene_(scene),
+        renderer_(config.renderer, scene.surroundings),
+        bag_(file, rosbag::bagmode::Write) {}
+
+  void write(const core::WheelCounts& ticks) {
+    bearing_calibration::WheelTicks message;
+    message.header.stamp = rosFromStamp(ticks.stamp);
+    message.left = ticks.left_ticks;
+    message.right = ticks.right_ticks;
+    bag_.write("/wheel_ticks", message.header.stamp, message);
+  }
+
+  void write(const core::BearingSet& bearings) {
+    const bearing_calibration::LightBearings message =
+        messageFromBearings(bearings, config_.frames.sensor);
+    bag_.write("/bearings", message.header.stamp, message);
+  }
+
+  void photograph(core::Stamp stamp, const core::SensorMotion& motion) {
+    const sensor_msgs::ImagePtr message = messageFromRendered(
+        renderer_.renderMoving(scene_.lights, motion, images_++), config_.renderer.encoding);
+    message->header.stamp = rosFromStamp(stamp);
+    message->header.frame_id = config_.frames.sensor;
+    bag_.write("/camera/image_raw", message->header.stamp, *message);
+  }
+
+  std::uint64_t images() const { return images_; }
+
+ private:
+  const SimulationNodeConfig& config_;
+  const core::Scene& scene_;
+  core::ImageRenderer renderer_;
+  rosbag::Bag bag_;
+  std::uint64_t images_ = 0;
+};
+
+void record(const Arguments& arguments) {
+  SimulationNodeConfig config = readSimulatedScene(arguments.scene);
+  const core::Scene scene = core::drawScene(config.scene, config.seed);
+  config.renderer.holders = scene.holders;
+  core::RobotSimulator simulator(
+      config.robot, scene.lights,
+      core::makeTrajectory(config.driving.trajectory,
+                           config.robot.encoders.drive.wheel_separation_m));
+  Recorder recorder(config, scene, arguments.output_file);
+  while (simulator.timeSeconds() < arguments.seconds) {
+    const core::Stamp now = simulator.now();
+    if (const auto ticks = simulator.readTicks()) recorder.write(*ticks);
+    const bool image_is_due = simulator.bearingsDue() && !arguments.only_bearings;
+    if (arguments.only_bearings) {
+      if (const auto bearings = simulator.readBearings()) recorder.write(*bearings);
+    }
+    const core::Pose2 world_from_start = simulator.worldFromSensor();
+    simulator.step();
+    if (!image_is_due) continue;
+    recorder.photograph(now, core::motionBetween(world_from_start, simulator.worldFromSensor(),
+                                                 config.robot.step_s));
+  }
+  std::cout << arguments.output_file << ": " << arguments.seconds << " s, " << recorder.images()
+            << " images\n";
+}
+
+int run(int argc, char** argv) {
+  Arguments arguments;
+  if (parse(argc, argv, &arguments)) record(arguments);
+  return EXIT_SUCCESS;
+}
+
+}  // namespace
+}  // namespace bearing_calibration_ros
+
+int main(int argc, char** argv) {
+  return bearing_calibration::core::runProgram(
+      "simulate_bag", [&] { return bearing_calibration_ros::run(argc, argv); });
+}

@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""Asks the drive node to drive a calibration, shows how it goes, and stops it on ctrl-C.
+
+Waits until the calibration sees the light. Returns 0 only when the calibration has converged.
+"""
+
+import argparse
+import sys
+
+import actionlib
+import rospy
+from actionlib_msgs.msg import GoalStatus
+
+from bearing_calibration.msg import (CalibrationDriveAction, CalibrationDriveGoal,
+                                     CalibrationEstimate)
+
+NOT_READY = (CalibrationEstimate.WAITING_FOR_TICKS, CalibrationEstimate.WAITING_FOR_LIGHT)
+ROW_PERIOD_S = 2.0
+WAIT_STEP_S = 0.5
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('motion', nargs='?', default='',
+                        help='optimal, dance or corner_light (default: as the node is configured)')
+    parser.add_argument('--max-time', type=float, default=0.0, help='[s] (default: as configured)')
+    parser.add_argument('--max-path', type=float, default=0.0, help='[m] (default: as configured)')
+    parser.add_argument('--node', default='calibration_drive', help='name of the drive node')
+    parser.add_argument('--estimate', default='calibration/estimate', help='topic')
+    return parser.parse_args(arguments)
+
+
+def waitForLight(topic):
+    """Until the calibration has ticks and a light."""
+    while not rospy.is_shutdown():
+        try:
+            estimate = rospy.wait_for_message(topic, CalibrationEstimate, timeout=5.0)
+        except rospy.ROSException:
+            print('waiting for %s' % topic, flush=True)
+            continue
+        if estimate.state not in NOT_READY:
+            return
+        print('waiting: %s: %s' % (estimate.state_text, estimate.advice), flush=True)
+        rospy.rostime.wallsleep(WAIT_STEP_S)
+
+
+class Printer:
+    """A row of the table every few seconds of the drive."""
+
+    def __init__(self):
+        self.next_row_s = 0.0
+
+    def show(self, feedback):
+        if feedback.time_s < self.next_row_s:
+            return
+        self.next_row_s = feedback.time_s + ROW_PERIOD_S
+        print('%5.0f s %6.2f m  x +- %.1f mm  y +- %.1f mm  yaw +- %.2f deg  light at %.2f m  %s' % (
+            feedback.time_s, feedback.path_m, 1e3 * feedback.x_stddev_m,
+            1e3 * feedback.y_stddev_m, 57.29578 * feedback.yaw_stddev_rad,
+            feedback.light_distance_m, feedback.state_text), flush=True)
+
+
+def main(arguments):
+    options = parse(arguments)
+    rospy.init_node('start_drive', anonymous=True)
+    waitForLight(options.estimate)
+    client = actionlib.SimpleActionClient(options.node + '/drive', CalibrationDriveAction)
+    rospy.on_shutdown(client.cancel_all_goals)
+    while not client.wait_for_server(rospy.Duration(WAIT_STEP_S)):
+        if rospy.is_shutdown():
+            return 1
+    client.send_goal(CalibrationDriveGoal(motion=options.motion, max_time_s=options.max_time,
+                                          max_path_m=options.max_path),
+                     feedback_cb=Printer().show)
+    while not rospy.is_shutdown() and not client.wait_for_result(rospy.Duration(WAIT_STEP_S)):
+        pass
+    print(client.get_goal_status_text() or 'cancelled', flush=True)
+    return 0 if client.get_state() == GoalStatus.SUCCEEDED else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main(rospy.myargv(sys.argv)[1:]))

@@ -1,0 +1,26 @@
+#include "tools/study/default_calibration.h"
+
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration::core {
+
+CalibratorConfig defaultCalibration(const DriveGeometry& drive, const WheelNoise& noise) {
+  CalibratorConfig config;
+  config.drive = drive;
+  config.wheel_noise = noise;
+  config.max_wheels_apart_s = 0.2;
+  config.tick_history_s = 10.0;
+  config.bearings.min_stddev_rad = 1e-4;
+  config.bearings.max_stddev_rad = 0.35;
+  config.bearings.max_future_s = 0.2;
+  config.bearings.max_waiting = 100;
+  config.filter.gate_probability = 0.999;
+  config.filter.recovery_after = 5;
+  config.filter.recovery_bearing_stddev_rad = radiansFromDegrees(10.0);
+  config.filter.recovery_distance_stddev_m = 0.03;
+  config.converged.position_stddev_m = 0.01;
+  config.converged.yaw_stddev_rad = radiansFromDegrees(0.5);
+  return config;
+}
+
+}  // namespace bearing_calibration::core

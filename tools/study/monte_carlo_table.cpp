@@ -1,0 +1,158 @@
+#include "tools/study/monte_carlo_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "bearing_calibration/common/angle.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+constexpr int kMountDegrees = 3;
+constexpr int kStateDegrees = 5;
+
+Eigen::Matrix<double, 6, 1> errorsOf(const Snapshot& snapshot) {
+  Eigen::Matrix<double, 6, 1> errors;
+  errors << snapshot.polar_error, snapshot.psi_error_rad, snapshot.error.tail<3>();
+  return errors;
+}
+
+Eigen::Matrix<double, 6, 1> boundsOf(const Snapshot& snapshot) {
+  Eigen::Matrix<double, 6, 1> bounds;
+  bounds << snapshot.polar_bound, snapshot.bound.diagonal().tail<3>();
+  return bounds;
+}
+
+TableRow summariseRow(const std::vector<Trial>& trials, std::size_t index) {
+  TableRow row;
+  std::map<std::string, int> words;
+  Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 1> bounds = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Vector3d off_whole = Eigen::Vector3d::Zero();  // squares
+  Eigen::Vector3d bounds_of_whole = Eigen::Vector3d::Zero();
+  for (const Trial& trial : trials) {
+    const Snapshot& snapshot = trial.snapshots[index];
+    row.time_s = snapshot.time_s;
+    ++row.trials;
+    ++words[snapshot.words];
+    row.milliseconds += snapshot.milliseconds;
+    row.most_milliseconds = std::max(row.most_milliseconds, snapshot.milliseconds);
+    row.possible += snapshot.possible ? 1 : 0;
+    row.possible_claimed += snapshot.possible && snapshot.claims ? 1 : 0;
+    if (snapshot.has_estimate) {
+      squares += errorsOf(snapshot).cwiseAbs2();
+      bounds += boundsOf(snapshot);
+      ++row.estimates;
+      row.estimate_nees += snapshot.mountChiSquare();
+      row.failed += snapshot.failed() ? 1 : 0;
+    }
+    if (snapshot.off_whole_record) {
+      ++row.whole;
+      off_whole += snapshot.off_whole_record->cwiseAbs2();
+      bounds_of_whole += snapshot.bound.diagonal().tail<3>();
+    }
+    if (!snapshot.claims) continue;
+    ++row.claimed;
+    const double chi_square = snapshot.mountChiSquare();
+    row.wrong += snapshot.failed() ? 1 : 0;
+    row.beyond += chi_square > kEllipsoidChiSquare ? 1 : 0;
+    row.mount_nees += chi_square;
+    row.state_nees += snapshot.stateChiSquare();
+  }
+  row.milliseconds /= std::max(1, row.trials);
+  row.mount_nees /= kMountDegrees * std::max(1, row.claimed);
+  row.state_nees /= kStateDegrees * std::max(1, row.claimed);
+  row.estimate_nees /= kMountDegrees * std::max(1, row.estimates);
+  row.rmse_per_bound = (squares.array() / bounds.array()).sqrt();
+  if (row.whole > 0) {
+    row.off_whole_per_bound = (off_whole.array() / bounds_of_whole.array()).sqrt();
+  }
+  for (const auto& [word, count] : words) {
+    row.words += (row.words.empty() ? "" : ", ") + word + " " + std::to_string(count);
+  }
+  return row;
+}
+
+}  // namespace
+
+std::vector<TableRow> summarise(const std::vector<Trial>& trials) {
+  std::vector<TableRow> rows;
+  if (trials.empty()) return rows;
+  for (std::size_t i = 0; i < trials.front().snapshots.size(); ++i) {
+    rows.push_back(summariseRow(trials, i));
+  }
+  return rows;
+}
+
+std::string formatBounds(const std::vector<Trial>& trials) {
+  std::string text =
+      "| time [s] | bound phi [deg] | rho [mm] | psi [deg] | yaw [deg] | RMSE phi [deg] | rho [mm] "
+      "| "
+      "psi [deg] | yaw [deg] |\n|---|---|---|---|---|---|---|---|---|\n";
+  for (std::size_t i = 0; !trials.empty() && i < trials.front().snapshots.size(); ++i) {
+    Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();
+    Eigen::Matrix<double, 6, 1> bounds = Eigen::Matrix<double, 6, 1>::Zero();
+    int estimates = 0;
+    for (const Trial& trial : trials) {
+      if (!trial.snapshots[i].has_estimate) continue;
+      ++estimates;
+      squares += errorsOf(trial.snapshots[i]).cwiseAbs2();
+      bounds += boundsOf(trial.snapshots[i]);
+    }
+    const auto shown = [&](const Eigen::Matrix<double, 6, 1>& sums) {
+      constexpr double kMillimetres = 1e3;
+      const Eigen::Matrix<double, 6, 1> size = (sums / std::max(1, estimates)).cwiseSqrt();
+      return Eigen::Vector4d(degreesFromRadians(size(0)), kMillimetres * size(1),
+                             degreesFromRadians(size(2)), degreesFromRadians(size(5)));
+    };
+    const Eigen::Vector4d bound = shown(bounds);
+    const Eigen::Vector4d reached = shown(squares);
+    char line[256];
+    std::snprintf(line, sizeof(line),
+                  "| %.0f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f |\n",
+                  trials.front().snapshots[i].time_s, bound(0), bound(1), bound(2), bound(3),
+                  reached(0), reached(1), reached(2), reached(3));
+    text += line;
+  }
+  return text;
+}
+
+std::string format(const std::vector<TableRow>& rows) {
+  std::string text =
+      "| time [s] | possible | claimed of these | claimed | wrong | beyond 99 % | NEES/3 | NEES/5 "
+      "| of all estimates: NEES/3, failed | RMSE/bound phi rho psi x y yaw | ms mean, most | "
+      "states |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const TableRow& row : rows) {
+    char line[512];
+    const Eigen::Matrix<double, 6, 1>& q = row.rmse_per_bound;
+    std::snprintf(line, sizeof(line),
+                  "| %.0f | %d of %d | %d | %d | %d | %d | %.2f | %.2f | %.2f, %d | %.2f %.2f "
+                  "%.2f %.2f %.2f %.2f | %.1f, %.0f | ",
+                  row.time_s, row.possible, row.trials, row.possible_claimed, row.claimed,
+                  row.wrong, row.beyond, row.mount_nees, row.state_nees, row.estimate_nees,
+                  row.failed, q(0), q(1), q(2), q(3), q(4), q(5), row.milliseconds,
+                  row.most_milliseconds);
+    text += line + row.words + " |\n";
+  }
+  return text;
+}
+
+std::string formatWhole(const std::vector<TableRow>& rows) {
+  std::string text;
+  for (const TableRow& row : rows) {
+    if (row.whole == 0) continue;
+    char line[256];
+    const Eigen::Vector3d& q = row.off_whole_per_bound;
+    std::snprintf(line, sizeof(line), "| %.0f | %d | %.2f %.2f %.2f |\n", row.time_s, row.whole,
+                  q(0), q(1), q(2));
+    text += line;
+  }
+  if (text.empty()) return text;
+  return "| time [s] | whole records fitted | RMS off that fit/bound x y yaw |\n|---|---|---|\n" +
+         text;
+}
+
+}  // namespace bearing_calibration::core
