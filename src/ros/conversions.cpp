@@ -104,6 +104,7 @@ void fillRobotErrors(const core::CalibrationResult& result, msg::CalibrationEsti
     reports.push_back(report);
   }
   for (const core::BlockReport& report : reports) {
+    if (report.status == core::BlockStatus::kOff) continue;
     for (const core::ReportedNumber& number : report.numbers) {
       msg::RobotError error;
       error.name = number.quantity.name;
@@ -116,7 +117,7 @@ void fillRobotErrors(const core::CalibrationResult& result, msg::CalibrationEsti
   }
 }
 
-/// The errors of clock and wheels, by their names; NaN where one is not there.
+/// The errors of clock and wheels, by their names; zero where one is not looked for.
 Eigen::Matrix<double, core::kWheelErrors, 1> wheelErrorsFrom(
     const std::vector<msg::RobotError>& errors) {
   Eigen::Matrix<double, core::kWheelErrors, 1> values;
@@ -124,7 +125,7 @@ Eigen::Matrix<double, core::kWheelErrors, 1> wheelErrorsFrom(
     const char* name = core::errorQuantities()[static_cast<std::size_t>(i)].name;
     const auto error = std::find_if(errors.begin(), errors.end(),
                                     [name](const auto& each) { return each.name == name; });
-    values(i) = error == errors.end() ? kNone : error->value;
+    values(i) = error == errors.end() ? 0.0 : error->value;
   }
   return values;
 }

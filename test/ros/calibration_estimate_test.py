@@ -138,7 +138,7 @@ class CalibrationEstimateTest(unittest.TestCase):
         self.assertAlmostEqual(wrap(last.azimuth - self.world.azimuth()), 0.0, delta=bound)
 
     def test_a_late_echo_fits_the_screen(self):
-        echo = subprocess.run(['rostopic', 'echo', '-n1', self.node.name + '/estimate'],
+        echo = subprocess.run(['rostopic', 'echo', '-n1', '--noarr', self.node.name + '/estimate'],
                               stdout=subprocess.PIPE, timeout=DEADLINE_S, check=True)
         lines = echo.stdout.decode().splitlines()
         self.assertLessEqual(len(lines), LINES_ON_A_SCREEN, echo.stdout.decode())

@@ -87,8 +87,6 @@ PARAMETERS = {
         'position_stddev': 0.3,
         'yaw_stddev': YAW_ERROR_RAD,
     },
-    # After a rough start the paper's parametrisation bends less than the Cartesian one (doc/model.md).
-    'filter': {'parametrisation': 'paper'},
 }
 
 START_TIME_S = 1000000  # of the recording, on the bags' clock

@@ -72,9 +72,7 @@ class View(unittest.TestCase):
     def testRobotErrorsThatAreLookedForStandWithTheirStates(self):
         text = textOf(estimateOf(robot_errors=[
             RobotError('time_offset', 0.1, 0.002, 's', RobotError.ESTIMATED),
-            RobotError('left_wheel_scale', 0, 0, '1', RobotError.OFF),
             RobotError('wheel_separation_scale', 0.01, 0.005, '1', RobotError.HELD_AT_PRIOR),
-            RobotError('mirror_harmonic_cos', 0, 0, 'rad', RobotError.OFF),
             RobotError('sensor_roll', 0, 0, 'rad', RobotError.ESTIMATED),
             RobotError('bearing_noise_factor', 1.5, 0.1, '1', RobotError.ESTIMATED)]))
         self.assertRegex(text, r'time offset +100\.00 \+- 2\.00 ms   estimated')
