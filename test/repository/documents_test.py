@@ -209,7 +209,8 @@ class References(unittest.TestCase):
                              for name in os.listdir(os.path.join(REPOSITORY, folder))):
             self.assertIn((folder, name), [entry[:2] for entry in reference_pages.INTERFACES])
         described = {name for name, _, _ in reference_pages.CONFIGURATIONS}
-        overlays = {'scene.yaml'}  # values for simulation.yaml's parameters
+        # values for the parameters of simulation.yaml and of calibration.yaml
+        overlays = {'scene.yaml', 'paper.yaml'}
         names = {os.path.basename(path)
                  for path in glob.glob(os.path.join(REPOSITORY, 'config', '*.yaml'))}
         self.assertEqual(names - overlays, described)
