@@ -15,7 +15,7 @@ from bearing_calibration.msg import CalibrationEstimate, PredictedBearing
 
 from calibration_world import DEADLINE_S, Node, World, errors_in_stddevs, wait_until, wrap
 
-LINES_ON_A_SCREEN = 40
+LINES_ON_A_SCREEN = 42  # of a terminal on half of a screen
 
 
 class CalibrationEstimateTest(unittest.TestCase):

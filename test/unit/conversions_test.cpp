@@ -234,6 +234,7 @@ TEST(Estimate, BringsLightMountAndWheelsBack) {
   result.cartesian_state = estimate;
   result.base_from_sensor = mountFromCartesian(estimate);
   for (int i = 0; i < core::kWheelErrors; ++i) {
+    result.error_priors.stddev(i) = 1.0;
     result.robot_errors.mean(i) = 0.1 + i;
     for (int j = 0; j < 5; ++j) result.robot_errors.cross_covariance(j, i) = 50 + 5 * i + j;
     for (int j = 0; j < core::kWheelErrors; ++j) {
