@@ -5,23 +5,15 @@
 #include <utility>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/judge/driver_advice.h"
 #include "bearing_calibration/judge/fault_finder.h"
 #include "bearing_calibration/judge/mount_agreement.h"
-#include "bearing_calibration/solve/slip_hypotheses.h"
 #include "bearing_calibration/track/light_start.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-constexpr Pace kAttempts{std::chrono::seconds(1), 0.05};  // tens of milliseconds
-/// On a record that nothing explains, which takes longest.
-constexpr Pace kAttemptsInVain{std::chrono::seconds(2), 0.1};
 constexpr Pace kDiagnoses{std::chrono::seconds(20), 1.0};  // up to a second
 constexpr std::chrono::seconds kFitInterval{1};            // tens of milliseconds
-
-/// A light that is passed closely, or a slip, can make one attempt fail; not so many in a row.
-constexpr int kMisfitsToSay = 5;
 
 MountEstimate mountFromGuess(const InitialisationConfig& guess) {
   const double position_variance = guess.position_stddev_m * guess.position_stddev_m;
@@ -47,7 +39,8 @@ MountCalibration::MountCalibration(const CalibratorConfig& config, FitsRun fits_
     : config_(config),
       fits_run_(fits_run),
       initializer_(config.initializer),
-      batch_(config.initializer.batch) {}
+      search_(config),
+      record_fit_(config.initializer) {}
 
 AssociationOutcome MountCalibration::process(const BearingSet& image,
                                              const OdometryIncrement& motion,
@@ -58,7 +51,7 @@ AssociationOutcome MountCalibration::process(const BearingSet& image,
   picker_.move(motion);
   AssociationOutcome outcome;
   outcome.observation = {image.stamp, motion, kNoAzimuth, kNoAzimuth, nearby};
-  if (weak_) weak_->move(motion);
+  search_.move(motion);
   if (tracker_) {
     tracker_->move(withNoise(motion, noise_));
     follow(ours, nearby, &outcome);
@@ -88,8 +81,8 @@ void MountCalibration::start(const BearingSet& image, const OdometryWindow& near
   noteLight(*light);
   remember(stamp, *light, nearby);
   if (!tracker_) ++bearings_used_;
-  if (!attempt_ && !tracker_) startFromGuess(*light);
-  is_work_due_ = !attempt_ || attempts_.isDue(initializer_.record());
+  if (!search_.hasAttempted() && !tracker_) startFromGuess(*light);
+  is_work_due_ = search_.isDue(initializer_.record());
   if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();
 }
 
@@ -99,23 +92,22 @@ void MountCalibration::work() {
   if (isFitDue()) refineAndJudge();
   if (judge_->last().state == CalibrationState::kInconsistent) diagnose();
   if (config_.restart_on_mount_change && judge_->last().cause == Fault::kMountMoved) {
-    followMountChange();
+    restarted_ = true;
+    earlier_.reset();  // nothing of the old mount holds any longer
+    startAnew();
   }
 }
 
 void MountCalibration::attemptStart() {
-  attempt_ = initializer_.attempt();
-  moveAlong(*attempt_);
-  misfits_ = doesNotFit(*attempt_) ? misfits_ + 1 : 0;
-  const bool in_vain = misfits_ >= kMisfitsToSay;
-  attempts_.begin(initializer_.record(), in_vain ? kAttemptsInVain : kAttempts);
-  if (in_vain) diagnose();
-  if (!attempt_->ready()) return;
+  const StartAttempt& attempt = search_.attempt(initializer_);
+  if (search_.isInVain()) diagnose();
+  if (!attempt.ready()) return;
   diagnosis_ = {};
-  noise_ = attempt_->noise;
-  noteSettled({attempt_->estimate.mean, initializer_.record().observations().size() - 1,
-               attempt_->errors.mean});
-  startTracker(withEarlier({attempt_->estimate, attempt_->errors}), attempt_->bearing_correlation);
+  noise_ = attempt.noise;
+  const std::vector<Observation>& observations = initializer_.record().observations();
+  record_fit_.beginAt({attempt.estimate.mean, observations.size() - 1, attempt.errors.mean},
+                      observations);
+  startTracker(withEarlier({attempt.estimate, attempt.errors}), attempt.bearing_correlation);
   judge_.emplace(config_.converged);
   started_ = true;
 }
@@ -142,16 +134,6 @@ void MountCalibration::startFromGuess(const Bearing& light) {
 void MountCalibration::startTracker(const RobotEstimate& estimate, double bearing_correlation) {
   tracker_.emplace(config_.filter, estimate, bearing_correlation,
                    errorsInUse(config_.initializer.batch.errors));
-}
-
-void MountCalibration::moveAlong(const StartAttempt& attempt) {
-  weak_.reset();
-  if (attempt.obstacle != StartObstacle::kWeakDirection) return;
-  FilterConfig filter = config_.filter;
-  filter.parametrisation =
-      FilterConfig::Parametrisation::kCartesian;  // in which a motion is linear
-  weak_.emplace(filter, RobotEstimate{attempt.estimate, attempt.errors},
-                attempt.bearing_correlation, errorsInUse(config_.initializer.batch.errors));
 }
 
 void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nearby,
@@ -182,36 +164,6 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
   if (started_) startAnew();
 }
 
-/// Nothing of the old mount holds any longer.
-void MountCalibration::followMountChange() {
-  restarted_ = true;
-  earlier_.reset();
-  startAnew();
-}
-
-/// The batch over the record, from where it settled the last time: since then the filter may have
-/// followed something else. Only without success there, from the filter.
-BatchEstimate MountCalibration::fitRecord(const std::vector<Observation>& observations,
-                                          const RobotEstimate& running) const {
-  if (settled_) {
-    const auto there = std::find_if(
-        observations.begin(), observations.end(),
-        [this](const Observation& observation) { return observation.stamp == settled_->stamp; });
-    if (there != observations.end()) {  // it has not been thinned out
-      RecordStart start = settled_->start;
-      start.observation = static_cast<std::size_t>(there - observations.begin());
-      BatchEstimate batch = batch_.estimate(observations, start);
-      if (hasSettled(batch)) return batch;
-    }
-  }
-  return batch_.estimate(observations,
-                         {running.cartesian.mean, observations.size() - 1, running.errors.mean});
-}
-
-void MountCalibration::noteSettled(const RecordStart& start) {
-  settled_ = {initializer_.record().observations()[start.observation].stamp, start};
-}
-
 void MountCalibration::noteSolution(const SlipAverage& settled) {
   const std::vector<Observation>& observations = initializer_.record().observations();
   const bool tells_one =
@@ -219,10 +171,6 @@ void MountCalibration::noteSolution(const SlipAverage& settled) {
   answer_ = LandmarkSolution{{},        settled.best,           settled.estimate,
                              tells_one, motionOf(observations), noise_};
   for (const Observation& observation : observations) answer_->stamps.push_back(observation.stamp);
-}
-
-bool MountCalibration::hasSettled(const BatchEstimate& batch) const {
-  return batch.converged && batch.inlierFraction() >= config_.initializer.min_inlier_fraction;
 }
 
 bool MountCalibration::isFitDue() const {
@@ -240,17 +188,13 @@ void MountCalibration::refineAndJudge() {
       looksForNoise() ? withNoise(stated, noise_) : std::vector<Observation>();
   const std::vector<Observation>& observations = looksForNoise() ? scaled : stated;
   const RobotEstimate robot = tracker_->filter().robot();
-  const BatchEstimate batch = fitRecord(observations, robot);
-  std::optional<SlipAverage> settled;
-  if (hasSettled(batch)) {
-    SlipAverage average = averageOverSlips(observations, batch, config_.initializer.batch);
+  const std::optional<SlipAverage> settled = record_fit_.fit(observations, robot);
+  if (settled) {
     if (!tracker_->isSearching()) {
-      tracker_->rebase(withEarlier(average.estimate), average.best.correlation);
+      tracker_->rebase(withEarlier(settled->estimate), settled->best.correlation);
     }
-    noteSettled(surestStart(average.best));
-    if (config_.max_lights > 1) noteSolution(average);
-    noteNoise(average.best);
-    settled = std::move(average);
+    if (config_.max_lights > 1) noteSolution(*settled);
+    noteNoise(settled->best);
   }
   judge_->judge(*tracker_, observations, settled);
 }
@@ -323,7 +267,7 @@ void MountCalibration::describe(CalibrationResult* result) const {
   result->correlation_time = correlation_time_;
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
-  if (const std::optional<MountTracker>& known = tracker_ ? tracker_ : weak_; known) {
+  if (const std::optional<MountTracker>& known = tracker_ ? tracker_ : search_.weak(); known) {
     const RobotEstimate robot = known->filter().robot();
     result->cartesian_state = robot.cartesian;
     result->robot_errors = robot.errors;
@@ -337,12 +281,8 @@ void MountCalibration::describe(CalibrationResult* result) const {
     result->state = judge_->last().state;
     result->advice = judge_->last().advice;
     result->cause = judge_->last().cause;
-  } else if (attempt_) {
-    result->state = misfits_ >= kMisfitsToSay ? CalibrationState::kInconsistent
-                    : isDegenerate(*attempt_) ? CalibrationState::kDegenerateMotion
-                                              : CalibrationState::kInitialising;
-    result->advice = adviceFor(*attempt_);
-    if (result->state == CalibrationState::kInconsistent) result->cause = Fault::kUnexplained;
+  } else {
+    search_.describe(result);
   }
   result->lights = {{lightId(), result->state, result->cartesian_state, true, bearings_used_, ""}};
   if (result->state == CalibrationState::kInconsistent && diagnosis_.fault != Fault::kNone) {

@@ -7,7 +7,9 @@
 
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/calibration/fits_run.h"
+#include "bearing_calibration/calibration/record_fit.h"
 #include "bearing_calibration/calibration/schedule.h"
+#include "bearing_calibration/calibration/start_search.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/judge/convergence_judge.h"
@@ -67,23 +69,17 @@ class MountCalibration {
   void attemptStart();
   void startFromGuess(const Bearing& light);
   void startTracker(const RobotEstimate& estimate, double bearing_correlation);
-  void moveAlong(const StartAttempt& attempt);
   RobotEstimate withEarlier(const RobotEstimate& estimate);
   void follow(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   bool isFitDue() const;
   void refineAndJudge();
-  BatchEstimate fitRecord(const std::vector<Observation>& observations,
-                          const RobotEstimate& running) const;
-  void noteSettled(const RecordStart& start);
   void noteSolution(const SlipAverage& settled);
   void noteNoise(const BatchEstimate& fit);
-  bool hasSettled(const BatchEstimate& batch) const;
   bool looksForNoise() const { return config_.initializer.noise.any(); }
   void diagnose();
   void remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby);
   void noteLight(const Bearing& light);
   void startAnew();
-  void followMountChange();
 
   CalibratorConfig config_;
   FitsRun fits_run_;
@@ -91,23 +87,13 @@ class MountCalibration {
   std::optional<LastingEstimate> earlier_;  ///< taken up, and not contradicted so far
   LightPicker picker_;
   Initializer initializer_;  ///< keeps the record, after the start too
-  BatchEstimator batch_;
+  StartSearch search_;
+  RecordFit record_fit_;                        ///< after the start
   OdometryIncrement motion_since_observation_;  ///< since the record's last one
-  std::optional<StartAttempt> attempt_;         ///< the initialiser's last one
-  int misfits_ = 0;                             ///< attempts in a row after which nothing fitted
-  Schedule attempts_;
   Schedule fits_;
   Schedule diagnoses_;
   Diagnosis diagnosis_;  ///< the fault that would explain why nothing fits
   std::optional<MountTracker> tracker_;
-  /// The last attempt's estimate, moved along: right, but not yet narrow enough for a linearised
-  /// filter to take in bearings.
-  std::optional<MountTracker> weak_;
-  struct Settled {
-    Stamp stamp;        ///< of the observation that it is surest of
-    RecordStart start;  ///< there; `observation` as the record was then
-  };
-  std::optional<Settled> settled_;         ///< the batch, the last time that it did
   std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
   std::optional<LandmarkSolution> answer_;
   bool started_ = false;    ///< tracker_ carries on from the initialiser

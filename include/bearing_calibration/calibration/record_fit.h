@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "bearing_calibration/init/initializer.h"
+#include "bearing_calibration/solve/slip_hypotheses.h"
+
+namespace bearing_calibration::core {
+
+/// The batch over one light's record as it grows: each fit begins where the last one settled. Since
+/// then the filter may have followed something else.
+class RecordFit {
+ public:
+  explicit RecordFit(const InitializerConfig& config)
+      : batch_config_(config.batch),
+        min_inlier_fraction_(config.min_inlier_fraction),
+        batch_(config.batch) {}
+
+  /// Where the next fit begins.
+  /// @param start  at one of `observations`
+  void beginAt(const RecordStart& start, const std::vector<Observation>& observations);
+
+  /// @param running  at the last observation: where it begins without success from there
+  /// @returns none when it does not settle
+  std::optional<SlipAverage> fit(const std::vector<Observation>& observations,
+                                 const RobotEstimate& running);
+
+ private:
+  BatchEstimate fitOnce(const std::vector<Observation>& observations,
+                        const RobotEstimate& running) const;
+  bool hasSettled(const BatchEstimate& batch) const;
+
+  BatchConfig batch_config_;
+  double min_inlier_fraction_;
+  BatchEstimator batch_;
+  struct Beginning {
+    Stamp stamp;        ///< of the observation
+    RecordStart start;  ///< there; `observation` as the record was then
+  };
+  std::optional<Beginning> beginning_;
+};
+
+}  // namespace bearing_calibration::core

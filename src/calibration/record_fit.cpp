@@ -1,0 +1,41 @@
+#include "bearing_calibration/calibration/record_fit.h"
+
+#include <algorithm>
+
+namespace bearing_calibration::core {
+
+void RecordFit::beginAt(const RecordStart& start, const std::vector<Observation>& observations) {
+  beginning_ = {observations[start.observation].stamp, start};
+}
+
+std::optional<SlipAverage> RecordFit::fit(const std::vector<Observation>& observations,
+                                          const RobotEstimate& running) {
+  const BatchEstimate batch = fitOnce(observations, running);
+  if (!hasSettled(batch)) return std::nullopt;
+  SlipAverage settled = averageOverSlips(observations, batch, batch_config_);
+  beginAt(surestStart(settled.best), observations);
+  return settled;
+}
+
+BatchEstimate RecordFit::fitOnce(const std::vector<Observation>& observations,
+                                 const RobotEstimate& running) const {
+  if (beginning_) {
+    const auto there = std::find_if(
+        observations.begin(), observations.end(),
+        [this](const Observation& observation) { return observation.stamp == beginning_->stamp; });
+    if (there != observations.end()) {  // it has not been thinned out
+      RecordStart start = beginning_->start;
+      start.observation = static_cast<std::size_t>(there - observations.begin());
+      BatchEstimate batch = batch_.estimate(observations, start);
+      if (hasSettled(batch)) return batch;
+    }
+  }
+  return batch_.estimate(observations,
+                         {running.cartesian.mean, observations.size() - 1, running.errors.mean});
+}
+
+bool RecordFit::hasSettled(const BatchEstimate& batch) const {
+  return batch.converged && batch.inlierFraction() >= min_inlier_fraction_;
+}
+
+}  // namespace bearing_calibration::core

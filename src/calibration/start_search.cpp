@@ -1,0 +1,52 @@
+#include "bearing_calibration/calibration/start_search.h"
+
+#include <chrono>
+
+#include "bearing_calibration/judge/driver_advice.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+constexpr Pace kAttempts{std::chrono::seconds(1), 0.05};  // tens of milliseconds
+/// On a record that nothing explains, which takes longest.
+constexpr Pace kAttemptsInVain{std::chrono::seconds(2), 0.1};
+
+/// A light that is passed closely, or a slip, can make one attempt fail; not so many in a row.
+constexpr int kMisfitsToSay = 5;
+
+}  // namespace
+
+StartSearch::StartSearch(const CalibratorConfig& config)
+    : weak_filter_(config.filter), errors_in_use_(errorsInUse(config.initializer.batch.errors)) {
+  weak_filter_.parametrisation =
+      FilterConfig::Parametrisation::kCartesian;  // in which a motion is linear
+}
+
+void StartSearch::move(const OdometryIncrement& motion) {
+  if (weak_) weak_->move(motion);
+}
+
+const StartAttempt& StartSearch::attempt(const Initializer& initializer) {
+  attempt_ = initializer.attempt();
+  weak_.reset();
+  if (attempt_->obstacle == StartObstacle::kWeakDirection) {
+    weak_.emplace(weak_filter_, RobotEstimate{attempt_->estimate, attempt_->errors},
+                  attempt_->bearing_correlation, errors_in_use_);
+  }
+  misfits_ = doesNotFit(*attempt_) ? misfits_ + 1 : 0;
+  attempts_.begin(initializer.record(), isInVain() ? kAttemptsInVain : kAttempts);
+  return *attempt_;
+}
+
+bool StartSearch::isInVain() const { return misfits_ >= kMisfitsToSay; }
+
+void StartSearch::describe(CalibrationResult* result) const {
+  if (!attempt_) return;
+  result->state = isInVain()                ? CalibrationState::kInconsistent
+                  : isDegenerate(*attempt_) ? CalibrationState::kDegenerateMotion
+                                            : CalibrationState::kInitialising;
+  result->advice = adviceFor(*attempt_);
+  if (isInVain()) result->cause = Fault::kUnexplained;
+}
+
+}  // namespace bearing_calibration::core
