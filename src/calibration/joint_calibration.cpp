@@ -11,6 +11,7 @@
 namespace bearing_calibration::core {
 namespace {
 
+constexpr std::chrono::seconds kReviewInterval{1};
 /// A turn known worse than this is beyond what a linearised filter can follow.
 constexpr double kUnknownTurnStddev_rad = 0.5;
 
@@ -63,6 +64,7 @@ void JointCalibration::add(const LightsImage& image) {
     record_.add(kept);
     motion_since_record_ = {};
   }
+  is_review_due_ = shows_any && reviews_.isDue(record_);
   if (!joint_) return;
   if (image.motion.covariance(2, 2) > kUnknownTurnStddev_rad * kUnknownTurnStddev_rad) {
     joint_.reset();
@@ -89,6 +91,8 @@ void JointCalibration::forget(std::size_t light) {
 
 void JointCalibration::review(const std::vector<const LandmarkSolution*>& answers,
                               const std::optional<LastingEstimate>& earlier) {
+  is_review_due_ = false;
+  reviews_.begin(record_, {kReviewInterval, config_.refit_growth});
   std::vector<std::size_t> lights;
   std::vector<MountEstimate> mounts;
   for (std::size_t i = 0; i < answers.size(); ++i) {

@@ -10,7 +10,6 @@ namespace {
 
 /// A light that has not been found out and not been seen for so long makes room for another.
 constexpr std::chrono::seconds kForgottenAfter{30};
-constexpr std::chrono::seconds kReviewInterval{1};
 /// After so much way a light that alone says that the mount has moved has moved itself: what a
 /// displacement of 3 degrees takes the others to notice (doc/faults.md).
 constexpr double kAloneFor_m = 10.0;
@@ -48,7 +47,6 @@ AssociationOutcome SeveralLights::process(const BearingSet& image, const Odometr
     if (outcome.lost_light) ++new_starts_;
     return outcome;
   }
-  last_image_ = image.stamp;
   motion_ = motion;
   nearby_ = nearby;
   way_m_ += motion.distance_m + kLever_m * motion.rotation_rad;
@@ -69,31 +67,21 @@ AssociationOutcome SeveralLights::process(const BearingSet& image, const Odometr
     first.observation.azimuth_variance_rad2 = seen.lights[0].azimuth_variance_rad2;
   }
   joint_.add(seen);
-  const bool shows_any =
-      std::any_of(seen.lights.begin(), seen.lights.end(),
-                  [](const LightObservation& observation) { return observation.isSeen(); });
-  is_review_due_ = shows_any && image.stamp >= next_review_;
   if (fits_run_ == FitsRun::kAtOnce) work();
   return first;
 }
 
 bool SeveralLights::isWorkDue() const {
-  return is_review_due_ || std::any_of(lights_.begin(), lights_.end(),
-                                       [](const Landmark& light) { return light.isWorkDue(); });
+  return joint_.isReviewDue() ||
+         std::any_of(lights_.begin(), lights_.end(),
+                     [](const Landmark& light) { return light.isWorkDue(); });
 }
 
 void SeveralLights::work() {
   for (Landmark& light : lights_) {
     if (light.isWorkDue()) light.work();
   }
-  if (!is_review_due_) return;
-  is_review_due_ = false;
-  review();
-  if (first_image_ == Stamp()) first_image_ = last_image_;
-  const double record_s = secondsFromDuration(last_image_ - first_image_);
-  next_review_ =
-      last_image_ +
-      std::max<Duration>(kReviewInterval, durationFromSeconds(config_.refit_growth * record_s));
+  if (joint_.isReviewDue()) review();
 }
 
 bool SeveralLights::isOwned(std::int32_t light_id) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/schedule.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/record/lights_record.h"
@@ -27,7 +28,9 @@ class JointCalibration {
   /// Nothing that was seen of a light so far counts any longer.
   void forget(std::size_t light);
 
-  /// Fits the record anew, at an image that showed something.
+  /// Whether the last image is one to fit the record at.
+  bool isReviewDue() const { return is_review_due_; }
+  /// Fits the record anew.
   /// @param answers  for each light, its own one; null for those that may not take part
   /// @param earlier  what an earlier calibration has found
   void review(const std::vector<const LandmarkSolution*>& answers,
@@ -62,6 +65,8 @@ class JointCalibration {
 
   CalibratorConfig config_;
   LightsRecord record_;
+  Schedule reviews_;
+  bool is_review_due_ = false;
   OdometryIncrement motion_since_record_;
   std::optional<Joint> joint_;
   std::vector<double> widening_;  ///< of the bearings' variances of joint_'s lights

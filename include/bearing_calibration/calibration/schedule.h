@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -19,19 +20,25 @@ struct Pace {
 /// for a day, which adds nothing, goes on as one that has not.
 class Schedule {
  public:
-  bool isDue(const ObservationRecord& record) const {
+  template <class Entry>
+  bool isDue(const ThinnedRecord<Entry>& record) const {
     return isTime(record) && record.grown() >= wanted_growth_;
   }
   /// The same for work that cannot wait until the record has grown.
-  bool isTime(const ObservationRecord& record) const {
-    return record.observations().back().stamp >= earliest_;
+  template <class Entry>
+  bool isTime(const ThinnedRecord<Entry>& record) const {
+    return record.entries().back().stamp >= earliest_;
   }
 
-  /// The work is done now.
-  void begin(const ObservationRecord& record, const Pace& pace) {
-    const double growth = pace.growth * static_cast<double>(record.observations().size());
-    earliest_ = record.observations().back().stamp + pace.interval;
-    wanted_growth_ = record.grown() + static_cast<std::size_t>(std::ceil(growth));
+  /// The work is done now. A full record stands for all that it has ever held, but for so much at
+  /// most that a drive of hours is not looked at too rarely.
+  template <class Entry>
+  void begin(const ThinnedRecord<Entry>& record, const Pace& pace) {
+    constexpr std::size_t kMostOfKept = 10;
+    const std::size_t size = std::min(record.grown(), kMostOfKept * record.entries().size());
+    earliest_ = record.entries().back().stamp + pace.interval;
+    wanted_growth_ = record.grown() +
+                     static_cast<std::size_t>(std::ceil(pace.growth * static_cast<double>(size)));
   }
 
  private:

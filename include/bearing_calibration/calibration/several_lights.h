@@ -65,17 +65,13 @@ class SeveralLights {
 
   CalibratorConfig config_;
   FitsRun fits_run_;
-  bool is_review_due_ = false;
   int new_starts_ = 0;
   std::optional<LastingEstimate> earlier_;
   std::vector<Landmark> lights_;
   JointCalibration joint_;
-  Stamp last_image_;
-  OdometryIncrement motion_;  ///< of the last image
-  OdometryWindow nearby_;     ///< around it
-  double way_m_ = 0.0;        ///< with its turns
-  Stamp first_image_;         ///< reviewed
-  Stamp next_review_;
+  OdometryIncrement motion_;              ///< of the last image
+  OdometryWindow nearby_;                 ///< around it
+  double way_m_ = 0.0;                    ///< with its turns
   std::optional<Judgement> mount_moved_;  ///< what the lights say of a mount that has moved
   bool restarted_ = false;                ///< because it had
 };
