@@ -34,6 +34,7 @@ STATE_DEADLINE_S = 120
 START_S = 8  # RViz takes so long until it has drawn everything, on a busy machine
 SETTLE_S = 2  # between the state and its picture
 DRAWN_DEADLINE_S = 60  # until the picture shows what it must, on a machine where START_S is too short
+MOST_STARTS = 3  # of RViz
 # What every picture must show: colours of markers (src/ros/visualisation_markers.cpp), in this many pixels.
 MARKS = {'path': (0.34, 0.71, 0.91), 'ray': (0.94, 0.89, 0.26)}
 MIN_PIXELS = 40
@@ -72,7 +73,23 @@ def missingIn(path):
             if (abs(picture - colour).max(axis=2) < LIKE).sum() < MIN_PIXELS]
 
 
+class RvizEnded(RuntimeError):
+    """RViz has ended by itself."""
+
+
 def takePicture(demo, name, folder, output):
+    """On a busy machine RViz sometimes ends at its start (boost::lock_error, a mutex of its own): then
+    it is started again."""
+    for attempt in range(1, MOST_STARTS + 1):
+        try:
+            return takePictureOnce(demo, name, folder, output)
+        except RvizEnded as error:
+            print('start %d: %s' % (attempt, error), flush=True)
+            if attempt == MOST_STARTS:
+                raise
+
+
+def takePictureOnce(demo, name, folder, output):
     rviz = subprocess.Popen(['rosrun', 'rviz', 'rviz', '-d', configurationWith(*PICTURES[name], folder)],
                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                             start_new_session=True)
@@ -88,14 +105,15 @@ def takePicture(demo, name, folder, output):
             if not missing:
                 break
             if rviz.poll() is not None:
-                raise RuntimeError('RViz has ended with %d' % rviz.returncode)
+                raise RvizEnded('RViz has ended with %d' % rviz.returncode)
             if time.monotonic() > deadline:
                 raise RuntimeError('%s does not show: %s' % (path, ', '.join(missing)))
             time.sleep(1)
         print(path, flush=True)
     finally:
-        os.killpg(rviz.pid, signal.SIGTERM)
-        rviz.wait(timeout=20)
+        if rviz.poll() is None:
+            os.killpg(rviz.pid, signal.SIGTERM)
+            rviz.wait(timeout=20)
 
 
 def driveAndTake(name, output, rate):
