@@ -168,8 +168,12 @@ void MountCalibration::noteSolution(const SlipAverage& settled) {
   const std::vector<Observation>& observations = initializer_.record().observations();
   const bool tells_one =
       !settled.is_disputed && tellsOneMount(*tracker_, observations, settled.best);
-  answer_ = LandmarkSolution{{},        settled.best,           settled.estimate,
-                             tells_one, motionOf(observations), noise_};
+  answer_ = LandmarkSolution{{},
+                             settled.best,
+                             settled.estimate,
+                             tells_one,
+                             motionOf(observations, settled.best.beginning),
+                             noise_};
   for (const Observation& observation : observations) answer_->stamps.push_back(observation.stamp);
 }
 
@@ -188,7 +192,8 @@ void MountCalibration::refineAndJudge() {
       looksForNoise() ? withNoise(stated, noise_) : std::vector<Observation>();
   const std::vector<Observation>& observations = looksForNoise() ? scaled : stated;
   const RobotEstimate robot = tracker_->filter().robot();
-  const std::optional<SlipAverage> settled = record_fit_.fit(observations, robot);
+  const std::optional<SlipAverage> settled =
+      record_fit_.fit(observations, robot, record.beginning());
   if (settled) {
     if (!tracker_->isSearching()) {
       tracker_->rebase(withEarlier(settled->estimate), settled->best.correlation);
@@ -197,6 +202,24 @@ void MountCalibration::refineAndJudge() {
     noteNoise(settled->best);
   }
   judge_->judge(*tracker_, observations, settled);
+  if (settled) cutRecord(observations, *settled);
+}
+
+/// A full record gives away its oldest part for what that part says. Until then, and while the
+/// bearings do not tell where a wheel has slipped, all of it is weighed with hindsight.
+/// @param observations  the record with the noise that was found
+void MountCalibration::cutRecord(const std::vector<Observation>& observations,
+                                 const SlipAverage& settled) {
+  const std::size_t capacity = config_.initializer.record.capacity;
+  const bool is_full = observations.size() > capacity - capacity / 10;
+  // Of several lights each record is as long as the one that they share.
+  if (!is_full || settled.is_disputed || config_.max_lights > 1) return;
+  const std::vector<ObservationWeight>& weights = settled.trusting.weights;
+  std::size_t count = capacity / 4;
+  // not within a slip, which nobody could look for any more
+  while (count > 1 && (weights[count - 1].slipped || weights[count].slipped)) --count;
+  if (count == 1) return;
+  initializer_.cut(count, batch_.knownAt(count - 1, observations, settled.trusting));
 }
 
 /// For the next fit: all hypotheses of one must be weighed alike.

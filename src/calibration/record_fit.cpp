@@ -5,12 +5,13 @@
 namespace bearing_calibration::core {
 
 void RecordFit::beginAt(const RecordStart& start, const std::vector<Observation>& observations) {
-  beginning_ = {observations[start.observation].stamp, start};
+  settled_ = {observations[start.observation].stamp, start};
 }
 
 std::optional<SlipAverage> RecordFit::fit(const std::vector<Observation>& observations,
-                                          const RobotEstimate& running) {
-  const BatchEstimate batch = fitOnce(observations, running);
+                                          const RobotEstimate& running,
+                                          const std::optional<RecordBeginning>& beginning) {
+  const BatchEstimate batch = fitOnce(observations, running, beginning);
   if (!hasSettled(batch)) return std::nullopt;
   SlipAverage settled = averageOverSlips(observations, batch, batch_config_);
   beginAt(surestStart(settled.best), observations);
@@ -18,20 +19,22 @@ std::optional<SlipAverage> RecordFit::fit(const std::vector<Observation>& observ
 }
 
 BatchEstimate RecordFit::fitOnce(const std::vector<Observation>& observations,
-                                 const RobotEstimate& running) const {
-  if (beginning_) {
+                                 const RobotEstimate& running,
+                                 const std::optional<RecordBeginning>& beginning) const {
+  if (settled_) {
     const auto there = std::find_if(
         observations.begin(), observations.end(),
-        [this](const Observation& observation) { return observation.stamp == beginning_->stamp; });
-    if (there != observations.end()) {  // it has not been thinned out
-      RecordStart start = beginning_->start;
+        [this](const Observation& observation) { return observation.stamp == settled_->stamp; });
+    if (there != observations.end()) {  // it has neither been thinned out nor given away
+      RecordStart start = settled_->start;
       start.observation = static_cast<std::size_t>(there - observations.begin());
-      BatchEstimate batch = batch_.estimate(observations, start);
+      BatchEstimate batch = batch_.estimate(observations, start, {}, beginning);
       if (hasSettled(batch)) return batch;
     }
   }
   return batch_.estimate(observations,
-                         {running.cartesian.mean, observations.size() - 1, running.errors.mean});
+                         {running.cartesian.mean, observations.size() - 1, running.errors.mean}, {},
+                         beginning);
 }
 
 bool RecordFit::hasSettled(const BatchEstimate& batch) const {

@@ -56,8 +56,8 @@ const DisplacementTest& larger(const DisplacementTest& a, const DisplacementTest
   return a.gain < b.gain ? b : a;
 }
 
-double wayOf(const std::vector<Observation>& record) {
-  double way_m = 0.0;
+double wayOf(const std::vector<Observation>& record, const BatchEstimate& fit) {
+  double way_m = fit.beginning ? fit.beginning->distance_m : 0.0;
   for (const Observation& observation : record) way_m += observation.motion.distance_m;
   return way_m;
 }
@@ -75,15 +75,19 @@ std::optional<DisplacementTest> findDisplacement(const BatchEstimate& fit, doubl
   return std::nullopt;
 }
 
-/// Way to an observation with its turns: those of a point half a metre from the centre.
-double motionTo(const Observation& observation) {
+/// Way with its turns: those of a point half a metre from the centre.
+double motionOf(double distance_m, double rotation_rad) {
   constexpr double kLever_m = 0.5;
-  return observation.motion.distance_m + kLever_m * observation.motion.rotation_rad;
+  return distance_m + kLever_m * rotation_rad;
+}
+
+double motionTo(const Observation& observation) {
+  return motionOf(observation.motion.distance_m, observation.motion.rotation_rad);
 }
 
 /// Index of the first observation after half of the record's motion.
 std::size_t middleByMotion(const std::vector<Observation>& record) {
-  double rest_m = 0.5 * motionOf(record);
+  double rest_m = 0.5 * motionOf(record, std::nullopt);
   std::size_t middle = 0;
   while (middle + 1 < record.size() && rest_m > 0.0) rest_m -= motionTo(record[middle++]);
   return middle;
@@ -129,8 +133,9 @@ std::vector<std::string> ConvergenceConfig::validate() const {
   return require.errors();
 }
 
-double motionOf(const std::vector<Observation>& record) {
-  double motion_m = 0.0;
+double motionOf(const std::vector<Observation>& record,
+                const std::optional<RecordBeginning>& beginning) {
+  double motion_m = beginning ? motionOf(beginning->distance_m, beginning->rotation_rad) : 0.0;
   for (const Observation& observation : record) motion_m += motionTo(observation);
   return motion_m;
 }
@@ -143,7 +148,7 @@ bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config) {
 
 bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& record,
                    const BatchEstimate& settled) {
-  return !tracker.isSearching() && !findDisplacement(settled, wayOf(record)) &&
+  return !tracker.isSearching() && !findDisplacement(settled, wayOf(record, settled)) &&
          bothHalvesTell(record, settled);
 }
 
@@ -160,7 +165,7 @@ void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Obse
     if (!confirmed_) good_since_m_.reset();
     return;
   }
-  const double motion_m = motionOf(record);
+  const double motion_m = motionOf(record, settled->best.beginning);
   if (confirmed_) {
     if (staysWhereItWas(mountFromCartesian(tracker.filter().cartesian()), motion_m)) return;
     last_ = {CalibrationState::kConverging,
@@ -208,7 +213,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   // displacement.
   const bool sure_of_light = !tracker.isSearching();
   const std::optional<DisplacementTest> jump =
-      sure_of_light ? findDisplacement(settled->best, wayOf(record)) : std::nullopt;
+      sure_of_light ? findDisplacement(settled->best, wayOf(record, settled->best)) : std::nullopt;
   if (jump && confirmed_) {
     mount_moved_ = mountMoved(*jump);
     return *mount_moved_;

@@ -83,6 +83,24 @@ void ThinnedRecord<Entry>::add(const Entry& entry) {
   removeInner(least);
 }
 
+void ObservationRecord::cut(std::size_t count, const LightsEstimate& known) {
+  RecordBeginning beginning = beginning_.value_or(RecordBeginning{});
+  beginning.known = known;
+  const auto end = changeable().begin() + static_cast<std::ptrdiff_t>(count);
+  for (auto entry = changeable().begin(); entry != end; ++entry) {
+    if (!beginning_ && entry == changeable().begin()) continue;  // its motion counts as none
+    beginning.distance_m += entry->motion.distance_m;
+    beginning.rotation_rad += entry->motion.rotation_rad;
+  }
+  changeable().erase(changeable().begin(), end);
+  beginning_ = beginning;
+}
+
+void ObservationRecord::clear() {
+  ThinnedRecord::clear();
+  beginning_.reset();
+}
+
 template class ThinnedRecord<Observation>;
 template class ThinnedRecord<LightsImage>;
 

@@ -44,9 +44,11 @@ SmootherPrior dampedPrior(int failures) {
 class Fit {
  public:
   Fit(const std::vector<Observation>& observations, const RecordTrack& track,
-      const BatchConfig& config, const SlipHypothesis& slips)
+      const BatchConfig& config, const SlipHypothesis& slips,
+      const std::optional<RecordBeginning>& beginning)
       : config_(config),
         observations_(observations),
+        beginning_(beginning),
         weights_(observations, track.is_plausible, config, slips),
         path_(track.path) {
     weights_.weighBearings(path_);
@@ -66,6 +68,7 @@ class Fit {
 
   const BatchConfig& config_;
   const std::vector<Observation>& observations_;
+  const std::optional<RecordBeginning>& beginning_;
   RecordWeights weights_;
   RecordPath path_;
   SmootherPass pass_;
@@ -96,9 +99,10 @@ bool Fit::hasLikelyErrors() const {
   return (off.cwiseAbs().array() <= most.array()).all();
 }
 
-/// What a path costs: its bearings, its motions and the robot's errors.
+/// What a path costs: its bearings, its motions, and what was known beforehand.
 double Fit::costOf(const SmootherPass& pass, const RecordPath& path) const {
   double cost = pass.motion_cost + weights_.bearingCost(path);
+  if (beginning_) return cost + pass.beginning_cost;  // with the priors of the errors in it
   for (int i = 0; i < kErrorCount; ++i) {
     const double stddev = config_.errors.stddev(i);
     const double off = path.errors(i) - config_.errors.mean(i);
@@ -109,8 +113,8 @@ double Fit::costOf(const SmootherPass& pass, const RecordPath& path) const {
 
 /// One Gauss-Newton step; false when it would not lower the cost.
 bool Fit::step() {
-  SmootherPass pass =
-      smooth(observations_, weights_.observations(), path_, dampedPrior(failures_), config_.errors);
+  SmootherPass pass = smooth(observations_, weights_.observations(), path_, dampedPrior(failures_),
+                             config_.errors, beginning_ ? &beginning_->known : nullptr);
   const double cost = costOf(pass, pass.path);
   // The motions' share is that of the linearised problem, and Huber's weights follow a step behind:
   // only a cost that clearly rises is a reason to hold back.
@@ -176,7 +180,8 @@ void Fit::judgeInnovations(BatchEstimate& estimate) const {
   std::sort(estimate.slips.begin(), estimate.slips.end());
   const int lights = pass.path.lights();
   const int slips = std::min(2 * lights, 3) * static_cast<int>(estimate.slips.size());
-  estimate.degrees_of_freedom = std::max(0, used - kMountSize - 2 * lights - slips);
+  const int unknown = beginning_ ? 0 : kMountSize + 2 * lights;
+  estimate.degrees_of_freedom = std::max(0, used - unknown - slips);
 }
 
 BatchEstimate Fit::run() {
@@ -185,7 +190,7 @@ BatchEstimate Fit::run() {
     endIfCancelled();
     ++estimate.iterations;
     if (!step()) {
-      if (++failures_ > kMaxFailures) break;
+      if (++failures_ > kMaxFailures || beginning_) break;  // a beginning cannot be damped
       continue;
     }
     const bool free = failures_ == 0;
@@ -209,6 +214,8 @@ BatchEstimate Fit::run() {
   estimate.errors = robot.errors;
   estimate.cost = costOf(pass_, path_) + weights_.costOfDisbelief(path_);
   estimate.correlation = weights_.correlation();
+  estimate.weights = weights_.observations();
+  estimate.beginning = beginning_;
   judgeInnovations(estimate);
   estimate.path = std::move(path_);
   return estimate;
@@ -254,20 +261,20 @@ RecordStart surestStart(const BatchEstimate& fit) {
 BatchEstimator::BatchEstimator(const BatchConfig& config) : config_(validated(config)) {}
 
 BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observations,
-                                       const RecordStart& start,
-                                       const SlipHypothesis& slips) const {
+                                       const RecordStart& start, const SlipHypothesis& slips,
+                                       const std::optional<RecordBeginning>& beginning) const {
   if (start.observation >= observations.size()) {
     throw std::invalid_argument("the start of a batch estimate is not at one of its observations");
   }
   const LightTrack light = trackLight(observations, start);
   RecordTrack track{{{}, start.state.tail<kMountSize>(), start.errors}, light.is_plausible};
   for (const Vector5& state : light.states) track.path.points.push_back({state.head<2>()});
-  return estimate(observations, track, slips);
+  return estimate(observations, track, slips, beginning);
 }
 
 BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observations,
-                                       const RecordTrack& track,
-                                       const SlipHypothesis& slips) const {
+                                       const RecordTrack& track, const SlipHypothesis& slips,
+                                       const std::optional<RecordBeginning>& beginning) const {
   const auto is_outside = [&observations](std::size_t i) { return i >= observations.size(); };
   if (observations.empty() || track.path.points.size() != observations.size() ||
       track.is_plausible.size() != observations.size() ||
@@ -275,6 +282,12 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
       std::any_of(slips.trusted.begin(), slips.trusted.end(), is_outside)) {
     throw std::invalid_argument(
         "the track or a supposed slip of a batch estimate is not at one of its observations");
+  }
+  const LightsLayout layout{errorsInUse(config_.errors), track.path.lights()};
+  if (beginning && (beginning->known.layout.errors != layout.errors ||
+                    beginning->known.layout.lights != layout.lights)) {
+    throw std::invalid_argument(
+        "the beginning of a batch estimate is not of its lights and the errors in use");
   }
   for (const Observation& observation : observations) {
     if (!(observation.azimuth_variance_rad2 > 0.0)) {
@@ -292,7 +305,19 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
                                   " is not on the track");
     }
   }
-  return Fit(observations, track, config_, slips).run();
+  return Fit(observations, track, config_, slips, beginning).run();
+}
+
+LightsEstimate BatchEstimator::knownAt(std::size_t observation,
+                                       const std::vector<Observation>& observations,
+                                       const BatchEstimate& fit) const {
+  const auto until = [observation](const auto& all) {
+    return std::vector(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(observation + 1));
+  };
+  const RecordPath path{until(fit.path.points), fit.path.mount, fit.path.errors};
+  return smooth(until(observations), until(fit.weights), path, kFreePass, config_.errors,
+                fit.known())
+      .last;
 }
 
 }  // namespace bearing_calibration::core

@@ -26,6 +26,7 @@ class Likelihood {
              const ErrorPriors& errors, const NoisePriors& priors)
       : observations_(observations),
         errors_(errors),
+        known_(fit.known()),
         path_(fit.path),
         prior_stddev_(priors.bearing_stddev, priors.wheel_stddev) {
     weights_.resize(observations.size());
@@ -49,7 +50,7 @@ class Likelihood {
       weights[i].sensor_variance_rad2 = scaled[i].azimuth_variance_rad2;
       weights[i].bearing_variance_rad2 = scaled[i].azimuth_variance_rad2;
     }
-    const SmootherPass pass = smooth(scaled, weights, path_, kFreePass, errors_);
+    const SmootherPass pass = smooth(scaled, weights, path_, kFreePass, errors_, known_);
     double cost = 0.0;
     for (std::size_t i = 0; i < scaled.size(); ++i) {
       if (!weights[i].use_bearing) continue;
@@ -67,6 +68,7 @@ class Likelihood {
  private:
   const std::vector<Observation>& observations_;
   const ErrorPriors& errors_;
+  const LightsEstimate* known_;  ///< at the record's beginning
   RecordPath path_;
   std::vector<ObservationWeight> weights_;
   Eigen::Vector2d prior_stddev_;

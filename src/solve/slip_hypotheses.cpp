@@ -20,6 +20,10 @@ constexpr double kSuspicion = 9.0;
 /// chi-square of the mount that one right answer in a thousand has.
 constexpr double kOpenCost = 14.0;
 constexpr double kAgreement = 16.3;
+/// What a slip must gain beyond its cost to be beyond doubt. A jump that may be anything within
+/// some decimetres fits what chance does, too: that it is told to a centimetre in two directions
+/// counts for 2 ln 30^2 = 14 against it, of which a fit's own cost of a slip has a part.
+constexpr double kDoubt = 10.0;
 
 SlipHypothesis withOneMore(const BatchEstimate& batch) {
   SlipHypothesis one_more;
@@ -67,7 +71,8 @@ class Rivals {
   /// Fits the best place for what a supposition leaves open, and trusts that place from then on.
   /// @returns whether the next best place is worth a fit
   bool tryBestPlace(SlipHypothesis& supposition) {
-    BatchEstimate rival = estimator_.estimate(observations_, start_, supposition);
+    BatchEstimate rival =
+        estimator_.estimate(observations_, start_, supposition, fits_.front().beginning);
     if (!rival.converged || rival.cost > fits_.front().cost + kOpenCost) return false;
     const std::size_t trusted = supposition.trusted.size();
     const std::vector<std::size_t>& given_up = supposition.given_up;
@@ -133,18 +138,24 @@ bool isDisputed(const std::vector<BatchEstimate>& fits, const BatchEstimate& bes
 
 SlipAverage averageOverSlips(const std::vector<Observation>& observations,
                              const BatchEstimate& batch, const BatchConfig& config) {
-  if (config.slip_gain <= 0.0) return {batch, batch.robot()};  // the owner: nothing slips
+  if (config.slip_gain <= 0.0) return {batch, batch, batch.robot()};  // the owner: nothing slips
   std::vector<SlipHypothesis> suppositions;
   if (batch.suspicion > kSuspicion) suppositions.push_back(withOneMore(batch));
   for (std::size_t slip : batch.slips) suppositions.push_back(withSlipElsewhere(batch, slip));
   Rivals rivals(observations, batch, config);
   rivals.findAll(std::move(suppositions));
   const std::vector<BatchEstimate>& fits = rivals.fits();
-  const auto best = std::min_element(
-      fits.begin(), fits.end(),
-      [](const BatchEstimate& a, const BatchEstimate& b) { return a.cost < b.cost; });
+  const auto leastWith = [&fits](double doubt) {
+    const auto costOf = [doubt](const BatchEstimate& fit) {
+      return fit.cost + doubt * static_cast<double>(fit.slips.size());
+    };
+    return std::min_element(
+        fits.begin(), fits.end(),
+        [&](const BatchEstimate& a, const BatchEstimate& b) { return costOf(a) < costOf(b); });
+  };
+  const auto best = leastWith(0.0);
   const RobotEstimate average = mixture(fits, *best);
-  return {*best, average, isDisputed(fits, *best, average)};
+  return {*best, *leastWith(kDoubt), average, isDisputed(fits, *best, average)};
 }
 
 }  // namespace bearing_calibration::core

@@ -82,11 +82,12 @@ class Smoother {
  public:
   Smoother(const std::vector<Observation>& observations,
            const std::vector<ObservationWeight>& weights, const RecordPath& path,
-           const ErrorPriors& errors)
+           const ErrorPriors& errors, const LightsEstimate* beginning)
       : observations_(observations),
         weights_(weights),
         path_(path),
         errors_(errors),
+        beginning_(beginning),
         layout_{errorsInUse(errors), path.lights()},
         takes_elevations_(errors.usesElevations()) {
     images_.reserve(observations.size());
@@ -102,6 +103,7 @@ class Smoother {
   }
 
  private:
+  bool hasMotion(std::size_t i) const { return i > 0 || beginning_ != nullptr; }
   LightsEstimate beforeAll(const SmootherPrior& prior) const;
   LightsVector pathAt(std::size_t i) const;
   void enterImage(std::size_t i, LightsEstimate* estimate);
@@ -114,6 +116,7 @@ class Smoother {
   const std::vector<ObservationWeight>& weights_;
   const RecordPath& path_;
   const ErrorPriors& errors_;
+  const LightsEstimate* beginning_;
   const LightsLayout layout_;
   const bool takes_elevations_;
   std::vector<ForwardImage> images_;
@@ -128,7 +131,15 @@ LightsVector Smoother::pathAt(std::size_t i) const {
   return state;
 }
 
+/// What is known before the first bearing: where something is known at the record's beginning,
+/// before the first motion.
 LightsEstimate Smoother::beforeAll(const SmootherPrior& prior) const {
+  if (beginning_ != nullptr) {
+    LightsEstimate known = *beginning_;
+    double& yaw = known.mean(kMountSize - 1);  // on the path's turn
+    yaw = path_.mount.z() + wrapAngle(yaw - path_.mount.z());
+    return known;
+  }
   const int K = layout_.errors;
   LightsVector variance =
       LightsVector::Constant(layout_.size(), std::pow(prior.position_stddev_m, 2));
@@ -144,7 +155,7 @@ void Smoother::enterImage(std::size_t i, LightsEstimate* estimate) {
   LightsMotion motion = lineariseMotion(layout_, path_.errors, point.lights_in_base,
                                         observations_[i].motion, point.motion_error);
   if (weights_[i].slipped) motion.covariance += slipCovariance();
-  if (i > 0) propagate(motion, estimate);
+  if (hasMotion(i)) propagate(motion, estimate);
   const int size = 2 * layout_.lights;
   images_.push_back({i, motion, estimate->mean.tail(size), estimate->covariance.bottomRows(size)});
 }
@@ -191,8 +202,8 @@ void Smoother::leaveImage(std::size_t end, Disturbance* future) {
   PathPoint point;
   const LightsVector lights = image.predicted + image.covariance * future->r();
   point.lights_in_base = lights.reshaped(2, layout_.lights);
-  if (first > 0) {
-    if (!weights_[first].slipped) {
+  if (hasMotion(first)) {
+    if (first > 0 && !weights_[first].slipped) {
       const LightPositions& lights_at_path = path_.points[first].lights_in_base;
       double range_m2 = 0.0;
       for (int light = 0; light < layout_.lights; ++light) {
@@ -228,6 +239,9 @@ void Smoother::goBackward() {
     leaveImage(end, &future);
     end = i;
   }
+  if (beginning_ != nullptr) {
+    pass_.beginning_cost = future.r().dot(beginning_->covariance * future.r());
+  }
   pass_.path.mount = pass_.last.mean.head<kMountSize>();
   pass_.path.errors = errorsOf(layout_, pass_.last.mean);
 }
@@ -255,8 +269,9 @@ Eigen::Matrix3d slipCovariance() {
 
 SmootherPass smooth(const std::vector<Observation>& observations,
                     const std::vector<ObservationWeight>& weights, const RecordPath& path,
-                    const SmootherPrior& prior, const ErrorPriors& errors) {
-  return Smoother(observations, weights, path, errors).run(prior);
+                    const SmootherPrior& prior, const ErrorPriors& errors,
+                    const LightsEstimate* beginning) {
+  return Smoother(observations, weights, path, errors, beginning).run(prior);
 }
 
 }  // namespace bearing_calibration::core

@@ -23,8 +23,9 @@ namespace bearing_calibration::core {
 
 /// One calibration from its first observation on: the base's motion and what each image saw, in the
 /// order of time; the mount out. Collects observations until the initialiser finds mount and light
-/// in them, goes on with the filter, holds the filter against the whole record once a second, and
-/// judges. A value: a copy goes on by itself.
+/// in them, goes on with the filter, holds the filter against the record once a second, and judges.
+/// A full record gives its oldest part away as what that part says. A value: a copy goes on by
+/// itself.
 class MountCalibration {
  public:
   /// @param fits_run  kBeside: process() leaves what is heavy to work()
@@ -75,6 +76,7 @@ class MountCalibration {
   void refineAndJudge();
   void noteSolution(const SlipAverage& settled);
   void noteNoise(const BatchEstimate& fit);
+  void cutRecord(const std::vector<Observation>& observations, const SlipAverage& settled);
   bool looksForNoise() const { return config_.initializer.noise.any(); }
   void diagnose();
   void remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby);

@@ -22,23 +22,25 @@ class RecordFit {
   void beginAt(const RecordStart& start, const std::vector<Observation>& observations);
 
   /// @param running  at the last observation: where it begins without success from there
+  /// @param beginning  of the record, unless it is whole
   /// @returns none when it does not settle
   std::optional<SlipAverage> fit(const std::vector<Observation>& observations,
-                                 const RobotEstimate& running);
+                                 const RobotEstimate& running,
+                                 const std::optional<RecordBeginning>& beginning);
 
  private:
-  BatchEstimate fitOnce(const std::vector<Observation>& observations,
-                        const RobotEstimate& running) const;
+  BatchEstimate fitOnce(const std::vector<Observation>& observations, const RobotEstimate& running,
+                        const std::optional<RecordBeginning>& beginning) const;
   bool hasSettled(const BatchEstimate& batch) const;
 
   BatchConfig batch_config_;
   double min_inlier_fraction_;
   BatchEstimator batch_;
-  struct Beginning {
+  struct Settled {
     Stamp stamp;        ///< of the observation
     RecordStart start;  ///< there; `observation` as the record was then
   };
-  std::optional<Beginning> beginning_;
+  std::optional<Settled> settled_;  ///< the last fit
 };
 
 }  // namespace bearing_calibration::core

@@ -96,6 +96,8 @@ class Initializer {
   void add(const Observation& observation) { record_.add(observation); }
   /// Milliseconds of work: call it about once in a second, not at each observation.
   StartAttempt attempt() const { return findStart(record_.observations(), config_); }
+  /// See ObservationRecord::cut(). A start is looked for in whole records only.
+  void cut(std::size_t count, const LightsEstimate& known) { record_.cut(count, known); }
 
   const ObservationRecord& record() const { return record_; }
 

@@ -24,8 +24,9 @@ struct Judgement {
 /// straight metre and a turn: on a record of a few seconds the covariance is least certain.
 inline constexpr double kHeldOver_m = 3.0;
 
-/// Way of a record with its turns: what a verdict is held over.
-double motionOf(const std::vector<Observation>& record);
+/// Way of a record with its turns, from before its beginning on: what a verdict is held over.
+double motionOf(const std::vector<Observation>& record,
+                const std::optional<RecordBeginning>& beginning);
 
 /// Whether a mount is known as well as it must be for a verdict.
 bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config);
@@ -45,7 +46,7 @@ class ConvergenceJudge {
  public:
   explicit ConvergenceJudge(const ConvergenceConfig& config);
 
-  /// @param record  the observations so far, thinned or not
+  /// @param record  the observations so far, thinned or not, or the latest of them
   /// @param settled  the batch over them with its rivals, which the tracker has just taken up; none
   ///   when it did not settle: nothing is called converged then
   void judge(const MountTracker& tracker, const std::vector<Observation>& record,

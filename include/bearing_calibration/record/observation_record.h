@@ -1,16 +1,18 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/record/record_beginning.h"
 
 namespace bearing_calibration::core {
 
 /// How a record stays small.
 struct ObservationRecordConfig {
-  std::size_t capacity = 1200;  ///< observations: 2 min at 10 Hz before the first is thinned out
+  std::size_t capacity = 1200;  ///< observations: 2 min at 10 Hz
   /// An observation that moved less than both from the one before it is a repetition: of those only
   /// `repetitions` are kept, so that a standing robot adds neither length nor false certainty.
   double still_distance_m = 0.002;
@@ -21,9 +23,9 @@ struct ObservationRecordConfig {
 };
 
 /// A bounded record that forgets motion last: a standing robot costs no room, and when the room is
-/// used up, the entry with the least motion around it gives way, its motion carried on. So an
-/// endless record is kept whole, only more coarsely. An entry has its `motion` since the one before
-/// it; instances are made in the source file.
+/// used up, the entry with the least motion around it gives way, its motion carried on. So a record
+/// that nobody cuts is kept whole, only more coarsely. An entry has its `motion` since the one
+/// before it; instances are made in the source file.
 template <class Entry>
 class ThinnedRecord {
  public:
@@ -58,6 +60,15 @@ class ObservationRecord : public ThinnedRecord<Observation> {
  public:
   using ThinnedRecord::ThinnedRecord;
   const std::vector<Observation>& observations() const { return entries(); }
+  /// None while the record is whole.
+  const std::optional<RecordBeginning>& beginning() const { return beginning_; }
+  /// Gives away the first `count` observations for what they say.
+  /// @param known  at the last of them, from everything until there
+  void cut(std::size_t count, const LightsEstimate& known);
+  void clear();
+
+ private:
+  std::optional<RecordBeginning> beginning_;
 };
 
 }  // namespace bearing_calibration::core

@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/record/record_beginning.h"
 #include "bearing_calibration/solve/light_track.h"
 #include "bearing_calibration/solve/mount_displacement.h"
 #include "bearing_calibration/solve/smoother.h"
@@ -60,9 +62,13 @@ struct BatchEstimate {
   std::vector<MountDisplacement> mount_displacements;  ///< before each observation
   double suspicion = 0.0;    ///< largest gain that giving up one more would have
   double correlation = 0.0;  ///< lag-1 correlation of the innovations, 0 where insignificant
+  std::vector<ObservationWeight> weights;    ///< of each observation, in the end
+  std::optional<RecordBeginning> beginning;  ///< of the record, where it had one
 
   double inlierFraction() const;
   RobotEstimate robot() const { return {at_last_observation, errors}; }
+  /// What is known at the record's beginning; null where that is nothing.
+  const LightsEstimate* known() const { return beginning ? &beginning->known : nullptr; }
 };
 
 /// Where another fit of the same record had best begin, or one that has grown: in the middle of the
@@ -84,17 +90,27 @@ class BatchEstimator {
   /// @throws std::invalid_argument with every sentence of config.validate().
   explicit BatchEstimator(const BatchConfig& config);
 
-  /// @param observations in the order of time; the motion of the first is not used.
+  /// @param observations in the order of time; the motion of the first is used with a beginning
+  /// only.
   /// @throws std::invalid_argument when the start or a supposed slip is at no observation, or a
   /// variance
   ///   is not positive.
   BatchEstimate estimate(const std::vector<Observation>& observations, const RecordStart& start,
-                         const SlipHypothesis& slips = {}) const;
+                         const SlipHypothesis& slips = {},
+                         const std::optional<RecordBeginning>& beginning = std::nullopt) const;
 
   /// The same of several lights.
-  /// @throws std::invalid_argument when the track is not of these observations, ...
+  /// @throws std::invalid_argument when the track is not of these observations, the beginning not
+  ///   of its lights and the errors in use, ...
   BatchEstimate estimate(const std::vector<Observation>& observations, const RecordTrack& track,
-                         const SlipHypothesis& slips = {}) const;
+                         const SlipHypothesis& slips = {},
+                         const std::optional<RecordBeginning>& beginning = std::nullopt) const;
+
+  /// The estimate at an observation from everything until there, linearised and weighed as a fit of
+  /// the whole record is: what a record that is cut after it begins with.
+  /// @param observations,fit  a record and its fit
+  LightsEstimate knownAt(std::size_t observation, const std::vector<Observation>& observations,
+                         const BatchEstimate& fit) const;
 
  private:
   BatchConfig config_;

@@ -11,7 +11,9 @@ namespace bearing_calibration::core {
 /// well, with another mount. Then the truth is with one of them, and nothing narrower than all of
 /// them together may be believed.
 struct SlipAverage {
-  BatchEstimate best;      ///< of all suppositions, the one of least cost
+  BatchEstimate best;  ///< of all suppositions, the one of least cost
+  /// The best one that leaves out every slip which is not beyond doubt: what is made final.
+  BatchEstimate trusting;
   RobotEstimate estimate;  ///< mean and covariance over all, weighted by exp(-cost / 2)
   /// A supposition that cannot be ruled out gives another mount than `estimate`.
   bool is_disputed = false;

@@ -63,9 +63,10 @@ struct SmoothedObservation {
 /// A whole record, smoothed once about a given path.
 struct SmootherPass {
   std::vector<SmoothedObservation> observations;
-  RecordPath path;           ///< smoothed means
-  LightsEstimate last;       ///< filtered, which is smoothed too, at the last observation
-  double motion_cost = 0.0;  ///< squared noise of all motions that the smoothed path implies
+  RecordPath path;              ///< smoothed means
+  LightsEstimate last;          ///< filtered, which is smoothed too, at the last observation
+  double motion_cost = 0.0;     ///< squared noise of all motions that the smoothed path implies
+  double beginning_cost = 0.0;  ///< the same of what was known at the record's beginning
 };
 
 /// Weight of the linearisation point: how far one pass may go from it, as standard deviations of
@@ -86,9 +87,13 @@ Eigen::Matrix3d slipCovariance();
 /// light that is too near, where the same turn moves it less (doc/start.md). Elevations count where
 /// the sensor's tilt is looked for.
 /// @param weights  one for each observation
+/// @param prior  without effect where something is known at the record's beginning
 /// @param errors  what is known of the robot's errors beforehand; those in use are estimated
+/// @param beginning  what is known before the motion to the first observation, which is used then,
+///   of the path's lights and the errors in use; null: nothing but `errors`, and no such motion
 SmootherPass smooth(const std::vector<Observation>& observations,
                     const std::vector<ObservationWeight>& weights, const RecordPath& path,
-                    const SmootherPrior& prior, const ErrorPriors& errors = {});
+                    const SmootherPrior& prior, const ErrorPriors& errors = {},
+                    const LightsEstimate* beginning = nullptr);
 
 }  // namespace bearing_calibration::core

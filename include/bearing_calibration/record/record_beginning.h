@@ -1,0 +1,17 @@
+#pragma once
+
+#include "bearing_calibration/filter/lights_state.h"
+
+namespace bearing_calibration::core {
+
+/// What is known where a record begins that goes on from an earlier one: nothing of that is lost,
+/// but that its bearings and motions stay linearised where they were.
+struct RecordBeginning {
+  /// Mount, errors and lights at the last observation before the record's first one, its bearing
+  /// counted, in the base frame of then. Priors of the errors are in it.
+  LightsEstimate known;
+  double distance_m = 0.0;    ///< driven until there
+  double rotation_rad = 0.0;  ///< turned until there, to either side
+};
+
+}  // namespace bearing_calibration::core
