@@ -74,6 +74,20 @@ SimulatedCase aimlessCase(std::uint64_t run) {
 
 SimulatedCase dance(std::uint64_t run) { return paperCase(run + 1); }
 
+/// So long that most of its record has been given away at the end.
+SimulatedCase longDance(std::uint64_t run) {
+  SimulatedCase simulated = dance(run);
+  simulated.duration_s = 400.0;
+  simulated.fit_whole_record = true;
+  return simulated;
+}
+
+SimulatedCase longImperfectDance(std::uint64_t run) {
+  SimulatedCase simulated = longDance(run);
+  simulated.looked_for = usualErrors();
+  return simulated;
+}
+
 std::vector<Trial> runTrials(TrialFunction attempt, CaseFunction makeCase, std::size_t runs,
                              const std::vector<double>& times_s) {
   std::vector<Trial> trials(runs);
@@ -114,6 +128,14 @@ TEST(BatchEstimator, ReachesTheBoundAtThePapersSettings) {
 
 TEST(Calibrator, ConvergesToTheTruthWhereverTheBoundAllowsIt) {
   expectBars(runTrials(tryCalibrator, generalCase, 32, {100.0}), ClaimKind::kVerdict);
+}
+
+TEST(Calibrator, ForgetsNothingOfALongDrive) {
+  expectBars(runTrials(tryCalibrator, longDance, 6, {400.0}), ClaimKind::kVerdict);
+}
+
+TEST(Calibrator, ForgetsNothingOfALongDriveOfAnImperfectRobot) {
+  expectBars(runTrials(tryCalibrator, longImperfectDance, 4, {400.0}), ClaimKind::kVerdict);
 }
 
 TEST(Calibrator, ClaimsNoLightWhereThereIsNone) {

@@ -116,6 +116,73 @@ TEST(BatchEstimator, AgreesWithADenseMaximumOfThePosterior) {
   }
 }
 
+BatchConfig plainWithErrors() {
+  BatchConfig config;
+  config.huber_sigmas = 0.0;
+  config.reject_sigmas = 0.0;
+  config.slip_gain = 0.0;
+  config.widen_for_correlation = false;
+  config.errors.setBlock(TimeOffset::kName, 0.1);
+  config.errors.setBlock(WheelScales::kName, 0.03);
+  config.errors.setBlock(WheelSeparation::kName, 0.01);
+  return config;
+}
+
+/// A record of which the first part has been given away for what it says.
+struct CutRecord {
+  std::vector<Observation> rest;
+  RecordBeginning beginning;
+};
+
+CutRecord cutAfter(std::size_t count, const ObservationRun& run, const BatchEstimate& fit,
+                   const BatchEstimator& estimator) {
+  return {{run.observations.begin() + static_cast<std::ptrdiff_t>(count), run.observations.end()},
+          {estimator.knownAt(count - 1, run.observations, fit), 0.0, 0.0}};
+}
+
+// What is linear in the past loses nothing by being kept as one Gaussian: the rest of a record
+// with it says what the whole record says, of mount, light and robot.
+TEST(BatchEstimator, ACutRecordSaysWhatTheWholeOneSays) {
+  const BatchEstimator estimator(plainWithErrors());
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    SimulatedCase simulated = paperCase(seed);
+    simulated.duration_s = 60.0;
+    const ObservationRun run = simulate(simulated);
+    const std::size_t last = run.observations.size() - 1;
+    const BatchEstimate whole = estimator.estimate(run.observations, {run.truth[last], last});
+    ASSERT_TRUE(whole.converged);
+    for (const std::size_t count : {last / 3, last / 2}) {
+      const CutRecord cut = cutAfter(count, run, whole, estimator);
+      const BatchEstimate rest =
+          estimator.estimate(cut.rest, {run.truth[last], cut.rest.size() - 1}, {}, cut.beginning);
+      ASSERT_TRUE(rest.converged);
+      const LightsVector stddev = whole.last.covariance.diagonal().cwiseSqrt();
+      LightsVector difference = rest.last.mean - whole.last.mean;
+      difference(kMountSize - 1) = wrapAngle(difference(kMountSize - 1));
+      EXPECT_LT((difference.array() / stddev.array()).abs().maxCoeff(), 0.02) << "seed " << seed;
+      const LightsVector ratio =
+          rest.last.covariance.diagonal().cwiseQuotient(whole.last.covariance.diagonal());
+      EXPECT_LT((ratio.array() - 1.0).abs().maxCoeff(), 0.02) << "seed " << seed;
+      EXPECT_NEAR(rest.path.mount.x(), whole.path.mount.x(), 0.02 * stddev(0));
+      const std::size_t gains = whole.mount_displacements.size() - 5;
+      EXPECT_NEAR(testDisplacement(rest.mount_displacements[gains - count]).gain,
+                  testDisplacement(whole.mount_displacements[gains]).gain, 0.1);
+    }
+  }
+}
+
+TEST(BatchEstimator, RefusesABeginningOfOtherLightsOrErrors) {
+  const ObservationRun run = shortRun(1);
+  const BatchEstimator estimator(plainWithErrors());
+  RecordBeginning beginning;
+  beginning.known.layout = {errorsInUse(ErrorPriors()), 1};
+  EXPECT_THROW(estimator.estimate(run.observations, {run.truth.front(), 0}, {}, beginning),
+               std::invalid_argument);
+  beginning.known.layout = {errorsInUse(plainWithErrors().errors), 2};
+  EXPECT_THROW(estimator.estimate(run.observations, {run.truth.front(), 0}, {}, beginning),
+               std::invalid_argument);
+}
+
 TEST(BatchEstimator, FindsTheSlipAndTheOutliers) {
   SimulatedCase simulated = paperCase(4);
   simulated.duration_s = 60.0;

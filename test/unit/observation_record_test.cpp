@@ -75,6 +75,29 @@ TEST(ObservationRecord, AnEndlessDriveIsKeptWholeOnlyCoarser) {
   EXPECT_LT(longest_m, 4.0 * whole.distance_m / static_cast<double>(config.capacity));
 }
 
+// Way and turns go on where a record was cut, however often: a verdict is held over them.
+TEST(ObservationRecord, WhatIsGivenAwayLeavesItsWayAndItsTurns) {
+  ObservationRecord record{ObservationRecordConfig()};
+  LightsEstimate known;
+  known.layout = {0, 1};
+  for (int i = 0; i < 300; ++i) {
+    record.add(observationAfter(0.02, 0.01, i));
+    known.mean = LightsVector::Constant(known.layout.size(), i);
+    if (i % 100 == 99) record.cut(60, known);
+  }
+  ASSERT_TRUE(record.beginning().has_value());
+  const OdometryIncrement motion = observationAfter(0.02, 0.01, 0).motion;
+  constexpr int kGivenAway = 180;  // the first one's motion counts as none
+  EXPECT_EQ(record.observations().size(), 300U - kGivenAway);
+  EXPECT_EQ(record.observations().front().stamp, observationAfter(0.0, 0.0, kGivenAway).stamp);
+  EXPECT_NEAR(record.beginning()->distance_m, (kGivenAway - 1) * motion.distance_m, 1e-9);
+  EXPECT_NEAR(record.beginning()->rotation_rad, (kGivenAway - 1) * motion.rotation_rad, 1e-9);
+  EXPECT_EQ(record.beginning()->known.mean(0), 299.0);
+  EXPECT_EQ(record.grown(), 300U);
+  record.clear();
+  EXPECT_FALSE(record.beginning().has_value());
+}
+
 TEST(ObservationRecord, RefusesARecordTooSmallToBeOfUse) {
   ObservationRecordConfig config;
   config.capacity = 3;
