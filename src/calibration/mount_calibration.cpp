@@ -196,7 +196,7 @@ void MountCalibration::refineAndJudge() {
       record_fit_.fit(observations, robot, record.beginning());
   if (settled) {
     if (!tracker_->isSearching()) {
-      tracker_->rebase(withEarlier(settled->estimate), settled->best.correlation);
+      tracker_->rebase(withEarlier(withScatter(*settled)), settled->best.correlation);
     }
     if (config_.max_lights > 1) noteSolution(*settled);
     noteNoise(settled->best);
@@ -219,7 +219,17 @@ void MountCalibration::cutRecord(const std::vector<Observation>& observations,
   // not within a slip, which nobody could look for any more
   while (count > 1 && (weights[count - 1].slipped || weights[count].slipped)) --count;
   if (count == 1) return;
+  scatter_given_away_ += scatterOf(settled.trusting, 0, count);
+  ++scatter_given_away_.parts_given_away;
   initializer_.cut(count, batch_.knownAt(count - 1, observations, settled.trusting));
+}
+
+/// The estimate as surely as all parts of the drive agree on it. What the record begins with is
+/// never widened, so that nothing is widened twice.
+RobotEstimate MountCalibration::withScatter(const SlipAverage& settled) const {
+  Scatter scatter = scatter_given_away_;
+  scatter += scatterOf(settled.best, 0, settled.best.mount_displacements.size());
+  return widened(settled.estimate, scatter.widening());
 }
 
 /// For the next fit: all hypotheses of one must be weighed alike.

@@ -15,6 +15,7 @@
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/output/result.h"
 #include "bearing_calibration/solve/landmark_solution.h"
+#include "bearing_calibration/solve/scatter.h"
 #include "bearing_calibration/track/association_outcome.h"
 #include "bearing_calibration/track/light_picker.h"
 #include "bearing_calibration/track/mount_tracker.h"
@@ -74,6 +75,7 @@ class MountCalibration {
   void follow(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   bool isFitDue() const;
   void refineAndJudge();
+  RobotEstimate withScatter(const SlipAverage& settled) const;
   void noteSolution(const SlipAverage& settled);
   void noteNoise(const BatchEstimate& fit);
   void cutRecord(const std::vector<Observation>& observations, const SlipAverage& settled);
@@ -96,6 +98,7 @@ class MountCalibration {
   Schedule diagnoses_;
   Diagnosis diagnosis_;  ///< the fault that would explain why nothing fits
   std::optional<MountTracker> tracker_;
+  Scatter scatter_given_away_;             ///< of what the record has given away
   std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
   std::optional<LandmarkSolution> answer_;
   bool started_ = false;    ///< tracker_ carries on from the initialiser

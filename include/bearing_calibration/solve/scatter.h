@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+
+#include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/solve/batch_estimator.h"
+
+namespace bearing_calibration::core {
+
+/// How much the mounts scatter that the earlier and the later part of a drive tell, wherever it is
+/// divided: as much as their covariances say, or something is wrong that no noise model knows
+/// (bearings correlated over seconds, tyres that change, a floor that drags).
+///
+/// The pull at a jump of the mount (mount_displacement.h) is, over a record, a Brownian bridge in
+/// three dimensions, so that the mean of its squares, each over its own variance, is an
+/// Anderson-Darling statistic summed over three dimensions: 3 on the average when all is well.
+struct Scatter {
+  double gain_sum = 0.0;         ///< of jumps (DisplacementTest::gain), chi-square of 3 degrees
+  std::size_t observations = 0;  ///< before which the jump is told in all three directions
+  int parts_given_away = 0;      ///< of the record, that are among them
+
+  Scatter& operator+=(const Scatter& other);
+  /// 3 when all is well; 0 where no jump is told.
+  double meanGain() const;
+  /// How many times larger than stated the mount's covariance is. 1 unless chance gives so much in
+  /// one record of a hundred: honest robots must not pay.
+  double widening() const;
+};
+
+/// That of a part of a record, against all of it.
+/// @param begin,end  observations of the fit
+Scatter scatterOf(const BatchEstimate& fit, std::size_t begin, std::size_t end);
+
+/// The same estimate with the covariance of mount and light so many times larger. The robot's
+/// errors keep theirs, which an earlier calibration may be subtracted from, and all correlations.
+RobotEstimate widened(RobotEstimate estimate, double widening);
+
+}  // namespace bearing_calibration::core

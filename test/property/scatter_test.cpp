@@ -1,0 +1,104 @@
+#include "bearing_calibration/solve/scatter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tools/study/simulated_case.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+ObservationRun dance(std::uint64_t seed, double correlation) {
+  SimulatedCase simulated = paperCase(seed);
+  simulated.duration_s = 40.0;
+  simulated.robot.sensor.correlation = correlation;
+  return simulate(simulated);
+}
+
+BatchEstimate fit(const ObservationRun& run, const BatchConfig& config) {
+  const std::size_t last = run.observations.size() - 1;
+  return BatchEstimator(config).estimate(run.observations, {run.truth[last], last});
+}
+
+Scatter scatterOf(const BatchEstimate& estimate) {
+  return core::scatterOf(estimate, 0, estimate.mount_displacements.size());
+}
+
+// Mean and 99 % quantile of an Anderson-Darling statistic, summed over three dimensions.
+TEST(Scatter, OfASoundRobotIsWhatChanceGives) {
+  constexpr int kRuns = 40;
+  constexpr double kStddev = 1.32;  // sqrt(3 * 0.58), that of one dimension known in closed form
+  constexpr int kMostWidened = 3;   // of 40 with a probability of 1 % each: 99.9 %
+  double sum = 0.0;
+  int runs_widened = 0;
+  for (int seed = 1; seed <= kRuns; ++seed) {
+    const Scatter scatter =
+        scatterOf(fit(dance(static_cast<std::uint64_t>(seed), 0.0), BatchConfig()));
+    ASSERT_GT(scatter.observations, 100U) << "seed " << seed;
+    sum += scatter.meanGain();
+    runs_widened += scatter.widening() > 1.0 ? 1 : 0;
+  }
+  EXPECT_NEAR(sum / kRuns, 3.0, 4.0 * kStddev / std::sqrt(kRuns));
+  EXPECT_LE(runs_widened, kMostWidened);
+}
+
+// n bearings correlated by 0.8 are worth nine times fewer.
+TEST(Scatter, ShowsACorrelationThatTheFitDoesNotKnow) {
+  constexpr double kCorrelation = 0.8;
+  constexpr int kRuns = 10;
+  BatchConfig unaware;
+  unaware.widen_for_correlation = false;
+  unaware.huber_sigmas = 0.0;
+  unaware.reject_sigmas = 0.0;
+  unaware.slip_gain = 0.0;
+  double sum = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const Scatter scatter = scatterOf(fit(dance(seed, kCorrelation), unaware));
+    EXPECT_GT(scatter.widening(), 1.0) << "seed " << seed;
+    sum += scatter.widening();
+  }
+  EXPECT_GT(sum / kRuns, 5.0);
+  EXPECT_LT(sum / kRuns, 15.0);
+}
+
+// What a record gives away takes its scatter with it: nothing of it is lost or counted twice.
+TEST(Scatter, IsTheSameOfARecordThatWasCut) {
+  const ObservationRun run = dance(3, 0.5);
+  BatchConfig plain;
+  plain.huber_sigmas = 0.0;
+  plain.reject_sigmas = 0.0;
+  plain.slip_gain = 0.0;
+  plain.widen_for_correlation = false;
+  const BatchEstimator estimator(plain);
+  const BatchEstimate whole = fit(run, plain);
+  const std::size_t count = run.observations.size() / 2;
+  const RecordBeginning beginning{estimator.knownAt(count - 1, run.observations, whole), 0.0, 0.0};
+  const std::vector<Observation> later(
+      run.observations.begin() + static_cast<std::ptrdiff_t>(count), run.observations.end());
+  const BatchEstimate rest =
+      estimator.estimate(later, {run.truth.back(), later.size() - 1}, {}, beginning);
+  ASSERT_TRUE(rest.converged);
+  Scatter sum = core::scatterOf(whole, 0, count);
+  sum += scatterOf(rest);
+  EXPECT_EQ(sum.observations, scatterOf(whole).observations);
+  EXPECT_NEAR(sum.meanGain(), scatterOf(whole).meanGain(), 0.02 * sum.meanGain());
+}
+
+TEST(Scatter, WidensMountAndLightAndLeavesTheRobotsErrors) {
+  const RobotEstimate estimate = fit(dance(1, 0.0), BatchConfig()).robot();
+  RobotEstimate linked = estimate;
+  linked.errors.covariance = 1e-4 * ErrorMatrix::Identity();
+  linked.errors.cross_covariance(2, 0) =
+      0.99 * std::sqrt(linked.cartesian.covariance(2, 2) * linked.errors.covariance(0, 0));
+  const RobotEstimate wide = widened(linked, 4.0);
+  EXPECT_TRUE(wide.cartesian.covariance.isApprox(4.0 * linked.cartesian.covariance));
+  EXPECT_EQ(wide.errors.covariance, linked.errors.covariance);
+  EXPECT_EQ(wide.cartesian.mean, linked.cartesian.mean);
+  const auto joint = wide.joint<kErrorCount>();
+  EXPECT_NEAR(joint.covariance(2, 5) / std::sqrt(joint.covariance(2, 2) * joint.covariance(5, 5)),
+              0.99, 1e-9);
+}
+
+}  // namespace
+}  // namespace bearing_calibration::core
