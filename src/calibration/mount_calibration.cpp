@@ -196,40 +196,17 @@ void MountCalibration::refineAndJudge() {
       record_fit_.fit(observations, robot, record.beginning());
   if (settled) {
     if (!tracker_->isSearching()) {
-      tracker_->rebase(withEarlier(withScatter(*settled)), settled->best.correlation);
+      tracker_->rebase(
+          withEarlier(widened(settled->estimate, record_fit_.scatter(*settled).widening())),
+          settled->best.correlation);
     }
     if (config_.max_lights > 1) noteSolution(*settled);
     noteNoise(settled->best);
   }
   judge_->judge(*tracker_, observations, settled);
-  if (settled) cutRecord(observations, *settled);
-}
-
-/// A full record gives away its oldest part for what that part says. Until then, and while the
-/// bearings do not tell where a wheel has slipped, all of it is weighed with hindsight.
-/// @param observations  the record with the noise that was found
-void MountCalibration::cutRecord(const std::vector<Observation>& observations,
-                                 const SlipAverage& settled) {
-  const std::size_t capacity = config_.initializer.record.capacity;
-  const bool is_full = observations.size() > capacity - capacity / 10;
   // Of several lights each record is as long as the one that they share.
-  if (!is_full || settled.is_disputed || config_.max_lights > 1) return;
-  const std::vector<ObservationWeight>& weights = settled.trusting.weights;
-  std::size_t count = capacity / 4;
-  // not within a slip, which nobody could look for any more
-  while (count > 1 && (weights[count - 1].slipped || weights[count].slipped)) --count;
-  if (count == 1) return;
-  scatter_given_away_ += scatterOf(settled.trusting, 0, count);
-  ++scatter_given_away_.parts_given_away;
-  initializer_.cut(count, batch_.knownAt(count - 1, observations, settled.trusting));
-}
-
-/// The estimate as surely as all parts of the drive agree on it. What the record begins with is
-/// never widened, so that nothing is widened twice.
-RobotEstimate MountCalibration::withScatter(const SlipAverage& settled) const {
-  Scatter scatter = scatter_given_away_;
-  scatter += scatterOf(settled.best, 0, settled.best.mount_displacements.size());
-  return widened(settled.estimate, scatter.widening());
+  if (!settled || config_.max_lights > 1) return;
+  if (const auto part = record_fit_.oldestPart(observations, *settled)) initializer_.cut(*part);
 }
 
 /// For the next fit: all hypotheses of one must be weighed alike.

@@ -41,4 +41,25 @@ bool RecordFit::hasSettled(const BatchEstimate& batch) const {
   return batch.converged && batch.inlierFraction() >= min_inlier_fraction_;
 }
 
+/// What the record begins with is never widened, so that nothing is widened twice.
+Scatter RecordFit::scatter(const SlipAverage& settled) const {
+  Scatter scatter = scatter_given_away_;
+  scatter += scatterOf(settled.best, 0, settled.best.mount_displacements.size());
+  return scatter;
+}
+
+std::optional<RecordPart> RecordFit::oldestPart(const std::vector<Observation>& observations,
+                                                const SlipAverage& settled) {
+  const bool is_full = observations.size() > capacity_ - capacity_ / 10;
+  if (!is_full || settled.is_disputed) return std::nullopt;
+  const BatchEstimate& fit = settled.trusting;
+  std::size_t count = capacity_ / 4;
+  // not within a slip, which nobody could look for any more
+  while (count > 1 && (fit.weights[count - 1].slipped || fit.weights[count].slipped)) --count;
+  if (count == 1) return std::nullopt;
+  scatter_given_away_ += scatterOf(fit, 0, count);
+  ++scatter_given_away_.parts_given_away;
+  return RecordPart{count, batch_.knownAt(count - 1, observations, fit)};
+}
+
 }  // namespace bearing_calibration::core

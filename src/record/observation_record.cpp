@@ -83,10 +83,10 @@ void ThinnedRecord<Entry>::add(const Entry& entry) {
   removeInner(least);
 }
 
-void ObservationRecord::cut(std::size_t count, const LightsEstimate& known) {
+void ObservationRecord::cut(const RecordPart& part) {
   RecordBeginning beginning = beginning_.value_or(RecordBeginning{});
-  beginning.known = known;
-  const auto end = changeable().begin() + static_cast<std::ptrdiff_t>(count);
+  beginning.known = part.known;
+  const auto end = changeable().begin() + static_cast<std::ptrdiff_t>(part.count);
   for (auto entry = changeable().begin(); entry != end; ++entry) {
     if (!beginning_ && entry == changeable().begin()) continue;  // its motion counts as none
     beginning.distance_m += entry->motion.distance_m;

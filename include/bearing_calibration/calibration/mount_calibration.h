@@ -75,10 +75,8 @@ class MountCalibration {
   void follow(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   bool isFitDue() const;
   void refineAndJudge();
-  RobotEstimate withScatter(const SlipAverage& settled) const;
   void noteSolution(const SlipAverage& settled);
   void noteNoise(const BatchEstimate& fit);
-  void cutRecord(const std::vector<Observation>& observations, const SlipAverage& settled);
   bool looksForNoise() const { return config_.initializer.noise.any(); }
   void diagnose();
   void remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby);
@@ -98,7 +96,6 @@ class MountCalibration {
   Schedule diagnoses_;
   Diagnosis diagnosis_;  ///< the fault that would explain why nothing fits
   std::optional<MountTracker> tracker_;
-  Scatter scatter_given_away_;             ///< of what the record has given away
   std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
   std::optional<LandmarkSolution> answer_;
   bool started_ = false;    ///< tracker_ carries on from the initialiser

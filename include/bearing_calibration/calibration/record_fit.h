@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "bearing_calibration/init/initializer.h"
+#include "bearing_calibration/record/record_beginning.h"
+#include "bearing_calibration/solve/scatter.h"
 #include "bearing_calibration/solve/slip_hypotheses.h"
 
 namespace bearing_calibration::core {
@@ -13,7 +15,8 @@ namespace bearing_calibration::core {
 class RecordFit {
  public:
   explicit RecordFit(const InitializerConfig& config)
-      : batch_config_(config.batch),
+      : capacity_(config.record.capacity),
+        batch_config_(config.batch),
         min_inlier_fraction_(config.min_inlier_fraction),
         batch_(config.batch) {}
 
@@ -28,11 +31,20 @@ class RecordFit {
                                  const RobotEstimate& running,
                                  const std::optional<RecordBeginning>& beginning);
 
+  /// How far the parts of the whole drive differ, as the last fit sees them.
+  Scatter scatter(const SlipAverage& settled) const;
+  /// What a full record gives away, for what that part says: none until it is full, and while the
+  /// bearings do not tell where a wheel has slipped. So much is weighed with hindsight.
+  /// @param settled  the last fit, of all `observations`
+  std::optional<RecordPart> oldestPart(const std::vector<Observation>& observations,
+                                       const SlipAverage& settled);
+
  private:
   BatchEstimate fitOnce(const std::vector<Observation>& observations, const RobotEstimate& running,
                         const std::optional<RecordBeginning>& beginning) const;
   bool hasSettled(const BatchEstimate& batch) const;
 
+  std::size_t capacity_;  ///< of the record
   BatchConfig batch_config_;
   double min_inlier_fraction_;
   BatchEstimator batch_;
@@ -41,6 +53,7 @@ class RecordFit {
     RecordStart start;  ///< there; `observation` as the record was then
   };
   std::optional<Settled> settled_;  ///< the last fit
+  Scatter scatter_given_away_;
 };
 
 }  // namespace bearing_calibration::core

@@ -97,7 +97,7 @@ class Initializer {
   /// Milliseconds of work: call it about once in a second, not at each observation.
   StartAttempt attempt() const { return findStart(record_.observations(), config_); }
   /// See ObservationRecord::cut(). A start is looked for in whole records only.
-  void cut(std::size_t count, const LightsEstimate& known) { record_.cut(count, known); }
+  void cut(const RecordPart& part) { record_.cut(part); }
 
   const ObservationRecord& record() const { return record_; }
 

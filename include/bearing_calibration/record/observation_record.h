@@ -62,9 +62,8 @@ class ObservationRecord : public ThinnedRecord<Observation> {
   const std::vector<Observation>& observations() const { return entries(); }
   /// None while the record is whole.
   const std::optional<RecordBeginning>& beginning() const { return beginning_; }
-  /// Gives away the first `count` observations for what they say.
-  /// @param known  at the last of them, from everything until there
-  void cut(std::size_t count, const LightsEstimate& known);
+  /// Gives away the first observations for what they say.
+  void cut(const RecordPart& part);
   void clear();
 
  private:

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "bearing_calibration/filter/lights_state.h"
 
 namespace bearing_calibration::core {
@@ -12,6 +14,12 @@ struct RecordBeginning {
   LightsEstimate known;
   double distance_m = 0.0;    ///< driven until there
   double rotation_rad = 0.0;  ///< turned until there, to either side
+};
+
+/// The first observations of a record, to be given away for what they say.
+struct RecordPart {
+  std::size_t count;
+  LightsEstimate known;  ///< at the last of them, from everything until there
 };
 
 }  // namespace bearing_calibration::core
