@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/judge/lights_agreement.h"
@@ -11,9 +12,9 @@
 namespace bearing_calibration::core {
 namespace {
 
-constexpr std::chrono::seconds kReviewInterval{1};
 /// A turn known worse than this is beyond what a linearised filter can follow.
 constexpr double kUnknownTurnStddev_rad = 0.5;
+constexpr std::size_t kNoLight = std::numeric_limits<std::size_t>::max();
 
 /// Slips and outliers of each light have been decided by its own fit: what fits worse together is
 /// no slip, but one light too many.
@@ -84,6 +85,7 @@ void JointCalibration::add(const LightsImage& image) {
 
 void JointCalibration::forget(std::size_t light) {
   record_.forget(light);
+  std::replace(lights_given_away_.begin(), lights_given_away_.end(), light, kNoLight);
   if (joint_ && std::count(joint_->lights.begin(), joint_->lights.end(), light) > 0) {
     joint_.reset();
   }
@@ -92,7 +94,7 @@ void JointCalibration::forget(std::size_t light) {
 void JointCalibration::review(const std::vector<const LandmarkSolution*>& answers,
                               const std::optional<LastingEstimate>& earlier) {
   is_review_due_ = false;
-  reviews_.begin(record_, {kReviewInterval, config_.refit_growth});
+  reviews_.begin(record_, fitPace(config_.refit_growth));
   std::vector<std::size_t> lights;
   std::vector<MountEstimate> mounts;
   for (std::size_t i = 0; i < answers.size(); ++i) {
@@ -131,6 +133,53 @@ void JointCalibration::review(const std::vector<const LandmarkSolution*>& answer
     addEarlier(*earlier, config_.initializer.batch.errors, &joint_->estimate);
   }
   joint_->judgement = judge(joint_->estimate, is_clear);
+  if (is_clear) giveOldestAway();
+  fitted_ = {};
+}
+
+/// What was given away, of these lights.
+std::optional<RecordBeginning> JointCalibration::beginningOf(
+    const std::vector<std::size_t>& lights) const {
+  std::optional<RecordBeginning> beginning = record_.beginning();
+  if (!beginning) return beginning;
+  std::vector<std::optional<int>> places;
+  for (std::size_t light : lights) {
+    const auto known = std::find(lights_given_away_.begin(), lights_given_away_.end(), light);
+    places.push_back(known == lights_given_away_.end()
+                         ? std::nullopt
+                         : std::optional(static_cast<int>(known - lights_given_away_.begin())));
+  }
+  beginning->known = withLights(beginning->known, places);
+  return beginning;
+}
+
+/// When the record is nearly full, of the lights that agree; up to an image that shows one of them,
+/// and not within a slip.
+void JointCalibration::giveOldestAway() {
+  const std::size_t surplus = record_.surplus();
+  if (surplus == 0) return;
+  const std::vector<LightsImage>& images = record_.entries();
+  const std::vector<Observation>& observations = fitted_.observations;
+  const std::vector<ObservationWeight>& weights = fitted_.fit.weights;
+  const auto isWithinSlip = [&](std::size_t end) {
+    const std::size_t image = end - std::min(end, joint_->lights.size());
+    return std::any_of(weights.begin() + static_cast<std::ptrdiff_t>(image),
+                       weights.begin() + static_cast<std::ptrdiff_t>(end + 1),
+                       [](const ObservationWeight& weight) { return weight.slipped; });
+  };
+  std::size_t end = 0;  // of the observations that are given away
+  for (std::size_t i = 1; i < observations.size(); ++i) {
+    if (observations[i].stamp > images[surplus].stamp) break;
+    if (beginsImage(observations, i) && !isWithinSlip(i)) end = i;
+  }
+  if (end == 0) return;
+  RecordPart part;
+  part.known = BatchEstimator(withoutSlips(config_.initializer.batch))
+                   .knownAt(end - 1, observations, fitted_.fit);
+  while (images[part.count].stamp <= observations[end - 1].stamp) ++part.count;
+  scatter_given_away_.giveAway(scatterOf(fitted_.fit, 0, end));
+  lights_given_away_ = joint_->lights;
+  record_.cut(part);
 }
 
 /// @returns kJoint when they agree, kTorn when one of them does not, kUnfit
@@ -148,10 +197,14 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   const std::vector<Observation> observations =
       withNoise(observationsOf(record_.entries(), lights), taken);
   const JointStart start = startFromAnswers(observations, taken);
-  const BatchEstimate fit = BatchEstimator(withoutSlips(config_.initializer.batch))
-                                .estimate(observations, start.track, start.slips);
+  const BatchEstimate fit =
+      BatchEstimator(withoutSlips(config_.initializer.batch))
+          .estimate(observations, start.track, start.slips, beginningOf(lights));
   if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
-  joint_ = Joint{fit.last, lights, {}};
+  Scatter scatter = scatter_given_away_;
+  scatter += scatterOf(fit, 0, observations.size());
+  joint_ = Joint{widened(fit.last, scatter.widening()), lights, {}};
+  fitted_ = {observations, fit};
   addSpread(taken, &joint_->estimate);
   const double most = contradictionOf(*answers[mostContradicted(answers)]);
   return most > largestContradiction(lights.size(), kFalseAlarm) ? Outcome::kTorn : Outcome::kJoint;

@@ -13,7 +13,6 @@ namespace bearing_calibration::core {
 namespace {
 
 constexpr Pace kDiagnoses{std::chrono::seconds(20), 1.0};  // up to a second
-constexpr std::chrono::seconds kFitInterval{1};            // tens of milliseconds
 
 MountEstimate mountFromGuess(const InitialisationConfig& guess) {
   const double position_variance = guess.position_stddev_m * guess.position_stddev_m;
@@ -186,7 +185,7 @@ bool MountCalibration::isFitDue() const {
 /// that was none. The batch over the record can, and knows about them by what came after.
 void MountCalibration::refineAndJudge() {
   const ObservationRecord& record = initializer_.record();
-  fits_.begin(record, {kFitInterval, config_.refit_growth});
+  fits_.begin(record, fitPace(config_.refit_growth));
   const std::vector<Observation>& stated = record.observations();
   const std::vector<Observation> scaled =
       looksForNoise() ? withNoise(stated, noise_) : std::vector<Observation>();
@@ -204,9 +203,21 @@ void MountCalibration::refineAndJudge() {
     noteNoise(settled->best);
   }
   judge_->judge(*tracker_, observations, settled);
-  // Of several lights each record is as long as the one that they share.
-  if (!settled || config_.max_lights > 1) return;
-  if (const auto part = record_fit_.oldestPart(observations, *settled)) initializer_.cut(*part);
+  if (!settled) return;
+  const auto part = record_fit_.oldestPart(observations, *settled, surplus());
+  if (part) initializer_.cut(*part);
+}
+
+/// Of several lights each record is as long as the one that they share.
+std::size_t MountCalibration::surplus() const {
+  const std::vector<Observation>& observations = initializer_.record().observations();
+  std::size_t shared = 0;
+  while (config_.max_lights > 1 && shared < observations.size() &&
+         observations[shared].stamp < shared_since_) {
+    ++shared;
+  }
+  const std::size_t surplus = initializer_.record().surplus();
+  return config_.max_lights > 1 ? std::min(surplus, shared) : surplus;
 }
 
 /// For the next fit: all hypotheses of one must be weighed alike.

@@ -49,16 +49,14 @@ Scatter RecordFit::scatter(const SlipAverage& settled) const {
 }
 
 std::optional<RecordPart> RecordFit::oldestPart(const std::vector<Observation>& observations,
-                                                const SlipAverage& settled) {
-  const bool is_full = observations.size() > capacity_ - capacity_ / 10;
-  if (!is_full || settled.is_disputed) return std::nullopt;
+                                                const SlipAverage& settled, std::size_t most) {
+  if (settled.is_disputed) return std::nullopt;
   const BatchEstimate& fit = settled.trusting;
-  std::size_t count = capacity_ / 4;
+  std::size_t count = most;
   // not within a slip, which nobody could look for any more
   while (count > 1 && (fit.weights[count - 1].slipped || fit.weights[count].slipped)) --count;
-  if (count == 1) return std::nullopt;
-  scatter_given_away_ += scatterOf(fit, 0, count);
-  ++scatter_given_away_.parts_given_away;
+  if (count <= 1) return std::nullopt;
+  scatter_given_away_.giveAway(scatterOf(fit, 0, count));
   return RecordPart{count, batch_.knownAt(count - 1, observations, fit)};
 }
 

@@ -167,6 +167,7 @@ void SeveralLights::review() {
     if (light.isSound() && !light.calibration().earlier()) is_earlier_believed = false;
   }
   joint_.review(answers, is_earlier_believed ? earlier_ : std::nullopt);
+  for (Landmark& light : lights_) light.shareSince(joint_.since());
 }
 
 /// A mount that has moved is noticed by all lights, though not at once; a light that was moved says

@@ -57,6 +57,38 @@ RobotEstimate LightsEstimate::robot(int light) const {
   return robot;
 }
 
+LightsEstimate withLights(const LightsEstimate& estimate,
+                          const std::vector<std::optional<int>>& lights) {
+  constexpr double kAnywhere_m = 100.0;
+  LightsEstimate chosen;
+  chosen.layout = {estimate.layout.errors, static_cast<int>(lights.size())};
+  const int lasting = chosen.layout.lightsAt();
+  std::vector<std::optional<int>> places;  // in the estimate, of each number in the chosen state
+  for (int i = 0; i < lasting; ++i) places.emplace_back(i);
+  for (const std::optional<int>& light : lights) {
+    for (int axis = 0; axis < 2; ++axis) {
+      places.push_back(light ? std::optional(estimate.layout.lightAt(*light) + axis)
+                             : std::nullopt);
+    }
+  }
+  const int size = chosen.layout.size();
+  chosen.mean = LightsVector::Zero(size);
+  chosen.covariance = LightsMatrix::Zero(size, size);
+  for (int i = 0; i < size; ++i) {
+    const std::optional<int>& from = places[static_cast<std::size_t>(i)];
+    if (!from) {
+      chosen.covariance(i, i) = kAnywhere_m * kAnywhere_m;
+      continue;
+    }
+    chosen.mean(i) = estimate.mean(*from);
+    for (int k = 0; k < size; ++k) {
+      const std::optional<int>& other = places[static_cast<std::size_t>(k)];
+      if (other) chosen.covariance(i, k) = estimate.covariance(*from, *other);
+    }
+  }
+  return chosen;
+}
+
 void addEarlier(const LastingEstimate& earlier, const ErrorPriors& priors,
                 LightsEstimate* estimate) {
   addEarlier(earlier, priors, {0, kMountSize, estimate->layout.errors}, estimate->mean,

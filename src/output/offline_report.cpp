@@ -6,15 +6,15 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/solve/scatter.h"
 
 namespace bearing_calibration::core {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// A quarter of an hour at 10 Hz before the first observation is thinned out. The batch takes about
-/// a second for so many, and their noise is correlated anyway.
-constexpr std::size_t kCapacity = 10000;
+/// An hour at 10 Hz before the first observation is thinned out.
+constexpr std::size_t kCapacity = 36000;
 
 ObservationRecordConfig wideRecord(ObservationRecordConfig config) {
   config.capacity = std::max(config.capacity, kCapacity);
@@ -159,7 +159,8 @@ Review OfflineReport::conclude(const std::optional<RobotEstimate>& running) cons
     review.settled = batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
     review.slips = static_cast<int>(batch.slips.size());
     review.correlation = batch.correlation;
-    if (review.settled) review.estimate = batch.robot();
+    const double widening = scatterOf(batch, 0, batch.mount_displacements.size()).widening();
+    if (review.settled) review.estimate = widened(batch.robot(), widening);
   }
   if (!review.settled) batch = {};
   Walk walk(observations, batch);

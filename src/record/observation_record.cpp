@@ -44,6 +44,7 @@ void ThinnedRecord<Entry>::clear() {
   entries_.clear();
   repetitions_ = 0;
   grown_ = 0;
+  beginning_.reset();
 }
 
 template <class Entry>
@@ -83,22 +84,24 @@ void ThinnedRecord<Entry>::add(const Entry& entry) {
   removeInner(least);
 }
 
-void ObservationRecord::cut(const RecordPart& part) {
+template <class Entry>
+std::size_t ThinnedRecord<Entry>::surplus() const {
+  const bool is_nearly_full = entries_.size() > config_.capacity - config_.capacity / 10;
+  return is_nearly_full ? config_.capacity / 4 : 0;
+}
+
+template <class Entry>
+void ThinnedRecord<Entry>::cut(const RecordPart& part) {
   RecordBeginning beginning = beginning_.value_or(RecordBeginning{});
   beginning.known = part.known;
-  const auto end = changeable().begin() + static_cast<std::ptrdiff_t>(part.count);
-  for (auto entry = changeable().begin(); entry != end; ++entry) {
-    if (!beginning_ && entry == changeable().begin()) continue;  // its motion counts as none
+  const auto end = entries_.begin() + static_cast<std::ptrdiff_t>(part.count);
+  for (auto entry = entries_.begin(); entry != end; ++entry) {
+    if (!beginning_ && entry == entries_.begin()) continue;  // its motion counts as none
     beginning.distance_m += entry->motion.distance_m;
     beginning.rotation_rad += entry->motion.rotation_rad;
   }
-  changeable().erase(changeable().begin(), end);
+  entries_.erase(entries_.begin(), end);
   beginning_ = beginning;
-}
-
-void ObservationRecord::clear() {
-  ThinnedRecord::clear();
-  beginning_.reset();
 }
 
 template class ThinnedRecord<Observation>;

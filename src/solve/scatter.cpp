@@ -35,6 +35,11 @@ Scatter& Scatter::operator+=(const Scatter& other) {
   return *this;
 }
 
+void Scatter::giveAway(const Scatter& part) {
+  *this += part;
+  ++parts_given_away;
+}
+
 double Scatter::meanGain() const {
   return observations == 0 ? 0.0 : gain_sum / static_cast<double>(observations);
 }
@@ -59,6 +64,13 @@ Scatter scatterOf(const BatchEstimate& fit, std::size_t begin, std::size_t end) 
 RobotEstimate widened(RobotEstimate estimate, double widening) {
   estimate.cartesian.covariance *= widening;
   estimate.errors.cross_covariance *= std::sqrt(widening);
+  return estimate;
+}
+
+LightsEstimate widened(LightsEstimate estimate, double widening) {
+  LightsVector scale = LightsVector::Constant(estimate.layout.size(), std::sqrt(widening));
+  scale.segment(kMountSize, estimate.layout.errors).setOnes();
+  estimate.covariance = scale.asDiagonal() * estimate.covariance * scale.asDiagonal();
   return estimate;
 }
 

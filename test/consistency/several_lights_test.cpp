@@ -96,6 +96,35 @@ TEST(SeveralLights, ConvergeSoonerThanOneAndToTheTruth) {
   }
 }
 
+// What a full record gives away is as good as the record itself: so much of the bound at most do
+// they differ by, and their covariances by what was linearised elsewhere.
+TEST(SeveralLights, ForgetNothingOfALongDrive) {
+  constexpr double kMostOff = 0.45;  // of a standard deviation
+  SimulatedCase simulated = danceWith(3, 8);
+  simulated.duration_s = 200.0;
+  const SimulatedRecord record = simulate(simulated).record;
+  const auto mountBy = [&](std::size_t capacity) {
+    CalibratorConfig config = testing::calibratorConfig();
+    config.max_lights = 3;
+    config.refit_growth = 0.1;
+    config.initializer.record.capacity = capacity;
+    Calibrator calibrator(config);
+    const CalibrationResult result =
+        testing::play(record, &calibrator, {0.0}, 0.0, simulated.duration_s);
+    EXPECT_EQ(result.state, CalibrationState::kConverged) << result.advice;
+    EXPECT_EQ(lightsInEstimate(result), 3);
+    return *result.base_from_sensor;
+  };
+  const MountEstimate whole = mountBy(10000);
+  const MountEstimate short_record = mountBy(400);
+  const Eigen::Vector3d stddev = whole.covariance.diagonal().cwiseSqrt();
+  const Eigen::Vector3d short_stddev = short_record.covariance.diagonal().cwiseSqrt();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(short_record.mean(i), whole.mean(i), kMostOff * stddev(i)) << i;
+    EXPECT_NEAR(short_stddev(i) / stddev(i), 1.0, 0.1) << i;
+  }
+}
+
 TEST(SeveralLights, AreToldApartWithoutNumbers) {
   SimulatedCase simulated = danceWith(2, 4);
   simulated.duration_s = 80.0;

@@ -52,7 +52,7 @@ struct CalibratorConfig {
   bool restart_on_mount_change = false;
   /// The record is fitted anew when it has grown by this share of itself, and a second at least.
   /// Not among the parameters.
-  double refit_growth = 0.005;
+  double refit_growth = 0.02;
 
   /// One sentence for each value that cannot be; empty when all is well.
   std::vector<std::string> validate() const;

@@ -12,13 +12,14 @@
 #include "bearing_calibration/record/lights_record.h"
 #include "bearing_calibration/solve/joint_record.h"
 #include "bearing_calibration/solve/landmark_solution.h"
+#include "bearing_calibration/solve/scatter.h"
 
 namespace bearing_calibration::core {
 
 /// The mount that several lights tell together. The wheels' noise is shared, so that their own
 /// answers must not just be averaged: a filter of all lights at once takes every bearing that a
-/// light's own calibration has taken, and is begun anew from a fit of the whole record, as that of
-/// one light is.
+/// light's own calibration has taken, and is begun anew from a fit of the record, as that of one
+/// light is. A full record gives its oldest part away, for mount and lights together.
 class JointCalibration {
  public:
   explicit JointCalibration(const CalibratorConfig& config);
@@ -27,6 +28,9 @@ class JointCalibration {
   void add(const LightsImage& image);
   /// Nothing that was seen of a light so far counts any longer.
   void forget(std::size_t light);
+
+  /// Where its record begins, when it has given something away; else the least stamp.
+  Stamp since() const { return record_.beginning() ? record_.entries().front().stamp : Stamp(); }
 
   /// Whether the last image is one to fit the record at.
   bool isReviewDue() const { return is_review_due_; }
@@ -57,6 +61,8 @@ class JointCalibration {
  private:
   Outcome fitTogether(const std::vector<const LandmarkSolution*>& answers,
                       const std::vector<std::size_t>& lights);
+  std::optional<RecordBeginning> beginningOf(const std::vector<std::size_t>& lights) const;
+  void giveOldestAway();
   double contradictionOf(const LandmarkSolution& answer) const;
   std::optional<std::size_t> oneTooMany(const std::vector<const LandmarkSolution*>& answers,
                                         const std::vector<std::size_t>& lights);
@@ -69,6 +75,13 @@ class JointCalibration {
   bool is_review_due_ = false;
   OdometryIncrement motion_since_record_;
   std::optional<Joint> joint_;
+  struct Fitted {
+    std::vector<Observation> observations;
+    BatchEstimate fit;
+  };
+  Fitted fitted_;                               ///< during a review, the last one
+  std::vector<std::size_t> lights_given_away_;  ///< those that the record's beginning knows
+  Scatter scatter_given_away_;
   std::vector<double> widening_;  ///< of the bearings' variances of joint_'s lights
   NoiseLevels wheel_noise_;       ///< of the motions
   std::vector<std::size_t> contradicting_;

@@ -20,6 +20,9 @@ class Landmark {
   bool isWorkDue() const { return calibration_.isWorkDue(); }
   void work() { calibration_.work(); }
 
+  /// See MountCalibration::shareSince().
+  void shareSince(Stamp stamp) { calibration_.shareSince(stamp); }
+
   /// Looks at what its calibration has made of itself since the last time.
   /// @param way_m  of the robot so far, turns included
   void review(double way_m);

@@ -47,6 +47,9 @@ class MountCalibration {
   /// Does it. To be called before the next image only: what fits say is of the last one.
   void work();
 
+  /// What is older is no longer shared with other lights, whose record has given it away.
+  void shareSince(Stamp stamp) { shared_since_ = stamp; }
+
   /// Where the light would be seen after a further motion; none before the first estimate, or while
   /// the light is looked for.
   std::optional<AzimuthPrediction> predictAzimuthAfter(const OdometryIncrement& motion,
@@ -75,6 +78,7 @@ class MountCalibration {
   void follow(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   bool isFitDue() const;
   void refineAndJudge();
+  std::size_t surplus() const;
   void noteSolution(const SlipAverage& settled);
   void noteNoise(const BatchEstimate& fit);
   bool looksForNoise() const { return config_.initializer.noise.any(); }
@@ -91,6 +95,7 @@ class MountCalibration {
   Initializer initializer_;  ///< keeps the record, after the start too
   StartSearch search_;
   RecordFit record_fit_;                        ///< after the start
+  Stamp shared_since_;                          ///< until then nothing of the record is given away
   OdometryIncrement motion_since_observation_;  ///< since the record's last one
   Schedule fits_;
   Schedule diagnoses_;

@@ -15,8 +15,7 @@ namespace bearing_calibration::core {
 class RecordFit {
  public:
   explicit RecordFit(const InitializerConfig& config)
-      : capacity_(config.record.capacity),
-        batch_config_(config.batch),
+      : batch_config_(config.batch),
         min_inlier_fraction_(config.min_inlier_fraction),
         batch_(config.batch) {}
 
@@ -33,18 +32,18 @@ class RecordFit {
 
   /// How far the parts of the whole drive differ, as the last fit sees them.
   Scatter scatter(const SlipAverage& settled) const;
-  /// What a full record gives away, for what that part says: none until it is full, and while the
-  /// bearings do not tell where a wheel has slipped. So much is weighed with hindsight.
+  /// What the record's oldest observations say, to be given away for it: none while the bearings do
+  /// not tell where a wheel has slipped. So much is weighed with hindsight.
   /// @param settled  the last fit, of all `observations`
+  /// @param most  of them
   std::optional<RecordPart> oldestPart(const std::vector<Observation>& observations,
-                                       const SlipAverage& settled);
+                                       const SlipAverage& settled, std::size_t most);
 
  private:
   BatchEstimate fitOnce(const std::vector<Observation>& observations, const RobotEstimate& running,
                         const std::optional<RecordBeginning>& beginning) const;
   bool hasSettled(const BatchEstimate& batch) const;
 
-  std::size_t capacity_;  ///< of the record
   BatchConfig batch_config_;
   double min_inlier_fraction_;
   BatchEstimator batch_;

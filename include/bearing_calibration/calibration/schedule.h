@@ -10,11 +10,16 @@
 namespace bearing_calibration::core {
 
 /// How often a piece of work on a record is worth doing: not before an interval has passed, and
-/// once the record has grown by a share of itself.
+/// once the record has grown by a share of all that it has ever held, or by so many times what it
+/// keeps: a drive of hours must not be looked at too rarely.
 struct Pace {
   Duration interval;
   double growth;
+  double most_per_kept = 10.0;
 };
+
+/// Of fits. A record that is nearly full is fitted, and gives its oldest part away, before it is.
+inline Pace fitPace(double refit_growth) { return {std::chrono::seconds(1), refit_growth, 0.1}; }
 
 /// When it is to be done again. The time that has passed never delays it: a robot that has stood
 /// for a day, which adds nothing, goes on as one that has not.
@@ -30,15 +35,14 @@ class Schedule {
     return record.entries().back().stamp >= earliest_;
   }
 
-  /// The work is done now. A full record stands for all that it has ever held, but for so much at
-  /// most that a drive of hours is not looked at too rarely.
+  /// The work is done now.
   template <class Entry>
   void begin(const ThinnedRecord<Entry>& record, const Pace& pace) {
-    constexpr std::size_t kMostOfKept = 10;
-    const std::size_t size = std::min(record.grown(), kMostOfKept * record.entries().size());
+    const auto grown = static_cast<double>(record.grown());
+    const auto kept = static_cast<double>(record.entries().size());
     earliest_ = record.entries().back().stamp + pace.interval;
-    wanted_growth_ = record.grown() +
-                     static_cast<std::size_t>(std::ceil(pace.growth * static_cast<double>(size)));
+    wanted_growth_ = record.grown() + static_cast<std::size_t>(std::ceil(std::min(
+                                          pace.growth * grown, pace.most_per_kept * kept)));
   }
 
  private:

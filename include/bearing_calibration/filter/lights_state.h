@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <vector>
 
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
@@ -50,6 +52,11 @@ struct LightsEstimate {
   /// One light with mount and errors.
   RobotEstimate robot(int light) const;
 };
+
+/// What an estimate says of mount, errors and these lights of it. Where a place names none of its
+/// lights, there is one of which nothing is known.
+LightsEstimate withLights(const LightsEstimate& estimate,
+                          const std::vector<std::optional<int>>& lights);
 
 /// Adds an earlier calibration to an estimate (see LastingEstimate).
 void addEarlier(const LastingEstimate& earlier, const ErrorPriors& priors,

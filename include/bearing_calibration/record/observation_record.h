@@ -42,6 +42,13 @@ class ThinnedRecord {
   /// share is worth another look, however long it took.
   std::size_t grown() const { return grown_; }
 
+  /// None while the record is whole.
+  const std::optional<RecordBeginning>& beginning() const { return beginning_; }
+  /// So many of the oldest entries should be given away now: none until the record is nearly full.
+  std::size_t surplus() const;
+  /// Gives away the first entries for what they say.
+  void cut(const RecordPart& part);
+
  protected:
   std::vector<Entry>& changeable() { return entries_; }
 
@@ -53,6 +60,7 @@ class ThinnedRecord {
   std::vector<Entry> entries_;
   int repetitions_ = 0;  ///< entries at the end that repeat the one before them
   std::size_t grown_ = 0;
+  std::optional<RecordBeginning> beginning_;
 };
 
 /// The record of one light's observations.
@@ -60,14 +68,6 @@ class ObservationRecord : public ThinnedRecord<Observation> {
  public:
   using ThinnedRecord::ThinnedRecord;
   const std::vector<Observation>& observations() const { return entries(); }
-  /// None while the record is whole.
-  const std::optional<RecordBeginning>& beginning() const { return beginning_; }
-  /// Gives away the first observations for what they say.
-  void cut(const RecordPart& part);
-  void clear();
-
- private:
-  std::optional<RecordBeginning> beginning_;
 };
 
 }  // namespace bearing_calibration::core

@@ -16,9 +16,9 @@ struct RecordBeginning {
   double rotation_rad = 0.0;  ///< turned until there, to either side
 };
 
-/// The first observations of a record, to be given away for what they say.
+/// The first entries of a record, to be given away for what they say.
 struct RecordPart {
-  std::size_t count;
+  std::size_t count = 0;
   LightsEstimate known;  ///< at the last of them, from everything until there
 };
 

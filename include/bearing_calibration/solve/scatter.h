@@ -22,6 +22,8 @@ struct Scatter {
   int parts_given_away = 0;      ///< of the record, that are among them
 
   Scatter& operator+=(const Scatter& other);
+  /// Adds that of a part of the record that is given away.
+  void giveAway(const Scatter& part);
   /// 3 when all is well; 0 where no jump is told.
   double meanGain() const;
   /// How many times larger than stated the mount's covariance is, as the mean has it or as the
@@ -34,8 +36,9 @@ struct Scatter {
 /// @param begin,end  observations of the fit
 Scatter scatterOf(const BatchEstimate& fit, std::size_t begin, std::size_t end);
 
-/// The same estimate with the covariance of mount and light so many times larger. The robot's
+/// The same estimate with the covariance of mount and lights so many times larger. The robot's
 /// errors keep theirs, which an earlier calibration may be subtracted from, and all correlations.
 RobotEstimate widened(RobotEstimate estimate, double widening);
+LightsEstimate widened(LightsEstimate estimate, double widening);
 
 }  // namespace bearing_calibration::core
