@@ -9,6 +9,15 @@ namespace bearing_calibration::core {
 
 using namespace plausible;
 
+MountEstimate InitialisationConfig::mount() const {
+  const double position_variance = position_stddev_m * position_stddev_m;
+  MountEstimate mount;
+  mount.mean << x_m, y_m, yaw_rad;
+  mount.covariance.diagonal() << position_variance, position_variance,
+      yaw_stddev_rad * yaw_stddev_rad;
+  return mount;
+}
+
 std::vector<std::string> InitialisationConfig::validate() const {
   Requirements require;
   const bool is_used = kind == Kind::kGuess;

@@ -42,4 +42,10 @@ std::string Landmark::obstacle() const {
   return is_sound_ ? "" : "not yet confirmed";
 }
 
+std::string nameOf(const Landmark& light, std::size_t place) {
+  const std::int32_t id = light.lightId();
+  return id == kUnknownLight ? "light number " + std::to_string(place + 1)
+                             : "light " + std::to_string(id);
+}
+
 }  // namespace bearing_calibration::core

@@ -1,7 +1,6 @@
 #include "bearing_calibration/calibration/mount_calibration.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "bearing_calibration/common/chi_square.h"
@@ -13,24 +12,6 @@ namespace bearing_calibration::core {
 namespace {
 
 constexpr Pace kDiagnoses{std::chrono::seconds(20), 1.0};  // up to a second
-
-MountEstimate mountFromGuess(const InitialisationConfig& guess) {
-  const double position_variance = guess.position_stddev_m * guess.position_stddev_m;
-  MountEstimate mount;
-  mount.mean << guess.x_m, guess.y_m, guess.yaw_rad;
-  mount.covariance.diagonal() << position_variance, position_variance,
-      guess.yaw_stddev_rad * guess.yaw_stddev_rad;
-  return mount;
-}
-
-constexpr double kNoAzimuth = std::numeric_limits<double>::quiet_NaN();
-
-void note(AssociationOutcome::Kind kind, const Bearing& light, AssociationOutcome* outcome) {
-  outcome->kind = kind;
-  outcome->observation.azimuth_rad = light.azimuth_rad;
-  outcome->observation.azimuth_variance_rad2 = light.azimuth_variance_rad2;
-  outcome->observation.elevation = elevationOf(light);
-}
 
 }  // namespace
 
@@ -48,8 +29,7 @@ AssociationOutcome MountCalibration::process(const BearingSet& image,
   const BearingSet ours{image.stamp, ofThisLight(image.candidates)};
   motion_since_observation_ = append(motion_since_observation_, motion);
   picker_.move(motion);
-  AssociationOutcome outcome;
-  outcome.observation = {image.stamp, motion, kNoAzimuth, kNoAzimuth, nearby};
+  AssociationOutcome outcome = AssociationOutcome::of(image.stamp, motion, nearby);
   search_.move(motion);
   if (tracker_) {
     tracker_->move(withNoise(motion, noise_));
@@ -76,7 +56,7 @@ void MountCalibration::start(const BearingSet& image, const OdometryWindow& near
   const Stamp stamp = image.stamp;
   const std::optional<Bearing> light = picker_.pick(image.candidates);
   if (!light) return;
-  note(AssociationOutcome::Kind::kTaken, *light, outcome);
+  outcome->note(AssociationOutcome::Kind::kTaken, *light);
   noteLight(*light);
   remember(stamp, *light, nearby);
   if (!tracker_) ++bearings_used_;
@@ -125,7 +105,7 @@ void MountCalibration::startFromGuess(const Bearing& light) {
   }
   if (guess.kind != InitialisationConfig::Kind::kGuess) return;
   robot.cartesian =
-      placeLight(mountFromGuess(guess), {guess.light_distance_m, guess.light_distance_stddev_m},
+      placeLight(guess.mount(), {guess.light_distance_m, guess.light_distance_stddev_m},
                  light.azimuth_rad, light.azimuth_variance_rad2);
   startTracker(robot, kUncorrelated);
 }
@@ -144,10 +124,11 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
                                       : tracker_->associate(candidates, nearby);
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
-  note(found                                               ? AssociationOutcome::Kind::kTaken
-       : association.kind == Association::Kind::kAmbiguous ? AssociationOutcome::Kind::kAmbiguous
-                                                           : AssociationOutcome::Kind::kGated,
-       candidates[association.candidate], outcome);
+  outcome->note(found ? AssociationOutcome::Kind::kTaken
+                : association.kind == Association::Kind::kAmbiguous
+                    ? AssociationOutcome::Kind::kAmbiguous
+                    : AssociationOutcome::Kind::kGated,
+                candidates[association.candidate]);
   ++(found ? bearings_used_ : bearings_gated_);
   if (found) noteLight(candidates[association.candidate]);
   if (started_) {
@@ -210,14 +191,13 @@ void MountCalibration::refineAndJudge() {
 
 /// Of several lights each record is as long as the one that they share.
 std::size_t MountCalibration::surplus() const {
-  const std::vector<Observation>& observations = initializer_.record().observations();
-  std::size_t shared = 0;
-  while (config_.max_lights > 1 && shared < observations.size() &&
-         observations[shared].stamp < shared_since_) {
-    ++shared;
-  }
-  const std::size_t surplus = initializer_.record().surplus();
-  return config_.max_lights > 1 ? std::min(surplus, shared) : surplus;
+  const ObservationRecord& record = initializer_.record();
+  if (config_.max_lights == 1) return record.surplus();
+  const auto shared = std::find_if(
+      record.observations().begin(), record.observations().end(),
+      [this](const Observation& observation) { return observation.stamp >= shared_since_; });
+  return std::min(record.surplus(),
+                  static_cast<std::size_t>(shared - record.observations().begin()));
 }
 
 /// For the next fit: all hypotheses of one must be weighed alike.

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
+
+#include "bearing_calibration/calibration/lights_verdict.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -52,9 +53,7 @@ AssociationOutcome SeveralLights::process(const BearingSet& image, const Odometr
   way_m_ += motion.distance_m + kLever_m * motion.rotation_rad;
   std::vector<Bearing> left = image.candidates;
   LightsImage seen{image.stamp, motion, nearby, {}};
-  AssociationOutcome first;
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  first.observation = {image.stamp, motion, kNone, kNone, nearby};
+  AssociationOutcome first = AssociationOutcome::of(image.stamp, motion, nearby);
   for (std::size_t i = 0; i < lights_.size(); ++i) {
     const AssociationOutcome outcome = show(i, image, &left, &seen);
     if (i == 0) first = outcome;
@@ -181,8 +180,9 @@ std::optional<Judgement> SeveralLights::agreeOnMountMoved() const {
     if (!lights_[i].saysMountMoved()) continue;
     if (2 * ++moved >= found) return *lights_[i].calibration().judgement();
     if (lights_[i].saysSoFor(way_m_) < kAloneFor_m) {
-      alone = {CalibrationState::kConverging,
-               nameOf(i) + " says that the mount has moved, the others do not: drive on"};
+      alone = {
+          CalibrationState::kConverging,
+          nameOf(lights_[i], i) + " says that the mount has moved, the others do not: drive on"};
     }
   }
   return alone;
@@ -196,118 +196,16 @@ void SeveralLights::startAnew() {
   restarted_ = true;
 }
 
-/// The light whose own calibration speaks while there is no joint one: that of the best known
-/// mount.
-std::size_t SeveralLights::leader() const {
-  std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < lights_.size(); ++i) {
-    const Judgement* judgement = lights_[i].calibration().judgement();
-    if (judgement == nullptr || judgement->state == CalibrationState::kInconsistent) continue;
-    CalibrationResult result;
-    lights_[i].calibration().describe(&result);
-    const double size = result.base_from_sensor->covariance.trace();
-    if (size >= least) continue;
-    least = size;
-    best = i;
-  }
-  return best;
-}
-
-std::string SeveralLights::nameOf(std::size_t light) const {
-  const std::int32_t id = lights_[light].lightId();
-  return id == kUnknownLight ? "light number " + std::to_string(light + 1)
-                             : "light " + std::to_string(id);
-}
-
-/// What stands against the verdict of one light alone.
-std::optional<Judgement> SeveralLights::objection() const {
-  if (mount_moved_) return mount_moved_;
-  if (joint_.outcome() == JointCalibration::Outcome::kTorn) {
-    return Judgement{CalibrationState::kInconsistent,
-                     "the lights give different mounts (" + nameOf(joint_.contradicting().front()) +
-                         " against others): one of them moves, or is a reflection",
-                     Fault::kLightsDisagree};
-  }
-  if (joint_.outcome() == JointCalibration::Outcome::kUnfit) {
-    return Judgement{CalibrationState::kConverging,
-                     "each light fits by itself, but not all of them together: drive on"};
-  }
-  return std::nullopt;
-}
-
-/// Why a light is not in the estimate.
-std::string SeveralLights::noteOn(std::size_t light) const {
-  const std::vector<std::size_t>& contradicting = joint_.contradicting();
-  if (std::count(contradicting.begin(), contradicting.end(), light) > 0) {
-    return "says another mount than the others: it moves, or is a reflection";
-  }
-  return lights_[light].obstacle();
-}
-
-/// All lights with what their own calibrations say; `result` is filled by the leading one.
-std::vector<LightSummary> SeveralLights::summarise(std::size_t leading,
-                                                   CalibrationResult* result) const {
-  std::vector<LightSummary> summaries;
-  const CalibrationResult empty = *result;
-  if (lights_.empty()) {
-    result->error_priors = config_.initializer.batch.errors;
-    result->robot_errors = priorEstimate(result->error_priors);
-  }
-  std::uint32_t used = 0;
-  std::uint32_t gated = 0;
-  for (std::size_t i = 0; i < lights_.size(); ++i) {
-    CalibrationResult own = empty;
-    lights_[i].calibration().describe(&own);
-    used += own.bearings_used;
-    gated += own.bearings_gated;
-    summaries.push_back(own.lights.front());
-    summaries.back().in_estimate =
-        !joint_.joint() && i == leading && own.cartesian_state.has_value();
-    if (i == leading) *result = own;
-  }
-  result->bearings_used = used;
-  result->bearings_gated = gated;
-  return summaries;
-}
-
-/// What all lights together say takes the place of what one says.
-void SeveralLights::takeJoint(CalibrationResult* result) const {
-  const auto& joint = joint_.joint();
-  if (!joint) return;
-  for (std::size_t k = 0; k < joint->lights.size(); ++k) {
-    LightSummary& summary = result->lights[joint->lights[k]];
-    summary.in_estimate = true;
-    summary.cartesian_state = joint->estimate.robot(static_cast<int>(k)).cartesian;
-  }
-  const RobotEstimate robot = joint->estimate.robot(0);
-  result->cartesian_state = robot.cartesian;
-  result->robot_errors = robot.errors;
-  result->paper_state = paperFromCartesian(robot.cartesian);
-  result->base_from_sensor = mountFromCartesian(robot.cartesian);
-  result->state = joint->judgement.state;
-  result->advice = joint->judgement.advice;
-  result->cause = joint->judgement.cause;
-}
-
 void SeveralLights::describe(CalibrationResult* result) const {
   if (!isMany()) {
     lights_.front().calibration().describe(result);
     return;
   }
-  result->lights = summarise(leader(), result);
-  takeJoint(result);
-  for (std::size_t i = 0; i < result->lights.size(); ++i) {
-    if (!result->lights[i].in_estimate) result->lights[i].note = noteOn(i);
+  if (lights_.empty()) {
+    result->error_priors = config_.initializer.batch.errors;
+    result->robot_errors = priorEstimate(result->error_priors);
   }
-  const auto against = objection();
-  const bool is_verdict = result->state == CalibrationState::kConverged ||
-                          result->state == CalibrationState::kConverging;
-  if (against && is_verdict) {
-    result->state = against->state;
-    result->advice = against->advice;
-    result->cause = against->cause;
-  }
+  LightsVerdict(lights_, joint_, mount_moved_).describe(result);
   if (restarted_) sayRestarted(result);
 }
 

@@ -27,6 +27,7 @@ struct InitialisationConfig {
   double yaw_rad = 0.0;            ///< sensor yaw in the base frame
   double yaw_stddev_rad = 0.0;
 
+  MountEstimate mount() const;
   std::vector<std::string> validate() const;
 };
 

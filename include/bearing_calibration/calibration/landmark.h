@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -53,5 +54,9 @@ class Landmark {
   bool is_sound_ = false;
   std::optional<double> mount_moved_m_;  ///< since when it says so
 };
+
+/// "light 7", or "light number 1" of one whose own number nobody knows.
+/// @param place  among all lights
+std::string nameOf(const Landmark& light, std::size_t place);
 
 }  // namespace bearing_calibration::core

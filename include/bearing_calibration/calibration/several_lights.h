@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "bearing_calibration/calibration/fits_run.h"
@@ -56,12 +55,6 @@ class SeveralLights {
   void review();
   std::optional<Judgement> agreeOnMountMoved() const;
   void startAnew();
-  std::size_t leader() const;
-  std::string nameOf(std::size_t light) const;
-  std::optional<Judgement> objection() const;
-  std::string noteOn(std::size_t light) const;
-  std::vector<LightSummary> summarise(std::size_t leading, CalibrationResult* result) const;
-  void takeJoint(CalibrationResult* result) const;
 
   CalibratorConfig config_;
   FitsRun fits_run_;

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 #include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration::core {
 
@@ -20,6 +22,22 @@ struct AssociationOutcome {
   /// likeliest candidate; NaN where nothing was seen.
   Observation observation;
   bool lost_light = false;  ///< everything before this image was given up
+
+  /// Of an image in which nothing was seen so far.
+  static AssociationOutcome of(Stamp stamp, const OdometryIncrement& motion,
+                               const OdometryWindow& nearby) {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    AssociationOutcome outcome;
+    outcome.observation = {stamp, motion, kNone, kNone, nearby};
+    return outcome;
+  }
+
+  void note(Kind what, const Bearing& light) {
+    kind = what;
+    observation.azimuth_rad = light.azimuth_rad;
+    observation.azimuth_variance_rad2 = light.azimuth_variance_rad2;
+    observation.elevation = elevationOf(light);
+  }
 };
 
 using OutcomeObserver = std::function<void(const AssociationOutcome&)>;
