@@ -7,6 +7,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/judge/lights_agreement.h"
+#include "bearing_calibration/solve/fit_scatter.h"
 #include "bearing_calibration/solve/record_weights.h"
 
 namespace bearing_calibration::core {
@@ -133,8 +134,9 @@ void JointCalibration::review(const std::vector<const LandmarkSolution*>& answer
     addEarlier(*earlier, config_.initializer.batch.errors, &joint_->estimate);
   }
   joint_->judgement = judge(joint_->estimate, is_clear);
-  if (is_clear) giveOldestAway();
-  fitted_ = {};
+  if (!is_clear || !oldest_) return;
+  record_.cut(*oldest_);
+  lights_given_away_ = joint_->lights;
 }
 
 /// What was given away, of these lights.
@@ -153,33 +155,31 @@ std::optional<RecordBeginning> JointCalibration::beginningOf(
   return beginning;
 }
 
-/// When the record is nearly full, of the lights that agree; up to an image that shows one of them,
-/// and not within a slip.
-void JointCalibration::giveOldestAway() {
+/// Of a record that is nearly full, up to an image that shows one of its lights, and not within a
+/// slip.
+std::optional<RecordPart> JointCalibration::oldestPart(const std::vector<Observation>& observations,
+                                                       const BatchEstimate& fit,
+                                                       std::size_t lights) const {
   const std::size_t surplus = record_.surplus();
-  if (surplus == 0) return;
+  if (surplus == 0) return std::nullopt;
   const std::vector<LightsImage>& images = record_.entries();
-  const std::vector<Observation>& observations = fitted_.observations;
-  const std::vector<ObservationWeight>& weights = fitted_.fit.weights;
   const auto isWithinSlip = [&](std::size_t end) {
-    const std::size_t image = end - std::min(end, joint_->lights.size());
-    return std::any_of(weights.begin() + static_cast<std::ptrdiff_t>(image),
-                       weights.begin() + static_cast<std::ptrdiff_t>(end + 1),
-                       [](const ObservationWeight& weight) { return weight.slipped; });
+    const auto weight = fit.weights.begin() + static_cast<std::ptrdiff_t>(end);
+    return std::any_of(weight - static_cast<std::ptrdiff_t>(std::min(end, lights)), weight + 1,
+                       [](const ObservationWeight& each) { return each.slipped; });
   };
   std::size_t end = 0;  // of the observations that are given away
   for (std::size_t i = 1; i < observations.size(); ++i) {
     if (observations[i].stamp > images[surplus].stamp) break;
     if (beginsImage(observations, i) && !isWithinSlip(i)) end = i;
   }
-  if (end == 0) return;
+  if (end == 0) return std::nullopt;
   RecordPart part;
-  part.known = BatchEstimator(withoutSlips(config_.initializer.batch))
-                   .knownAt(end - 1, observations, fitted_.fit);
+  part.known =
+      BatchEstimator(withoutSlips(config_.initializer.batch)).knownAt(end - 1, observations, fit);
+  part.scatter = scatterOf(fit, 0, end);
   while (images[part.count].stamp <= observations[end - 1].stamp) ++part.count;
-  scatter_given_away_.giveAway(scatterOf(fitted_.fit, 0, end));
-  lights_given_away_ = joint_->lights;
-  record_.cut(part);
+  return part;
 }
 
 /// @returns kJoint when they agree, kTorn when one of them does not, kUnfit
@@ -201,10 +201,8 @@ JointCalibration::Outcome JointCalibration::fitTogether(
       BatchEstimator(withoutSlips(config_.initializer.batch))
           .estimate(observations, start.track, start.slips, beginningOf(lights));
   if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
-  Scatter scatter = scatter_given_away_;
-  scatter += scatterOf(fit, 0, observations.size());
-  joint_ = Joint{widened(fit.last, scatter.widening()), lights, {}};
-  fitted_ = {observations, fit};
+  joint_ = Joint{widened(fit.last, scatterOf(fit).widening()), lights, {}};
+  oldest_ = oldestPart(observations, fit, lights.size());
   addSpread(taken, &joint_->estimate);
   const double most = contradictionOf(*answers[mostContradicted(answers)]);
   return most > largestContradiction(lights.size(), kFalseAlarm) ? Outcome::kTorn : Outcome::kJoint;

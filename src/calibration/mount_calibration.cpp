@@ -6,6 +6,7 @@
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/judge/fault_finder.h"
 #include "bearing_calibration/judge/mount_agreement.h"
+#include "bearing_calibration/solve/fit_scatter.h"
 #include "bearing_calibration/track/light_start.h"
 
 namespace bearing_calibration::core {
@@ -176,9 +177,8 @@ void MountCalibration::refineAndJudge() {
       record_fit_.fit(observations, robot, record.beginning());
   if (settled) {
     if (!tracker_->isSearching()) {
-      tracker_->rebase(
-          withEarlier(widened(settled->estimate, record_fit_.scatter(*settled).widening())),
-          settled->best.correlation);
+      tracker_->rebase(withEarlier(widened(settled->estimate, scatterOf(settled->best).widening())),
+                       settled->best.correlation);
     }
     if (config_.max_lights > 1) noteSolution(*settled);
     noteNoise(settled->best);

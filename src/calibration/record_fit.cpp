@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bearing_calibration/solve/fit_scatter.h"
+
 namespace bearing_calibration::core {
 
 void RecordFit::beginAt(const RecordStart& start, const std::vector<Observation>& observations) {
@@ -41,23 +43,16 @@ bool RecordFit::hasSettled(const BatchEstimate& batch) const {
   return batch.converged && batch.inlierFraction() >= min_inlier_fraction_;
 }
 
-/// What the record begins with is never widened, so that nothing is widened twice.
-Scatter RecordFit::scatter(const SlipAverage& settled) const {
-  Scatter scatter = scatter_given_away_;
-  scatter += scatterOf(settled.best, 0, settled.best.mount_displacements.size());
-  return scatter;
-}
-
 std::optional<RecordPart> RecordFit::oldestPart(const std::vector<Observation>& observations,
-                                                const SlipAverage& settled, std::size_t most) {
+                                                const SlipAverage& settled,
+                                                std::size_t most) const {
   if (settled.is_disputed) return std::nullopt;
   const BatchEstimate& fit = settled.trusting;
   std::size_t count = most;
   // not within a slip, which nobody could look for any more
   while (count > 1 && (fit.weights[count - 1].slipped || fit.weights[count].slipped)) --count;
   if (count <= 1) return std::nullopt;
-  scatter_given_away_.giveAway(scatterOf(fit, 0, count));
-  return RecordPart{count, batch_.knownAt(count - 1, observations, fit)};
+  return RecordPart{count, batch_.knownAt(count - 1, observations, fit), scatterOf(fit, 0, count)};
 }
 
 }  // namespace bearing_calibration::core

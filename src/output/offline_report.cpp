@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/robot_errors.h"
-#include "bearing_calibration/solve/scatter.h"
+#include "bearing_calibration/solve/fit_scatter.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -159,8 +159,7 @@ Review OfflineReport::conclude(const std::optional<RobotEstimate>& running) cons
     review.settled = batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
     review.slips = static_cast<int>(batch.slips.size());
     review.correlation = batch.correlation;
-    const double widening = scatterOf(batch, 0, batch.mount_displacements.size()).widening();
-    if (review.settled) review.estimate = widened(batch.robot(), widening);
+    if (review.settled) review.estimate = widened(batch.robot(), scatterOf(batch).widening());
   }
   if (!review.settled) batch = {};
   Walk walk(observations, batch);

@@ -94,6 +94,7 @@ template <class Entry>
 void ThinnedRecord<Entry>::cut(const RecordPart& part) {
   RecordBeginning beginning = beginning_.value_or(RecordBeginning{});
   beginning.known = part.known;
+  beginning.scatter.giveAway(part.scatter);
   const auto end = entries_.begin() + static_cast<std::ptrdiff_t>(part.count);
   for (auto entry = entries_.begin(); entry != end; ++entry) {
     if (!beginning_ && entry == entries_.begin()) continue;  // its motion counts as none

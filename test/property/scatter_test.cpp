@@ -1,9 +1,8 @@
-#include "bearing_calibration/solve/scatter.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "bearing_calibration/solve/fit_scatter.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {
@@ -36,10 +35,6 @@ BatchConfig plainConfig() {
 BatchEstimate fit(const ObservationRun& run, const BatchConfig& config) {
   const std::size_t last = run.observations.size() - 1;
   return BatchEstimator(config).estimate(run.observations, {run.truth[last], last});
-}
-
-Scatter scatterOf(const BatchEstimate& estimate) {
-  return core::scatterOf(estimate, 0, estimate.mount_displacements.size());
 }
 
 // Mean and 99 % quantile of an Anderson-Darling statistic, summed over three dimensions.
@@ -99,14 +94,15 @@ TEST(Scatter, IsTheSameOfARecordThatWasCut) {
   const BatchEstimator estimator(plain);
   const BatchEstimate whole = fit(run, plain);
   const std::size_t count = run.observations.size() / 2;
-  const RecordBeginning beginning{estimator.knownAt(count - 1, run.observations, whole), 0.0, 0.0};
+  RecordBeginning beginning;
+  beginning.known = estimator.knownAt(count - 1, run.observations, whole);
+  beginning.scatter.giveAway(scatterOf(whole, 0, count));
   const std::vector<Observation> later(
       run.observations.begin() + static_cast<std::ptrdiff_t>(count), run.observations.end());
   const BatchEstimate rest =
       estimator.estimate(later, {run.truth.back(), later.size() - 1}, {}, beginning);
   ASSERT_TRUE(rest.converged);
-  Scatter sum = core::scatterOf(whole, 0, count);
-  sum += scatterOf(rest);
+  const Scatter sum = scatterOf(rest);
   EXPECT_EQ(sum.observations, scatterOf(whole).observations);
   EXPECT_NEAR(sum.meanGain(), scatterOf(whole).meanGain(), 0.02 * sum.meanGain());
 }

@@ -83,7 +83,7 @@ TEST(ObservationRecord, WhatIsGivenAwayLeavesItsWayAndItsTurns) {
   for (int i = 0; i < 300; ++i) {
     record.add(observationAfter(0.02, 0.01, i));
     known.mean = LightsVector::Constant(known.layout.size(), i);
-    if (i % 100 == 99) record.cut({60, known});
+    if (i % 100 == 99) record.cut({60, known, {}});
   }
   ASSERT_TRUE(record.beginning().has_value());
   const OdometryIncrement motion = observationAfter(0.02, 0.01, 0).motion;

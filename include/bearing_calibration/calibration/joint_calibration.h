@@ -12,7 +12,6 @@
 #include "bearing_calibration/record/lights_record.h"
 #include "bearing_calibration/solve/joint_record.h"
 #include "bearing_calibration/solve/landmark_solution.h"
-#include "bearing_calibration/solve/scatter.h"
 
 namespace bearing_calibration::core {
 
@@ -62,7 +61,8 @@ class JointCalibration {
   Outcome fitTogether(const std::vector<const LandmarkSolution*>& answers,
                       const std::vector<std::size_t>& lights);
   std::optional<RecordBeginning> beginningOf(const std::vector<std::size_t>& lights) const;
-  void giveOldestAway();
+  std::optional<RecordPart> oldestPart(const std::vector<Observation>& observations,
+                                       const BatchEstimate& fit, std::size_t lights) const;
   double contradictionOf(const LandmarkSolution& answer) const;
   std::optional<std::size_t> oneTooMany(const std::vector<const LandmarkSolution*>& answers,
                                         const std::vector<std::size_t>& lights);
@@ -75,15 +75,10 @@ class JointCalibration {
   bool is_review_due_ = false;
   OdometryIncrement motion_since_record_;
   std::optional<Joint> joint_;
-  struct Fitted {
-    std::vector<Observation> observations;
-    BatchEstimate fit;
-  };
-  Fitted fitted_;                               ///< during a review, the last one
+  std::optional<RecordPart> oldest_;            ///< what the last fit would give away
   std::vector<std::size_t> lights_given_away_;  ///< those that the record's beginning knows
-  Scatter scatter_given_away_;
-  std::vector<double> widening_;  ///< of the bearings' variances of joint_'s lights
-  NoiseLevels wheel_noise_;       ///< of the motions
+  std::vector<double> widening_;                ///< of the bearings' variances of joint_'s lights
+  NoiseLevels wheel_noise_;                     ///< of the motions
   std::vector<std::size_t> contradicting_;
   Outcome outcome_ = Outcome::kTooFew;
 };

@@ -15,7 +15,6 @@
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/output/result.h"
 #include "bearing_calibration/solve/landmark_solution.h"
-#include "bearing_calibration/solve/scatter.h"
 #include "bearing_calibration/track/association_outcome.h"
 #include "bearing_calibration/track/light_picker.h"
 #include "bearing_calibration/track/mount_tracker.h"

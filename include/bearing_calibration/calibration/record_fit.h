@@ -5,7 +5,6 @@
 
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/record/record_beginning.h"
-#include "bearing_calibration/solve/scatter.h"
 #include "bearing_calibration/solve/slip_hypotheses.h"
 
 namespace bearing_calibration::core {
@@ -30,14 +29,12 @@ class RecordFit {
                                  const RobotEstimate& running,
                                  const std::optional<RecordBeginning>& beginning);
 
-  /// How far the parts of the whole drive differ, as the last fit sees them.
-  Scatter scatter(const SlipAverage& settled) const;
   /// What the record's oldest observations say, to be given away for it: none while the bearings do
   /// not tell where a wheel has slipped. So much is weighed with hindsight.
   /// @param settled  the last fit, of all `observations`
   /// @param most  of them
   std::optional<RecordPart> oldestPart(const std::vector<Observation>& observations,
-                                       const SlipAverage& settled, std::size_t most);
+                                       const SlipAverage& settled, std::size_t most) const;
 
  private:
   BatchEstimate fitOnce(const std::vector<Observation>& observations, const RobotEstimate& running,
@@ -52,7 +49,6 @@ class RecordFit {
     RecordStart start;  ///< there; `observation` as the record was then
   };
   std::optional<Settled> settled_;  ///< the last fit
-  Scatter scatter_given_away_;
 };
 
 }  // namespace bearing_calibration::core

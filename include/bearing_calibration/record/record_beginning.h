@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "bearing_calibration/filter/lights_state.h"
+#include "bearing_calibration/record/scatter.h"
 
 namespace bearing_calibration::core {
 
@@ -14,12 +15,14 @@ struct RecordBeginning {
   LightsEstimate known;
   double distance_m = 0.0;    ///< driven until there
   double rotation_rad = 0.0;  ///< turned until there, to either side
+  Scatter scatter;            ///< of the mounts that the drive until there told
 };
 
 /// The first entries of a record, to be given away for what they say.
 struct RecordPart {
   std::size_t count = 0;
   LightsEstimate known;  ///< at the last of them, from everything until there
+  Scatter scatter;       ///< of the mounts that they tell
 };
 
 }  // namespace bearing_calibration::core

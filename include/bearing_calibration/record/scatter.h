@@ -2,9 +2,6 @@
 
 #include <cstddef>
 
-#include "bearing_calibration/filter/robot_errors.h"
-#include "bearing_calibration/solve/batch_estimator.h"
-
 namespace bearing_calibration::core {
 
 /// How much the mounts scatter that the earlier and the later part of a drive tell, wherever it is
@@ -31,14 +28,5 @@ struct Scatter {
   /// must not pay.
   double widening() const;
 };
-
-/// That of a part of a record, against all of it.
-/// @param begin,end  observations of the fit
-Scatter scatterOf(const BatchEstimate& fit, std::size_t begin, std::size_t end);
-
-/// The same estimate with the covariance of mount and lights so many times larger. The robot's
-/// errors keep theirs, which an earlier calibration may be subtracted from, and all correlations.
-RobotEstimate widened(RobotEstimate estimate, double widening);
-LightsEstimate widened(LightsEstimate estimate, double widening);
 
 }  // namespace bearing_calibration::core

@@ -1,10 +1,8 @@
-#include "bearing_calibration/solve/scatter.h"
+#include "bearing_calibration/record/scatter.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/solve/mount_displacement.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -47,31 +45,6 @@ double Scatter::meanGain() const {
 double Scatter::widening() const {
   const bool by_mean = meanGain() > largestMeanByChance(parts_given_away);
   return std::max(by_mean ? meanGain() / kMountDegrees : 1.0, largest_gain / kLargestGainByChance);
-}
-
-Scatter scatterOf(const BatchEstimate& fit, std::size_t begin, std::size_t end) {
-  Scatter scatter;
-  for (std::size_t i = begin; i < end; ++i) {
-    const DisplacementTest test = testDisplacement(fit.mount_displacements[i]);
-    if (test.directions < kMountDegrees) continue;
-    scatter.gain_sum += test.gain;
-    scatter.largest_gain = std::max(scatter.largest_gain, test.gain);
-    ++scatter.observations;
-  }
-  return scatter;
-}
-
-RobotEstimate widened(RobotEstimate estimate, double widening) {
-  estimate.cartesian.covariance *= widening;
-  estimate.errors.cross_covariance *= std::sqrt(widening);
-  return estimate;
-}
-
-LightsEstimate widened(LightsEstimate estimate, double widening) {
-  LightsVector scale = LightsVector::Constant(estimate.layout.size(), std::sqrt(widening));
-  scale.segment(kMountSize, estimate.layout.errors).setOnes();
-  estimate.covariance = scale.asDiagonal() * estimate.covariance * scale.asDiagonal();
-  return estimate;
 }
 
 }  // namespace bearing_calibration::core
