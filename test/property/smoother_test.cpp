@@ -137,7 +137,7 @@ struct CutRecord {
 CutRecord cutAfter(std::size_t count, const ObservationRun& run, const BatchEstimate& fit,
                    const BatchEstimator& estimator) {
   return {{run.observations.begin() + static_cast<std::ptrdiff_t>(count), run.observations.end()},
-          {estimator.knownAt(count - 1, run.observations, fit), 0.0, 0.0}};
+          {estimator.knownAt(count - 1, run.observations, fit), 0.0, 0.0, {}}};
 }
 
 // What is linear in the past loses nothing by being kept as one Gaussian: the rest of a record
