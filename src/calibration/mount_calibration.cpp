@@ -7,6 +7,7 @@
 #include "bearing_calibration/judge/fault_finder.h"
 #include "bearing_calibration/judge/mount_agreement.h"
 #include "bearing_calibration/solve/fit_scatter.h"
+#include "bearing_calibration/solve/noise_review.h"
 #include "bearing_calibration/track/light_start.h"
 
 namespace bearing_calibration::core {
@@ -82,6 +83,10 @@ void MountCalibration::attemptStart() {
   const StartAttempt& attempt = search_.attempt(initializer_);
   if (search_.isInVain()) diagnose();
   if (!attempt.ready()) return;
+  if (config_.initializer.noise.isSurprisedBy(attempt.noise)) {
+    diagnose();
+    if (diagnosis_.fault != Fault::kNone) return search_.refute();
+  }
   diagnosis_ = {};
   noise_ = attempt.noise;
   const std::vector<Observation>& observations = initializer_.record().observations();
@@ -120,9 +125,7 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
                               AssociationOutcome* outcome) {
   const Stamp stamp = image.stamp;
   const std::vector<Bearing>& candidates = image.candidates;
-  const Association association = looksForNoise()
-                                      ? tracker_->associate(withNoise(candidates, noise_), nearby)
-                                      : tracker_->associate(candidates, nearby);
+  const Association association = tracker_->associate(withNoise(candidates, noise_), nearby);
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
   outcome->note(found ? AssociationOutcome::Kind::kTaken
@@ -168,20 +171,17 @@ bool MountCalibration::isFitDue() const {
 void MountCalibration::refineAndJudge() {
   const ObservationRecord& record = initializer_.record();
   fits_.begin(record, fitPace(config_.refit_growth));
-  const std::vector<Observation>& stated = record.observations();
-  const std::vector<Observation> scaled =
-      looksForNoise() ? withNoise(stated, noise_) : std::vector<Observation>();
-  const std::vector<Observation>& observations = looksForNoise() ? scaled : stated;
+  const std::vector<Observation> observations = withNoise(record.observations(), noise_);
   const RobotEstimate robot = tracker_->filter().robot();
   const std::optional<SlipAverage> settled =
       record_fit_.fit(observations, robot, record.beginning());
   if (settled) {
+    const RobotEstimate estimate = withItsNoise(*settled);
     if (!tracker_->isSearching()) {
-      tracker_->rebase(withEarlier(widened(settled->estimate, scatterOf(settled->best).widening())),
+      tracker_->rebase(withEarlier(widened(estimate, scatterOf(settled->best).widening())),
                        settled->best.correlation);
     }
     if (config_.max_lights > 1) noteSolution(*settled);
-    noteNoise(settled->best);
   }
   judge_->judge(*tracker_, observations, settled);
   if (!settled) return;
@@ -200,14 +200,17 @@ std::size_t MountCalibration::surplus() const {
                   static_cast<std::size_t>(shared - record.observations().begin()));
 }
 
-/// For the next fit: all hypotheses of one must be weighed alike.
-void MountCalibration::noteNoise(const BatchEstimate& fit) {
+/// What a fit says when nobody knows the noise. The levels are for the next fit: all hypotheses of
+/// one must be weighed alike.
+RobotEstimate MountCalibration::withItsNoise(const SlipAverage& settled) {
   const std::vector<Observation>& observations = initializer_.record().observations();
-  correlation_time_ = correlationTime(observations, fit.correlation);
   const InitializerConfig& config = config_.initializer;
-  if (looksForNoise()) {
-    noise_ = findNoiseLevels(observations, fit, config.batch.errors, config.noise);
-  }
+  correlation_time_ = correlationTime(observations, settled.best.correlation);
+  if (!config.noise.any()) return settled.estimate;
+  const NoiseReview review =
+      reviewNoise(observations, settled.best, config.batch.errors, config.noise, noise_);
+  noise_ = review.levels;
+  return widened(settled.estimate, settled.best, review);
 }
 
 /// An estimate from the observations, with the earlier calibration unless they contradict it: then

@@ -27,7 +27,11 @@ void StartSearch::move(const OdometryIncrement& motion) {
 }
 
 const StartAttempt& StartSearch::attempt(const Initializer& initializer) {
-  attempt_ = initializer.attempt();
+  std::optional<NoiseLevels> noise_before;
+  if (attempt_ && attempt_->obstacle >= StartObstacle::kLightTooNear)
+    noise_before = attempt_->noise;
+  attempt_ = initializer.attempt(noise_before);
+  is_refuted_ = false;
   weak_.reset();
   if (attempt_->obstacle == StartObstacle::kWeakDirection) {
     weak_.emplace(weak_filter_, RobotEstimate{attempt_->estimate, attempt_->errors},
@@ -38,7 +42,7 @@ const StartAttempt& StartSearch::attempt(const Initializer& initializer) {
   return *attempt_;
 }
 
-bool StartSearch::isInVain() const { return misfits_ >= kMisfitsToSay; }
+bool StartSearch::isInVain() const { return is_refuted_ || misfits_ >= kMisfitsToSay; }
 
 void StartSearch::describe(CalibrationResult* result) const {
   if (!attempt_) return;

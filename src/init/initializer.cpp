@@ -10,6 +10,7 @@
 #include "bearing_calibration/init/closed_form.h"
 #include "bearing_calibration/init/start_candidates.h"
 #include "bearing_calibration/init/start_obstacle.h"
+#include "bearing_calibration/solve/noise_review.h"
 #include "bearing_calibration/solve/slip_hypotheses.h"
 
 namespace bearing_calibration::core {
@@ -152,39 +153,45 @@ class Search {
   SearchResult result_;
 };
 
-/// The answer for the noise as stated in the observations. `fit` becomes the batch that it rests
-/// on.
-StartAttempt findStartAsStated(const std::vector<Observation>& observations,
-                               const InitializerConfig& config, BatchEstimate* fit) {
-  StartAttempt attempt;
-  attempt.motion = summariseMotion(observations);
-  attempt.obstacle = motionObstacle(observations.size(), attempt.motion, config);
-  if (attempt.obstacle != StartObstacle::kNone) return attempt;
+/// The best fit of a whole record, by the noise as it is in there.
+struct Answer {
+  std::optional<BatchEstimate> fit;
+  double runner_up_margin = kInfinity;
+};
 
+Answer findAnswer(const std::vector<Observation>& observations, const InitializerConfig& config) {
   const SearchResult search = Search(observations, config).run();
-  attempt.obstacle = StartObstacle::kNoSolution;
-  if (!search.best) return attempt;
-  *fit = BatchEstimator(config.batch)
-             .estimate(observations, {search.best->at_last_observation.mean,
-                                      observations.size() - 1, search.best->errors.mean});
-  const BatchEstimate& batch = *fit;
-  attempt.estimate = batch.at_last_observation;
-  attempt.errors = batch.errors;
-  attempt.weakest = weakestDirection(attempt.estimate);
-  attempt.chi_square = batch.chi_square;
-  attempt.degrees_of_freedom = batch.degrees_of_freedom;
-  attempt.inlier_fraction = batch.inlierFraction();
-  attempt.runner_up_margin = search.runner_up_margin;
-  attempt.slips = static_cast<int>(batch.slips.size());
-  attempt.bearing_correlation = batch.correlation;
-  attempt.obstacle = answerObstacle(attempt, batch, config);
-  if (!attempt.ready()) return attempt;
-  const RobotEstimate average = averageOverSlips(observations, batch, config.batch).estimate;
-  attempt.estimate = average.cartesian;
-  attempt.errors = average.errors;
-  attempt.weakest = weakestDirection(attempt.estimate);
-  attempt.obstacle = answerObstacle(attempt, batch, config);
-  return attempt;
+  if (!search.best) return {};
+  Answer answer{BatchEstimator(config.batch)
+                    .estimate(observations, {search.best->at_last_observation.mean,
+                                             observations.size() - 1, search.best->errors.mean}),
+                search.runner_up_margin};
+  if (answer.fit->path.points.empty()) answer.fit.reset();
+  return answer;
+}
+
+/// Whether a search with the one would find what one with the other does.
+bool areAlike(const NoiseLevels& a, const NoiseLevels& b) {
+  constexpr double kBearingFactor = 1.3;
+  constexpr double kWheelFactor = 3.0;
+  return std::abs(std::log(a.bearing.value / b.bearing.value)) < std::log(kBearingFactor) &&
+         std::abs(std::log(a.wheel.value / b.wheel.value)) < std::log(kWheelFactor);
+}
+
+void describe(const RobotEstimate& estimate, StartAttempt* attempt) {
+  attempt->estimate = estimate.cartesian;
+  attempt->errors = estimate.errors;
+  attempt->weakest = weakestDirection(estimate.cartesian);
+}
+
+void describe(const Answer& answer, StartAttempt* attempt) {
+  const BatchEstimate& fit = *answer.fit;
+  attempt->chi_square = fit.chi_square;
+  attempt->degrees_of_freedom = fit.degrees_of_freedom;
+  attempt->inlier_fraction = fit.inlierFraction();
+  attempt->runner_up_margin = answer.runner_up_margin;
+  attempt->slips = static_cast<int>(fit.slips.size());
+  attempt->bearing_correlation = fit.correlation;
 }
 
 }  // namespace
@@ -216,14 +223,53 @@ std::vector<std::string> InitializerConfig::validate() const {
 }
 
 StartAttempt findStart(const std::vector<Observation>& observations,
-                       const InitializerConfig& config) {
-  BatchEstimate fit;
-  const StartAttempt as_stated = findStartAsStated(observations, config, &fit);
-  if (as_stated.obstacle != StartObstacle::kPoorFit || !config.noise.any()) return as_stated;
-  const NoiseLevels noise = findNoiseLevels(observations, fit, config.batch.errors, config.noise);
-  StartAttempt attempt = findStartAsStated(withNoise(observations, noise), config, &fit);
-  attempt.noise = noise;
+                       const InitializerConfig& config, const NoiseLevels& noise_before) {
+  StartAttempt attempt;
+  attempt.motion = summariseMotion(observations);
+  attempt.obstacle = motionObstacle(observations.size(), attempt.motion, config);
+  if (attempt.obstacle != StartObstacle::kNone) return attempt;
+
+  constexpr int kMostSearches = 3;
+  attempt.noise = noise_before;
+  std::vector<Observation> weighed = withNoise(observations, attempt.noise);
+  Answer answer = findAnswer(weighed, config);
+  std::optional<NoiseReview> review;
+  for (int searches = 1; answer.fit && config.noise.any(); ++searches) {
+    review =
+        reviewNoise(observations, *answer.fit, config.batch.errors, config.noise, attempt.noise);
+    const bool is_found = areAlike(review->levels, attempt.noise) || searches == kMostSearches;
+    attempt.noise = review->levels;
+    weighed = withNoise(observations, attempt.noise);
+    if (is_found) {
+      answer.fit = BatchEstimator(config.batch).estimate(weighed, surestStart(*answer.fit));
+      break;
+    }
+    answer = findAnswer(weighed, config);
+  }
+  attempt.obstacle = StartObstacle::kNoSolution;
+  if (!answer.fit) return attempt;
+  const auto withItsNoise = [&](const RobotEstimate& estimate) {
+    return review ? widened(estimate, *answer.fit, *review) : estimate;
+  };
+  describe(answer, &attempt);
+  describe(withItsNoise(answer.fit->robot()), &attempt);
+  attempt.obstacle = answerObstacle(attempt, *answer.fit, config);
+  if (!attempt.ready()) return attempt;
+  describe(withItsNoise(averageOverSlips(weighed, *answer.fit, config.batch).estimate), &attempt);
+  attempt.obstacle = answerObstacle(attempt, *answer.fit, config);
   return attempt;
+}
+
+NoiseLevels noiseToBeginWith(const std::vector<Observation>& observations,
+                             const NoisePriors& priors) {
+  NoiseLevels noise;
+  constexpr double kMostSigmas = 2.0;
+  const double limit = kMostSigmas * priors.bearing_stddev;
+  if (limit > 0.0) {
+    const double level = bearingLevelFromDifferences(observations);
+    noise.bearing.value = std::clamp(level, std::exp(-limit), std::exp(limit));
+  }
+  return noise;
 }
 
 Initializer::Initializer(const InitializerConfig& config)

@@ -26,9 +26,10 @@ class FaultSearch {
   FaultSearch(const std::vector<Observation>& observations, double wheel_separation_m,
               const InitializerConfig& config)
       : observations_(observations), separation_m_(wheel_separation_m), config_(config) {
-    // Slips and outliers would let a wrong hypothesis off: they are what it has to explain.
+    // Slips, outliers and noise would let a wrong hypothesis off: they are what it has to explain.
     config_.batch.slip_gain = 0.0;
     config_.min_inlier_fraction = kCleanShare;
+    config_.noise = {};
     config_.search_errors = false;  // each hypothesis is a robot of its own already
   }
 

@@ -7,6 +7,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/solve/fit_scatter.h"
+#include "bearing_calibration/solve/noise_review.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -151,15 +152,26 @@ Review OfflineReport::conclude(const std::optional<RobotEstimate>& running) cons
     const BatchEstimator estimator(config_.batch);
     batch = estimator.estimate(
         observations, {at_last_observation, observations.size() - 1, review.estimate->errors.mean});
-    if (config_.noise.any()) {
-      review.noise = findNoiseLevels(observations, batch, config_.batch.errors, config_.noise);
+    const auto reviewed = [&] {
+      return reviewNoise(observations, batch, config_.batch.errors, config_.noise, review.noise);
+    };
+    if (config_.noise.any() && batch.converged) {
+      review.noise = reviewed().levels;
       batch = estimator.estimate(withNoise(observations, review.noise), surestStart(batch));
     }
     review.correlation_time = correlationTime(observations, batch.correlation);
     review.settled = batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
     review.slips = static_cast<int>(batch.slips.size());
     review.correlation = batch.correlation;
-    if (review.settled) review.estimate = widened(batch.robot(), scatterOf(batch).widening());
+    if (review.settled) {
+      RobotEstimate estimate = batch.robot();
+      if (config_.noise.any()) {
+        const NoiseReview noise = reviewed();
+        review.noise = noise.levels;
+        estimate = widened(estimate, batch, noise);
+      }
+      review.estimate = widened(estimate, scatterOf(batch).widening());
+    }
   }
   if (!review.settled) batch = {};
   Walk walk(observations, batch);

@@ -1,118 +1,35 @@
 #include "bearing_calibration/solve/noise_levels.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/common/cancellation.h"
+#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/solve/record_weights.h"
-#include "bearing_calibration/solve/smoother.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-/// Bearing and wheel factor, as natural logarithms.
-using Logs = Eigen::Vector2d;
-
-NoiseLevels levelsOf(const Logs& logs, const Logs& stddev) {
-  return {{std::exp(logs(0)), stddev(0)}, {std::exp(logs(1)), stddev(1)}};
+double median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
 }
 
-/// How likely a record's innovations are, by the logarithms of the factors.
-class Likelihood {
- public:
-  Likelihood(const std::vector<Observation>& observations, const BatchEstimate& fit,
-             const ErrorPriors& errors, const NoisePriors& priors)
-      : observations_(observations),
-        errors_(errors),
-        known_(fit.known()),
-        path_(fit.path),
-        prior_stddev_(priors.bearing_stddev, priors.wheel_stddev) {
-    weights_.resize(observations.size());
-    for (std::size_t i : fit.rejected) weights_[i].use_bearing = false;
-    for (std::size_t slip : fit.slips) {
-      for (std::size_t i = 1; i < observations.size(); ++i) {
-        if (isNearSlip(observations[i].stamp, observations[slip].stamp)) weights_[i].slipped = true;
-      }
-    }
-  }
-
-  bool looksFor(int factor) const { return prior_stddev_(factor) > 0.0; }
-  double priorStddev(int factor) const { return prior_stddev_(factor); }
-
-  /// Minus its logarithm.
-  double cost(const Logs& logs) const {
-    endIfCancelled();
-    const std::vector<Observation> scaled = withNoise(observations_, levelsOf(logs, Logs::Zero()));
-    std::vector<ObservationWeight> weights = weights_;
-    for (std::size_t i = 0; i < scaled.size(); ++i) {
-      weights[i].sensor_variance_rad2 = scaled[i].azimuth_variance_rad2;
-      weights[i].bearing_variance_rad2 = scaled[i].azimuth_variance_rad2;
-    }
-    const SmootherPass pass = smooth(scaled, weights, path_, kFreePass, errors_, known_);
-    double cost = 0.0;
-    for (std::size_t i = 0; i < scaled.size(); ++i) {
-      if (!weights[i].use_bearing) continue;
-      const SmoothedObservation& observation = pass.observations[i];
-      cost += 0.5 * (std::log(observation.innovation_variance_rad2) +
-                     observation.innovation_rad * observation.innovation_rad /
-                         observation.innovation_variance_rad2);
-    }
-    for (int factor = 0; factor < 2; ++factor) {
-      if (looksFor(factor)) cost += 0.5 * std::pow(logs(factor) / prior_stddev_(factor), 2);
-    }
-    return cost;
-  }
-
- private:
-  const std::vector<Observation>& observations_;
-  const ErrorPriors& errors_;
-  const LightsEstimate* known_;  ///< at the record's beginning
-  RecordPath path_;
-  std::vector<ObservationWeight> weights_;
-  Eigen::Vector2d prior_stddev_;
-};
-
-/// Gradient and curvature by differences; of a factor that is not looked for, none.
-struct Shape {
-  Logs gradient = Logs::Zero();
-  Eigen::Matrix2d curvature = Eigen::Matrix2d::Identity();
-};
-
-Shape shapeAt(const Likelihood& likelihood, const Logs& logs) {
-  constexpr double kStep = 0.1;
-  const auto costAt = [&](double bearing, double wheel) {
-    return likelihood.cost(logs + kStep * Logs(bearing, wheel));
-  };
-  Shape shape;
-  const double here = costAt(0.0, 0.0);
-  for (int factor = 0; factor < 2; ++factor) {
-    if (!likelihood.looksFor(factor)) continue;
-    const Logs way = Logs::Unit(factor);
-    const double more = costAt(way(0), way(1));
-    const double less = costAt(-way(0), -way(1));
-    shape.gradient(factor) = (more - less) / (2.0 * kStep);
-    shape.curvature(factor, factor) = (more - 2.0 * here + less) / (kStep * kStep);
-  }
-  if (likelihood.looksFor(0) && likelihood.looksFor(1)) {
-    const double mixed =
-        costAt(1.0, 1.0) - costAt(1.0, -1.0) - costAt(-1.0, 1.0) + costAt(-1.0, -1.0);
-    shape.curvature(0, 1) = shape.curvature(1, 0) = mixed / (4.0 * kStep * kStep);
-  }
-  // Far from the maximum it may bend the wrong way: there it is held to the prior's curvature.
-  for (int factor = 0; factor < 2; ++factor) {
-    if (!likelihood.looksFor(factor)) continue;
-    const double prior = 1.0 / std::pow(likelihood.priorStddev(factor), 2);
-    shape.curvature(factor, factor) = std::max(shape.curvature(factor, factor), prior);
-  }
-  if (!(shape.curvature.determinant() > 0.0)) {
-    shape.curvature = Eigen::Matrix2d(shape.curvature.diagonal().asDiagonal());
-  }
-  return shape;
+double secondsBetween(const Observation& before, const Observation& after) {
+  return secondsFromDuration(after.stamp - before.stamp);
 }
 
 }  // namespace
+
+bool NoisePriors::isSurprisedBy(const NoiseLevels& levels) const {
+  constexpr double kSurprisingSigmas = 1.5;
+  const auto isFar = [](double factor, double stddev) {
+    return std::log(factor) > kSurprisingSigmas * stddev;
+  };
+  return (bearing_stddev > 0.0 && isFar(levels.bearing.value, bearing_stddev)) ||
+         (wheel_stddev > 0.0 && isFar(levels.wheel.value, wheel_stddev));
+}
 
 std::vector<std::string> NoisePriors::validate() const {
   Requirements require;
@@ -122,31 +39,35 @@ std::vector<std::string> NoisePriors::validate() const {
   return require.errors();
 }
 
-NoiseLevels findNoiseLevels(const std::vector<Observation>& observations, const BatchEstimate& fit,
-                            const ErrorPriors& errors, const NoisePriors& priors) {
-  const Likelihood likelihood(observations, fit, errors, priors);
-  constexpr int kMostSteps = 12;
-  constexpr double kLongestStep = 0.7;  // a factor of two
-  constexpr double kSettled = 0.02;
-  // Far from its own maximum, too small a noise of the bearings looks like one of the wheels: the
-  // bearings' factor, which many more numbers tell, goes first.
-  bool bearings_alone = likelihood.looksFor(0);
-  Logs logs = Logs::Zero();
-  Shape shape;
-  for (int i = 0; i < kMostSteps; ++i) {
-    shape = shapeAt(likelihood, logs);
-    const Logs step = bearings_alone ? Logs(-shape.gradient(0) / shape.curvature(0, 0), 0.0)
-                                     : Logs(-(shape.curvature.inverse() * shape.gradient));
-    logs += step.cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
-    const bool is_settled = step.cwiseAbs().maxCoeff() < kSettled;
-    if (is_settled && !bearings_alone) break;
-    if (step.cwiseAbs().maxCoeff() < kLongestStep) bearings_alone = false;
+CorrelationTime correlationTime(const std::vector<Observation>& observations, double correlation) {
+  if (!(correlation > 0.0) || observations.size() < 2) return {};
+  const double interval_s = usualInterval(observations);
+  const double log = std::log(correlation);
+  const double correlation_stddev = 1.0 / std::sqrt(static_cast<double>(observations.size()));
+  return {-interval_s / log, interval_s / (correlation * log * log) * correlation_stddev};
+}
+
+double bearingLevelFromDifferences(const std::vector<Observation>& observations) {
+  constexpr std::size_t kFewest = 30;
+  constexpr double kMostIntervals = 1.5;       // between neighbours
+  constexpr double kVariance = 20.0;           // of a third difference of white noise
+  constexpr double kMedianOfNormal = 0.67449;  // of its absolute value
+  const double longest_s = kMostIntervals * usualInterval(observations);
+  std::vector<double> sizes;
+  std::size_t neighbours = 0;  // so many changes of azimuth in a row, up to this observation
+  double changes[3] = {};      // the last ones, without the base's turn
+  for (std::size_t i = 1; i < observations.size(); ++i) {
+    const Observation& now = observations[i];
+    neighbours = secondsBetween(observations[i - 1], now) <= longest_s ? neighbours + 1 : 0;
+    changes[0] = changes[1];
+    changes[1] = changes[2];
+    changes[2] = wrapAngle(now.azimuth_rad - observations[i - 1].azimuth_rad +
+                           now.motion.start_from_end.yaw_rad);
+    if (neighbours < 3) continue;
+    const double third = wrapAngle(changes[2] - 2.0 * changes[1] + changes[0]);
+    sizes.push_back(std::abs(third) / std::sqrt(kVariance * now.azimuth_variance_rad2));
   }
-  Logs stddev = shape.curvature.inverse().diagonal().cwiseSqrt();
-  for (int factor = 0; factor < 2; ++factor) {
-    if (!likelihood.looksFor(factor)) stddev(factor) = 0.0;
-  }
-  return levelsOf(logs, stddev);
+  return sizes.size() < kFewest ? 1.0 : median(&sizes) / kMedianOfNormal;
 }
 
 std::vector<Observation> withNoise(std::vector<Observation> observations,
@@ -168,19 +89,6 @@ std::vector<Bearing> withNoise(std::vector<Bearing> bearings, const NoiseLevels&
 OdometryIncrement withNoise(OdometryIncrement motion, const NoiseLevels& noise) {
   motion.covariance *= noise.wheel.value;
   return motion;
-}
-
-CorrelationTime correlationTime(const std::vector<Observation>& observations, double correlation) {
-  if (!(correlation > 0.0) || observations.size() < 2) return {};
-  std::vector<double> intervals_s;
-  for (std::size_t i = 1; i < observations.size(); ++i) {
-    intervals_s.push_back(secondsFromDuration(observations[i].stamp - observations[i - 1].stamp));
-  }
-  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
-  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
-  const double log = std::log(correlation);
-  const double correlation_stddev = 1.0 / std::sqrt(static_cast<double>(observations.size()));
-  return {-*middle / log, *middle / (correlation * log * log) * correlation_stddev};
 }
 
 }  // namespace bearing_calibration::core

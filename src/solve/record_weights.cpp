@@ -66,20 +66,6 @@ double secondsBetween(const Observation& before, const Observation& after) {
   return secondsFromDuration(after.stamp - before.stamp);
 }
 
-/// Time from one image to the next, as it mostly is.
-double usualInterval(const std::vector<Observation>& observations) {
-  std::vector<double> intervals_s;
-  intervals_s.reserve(observations.size());
-  for (std::size_t i = 1; i < observations.size(); ++i) {
-    if (!beginsImage(observations, i)) continue;
-    intervals_s.push_back(secondsBetween(observations[i - 1], observations[i]));
-  }
-  if (intervals_s.empty()) return 0.0;
-  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
-  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
-  return *middle;
-}
-
 /// Where the image after that of each observation begins.
 std::vector<std::size_t> nextImages(const std::vector<Observation>& observations) {
   std::vector<std::size_t> next(observations.size(), observations.size());
@@ -111,6 +97,19 @@ std::array<double, kMostLights> correlations(const std::vector<Observation>& obs
 }
 
 }  // namespace
+
+double usualInterval(const std::vector<Observation>& observations) {
+  std::vector<double> intervals_s;
+  intervals_s.reserve(observations.size());
+  for (std::size_t i = 1; i < observations.size(); ++i) {
+    if (!beginsImage(observations, i)) continue;
+    intervals_s.push_back(secondsBetween(observations[i - 1], observations[i]));
+  }
+  if (intervals_s.empty()) return 0.0;
+  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
+  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
+  return *middle;
+}
 
 bool isNearSlip(Stamp moment, Stamp slip) {
   constexpr Duration kReach = std::chrono::milliseconds(250);

@@ -104,8 +104,6 @@ class Smoother {
 
  private:
   bool hasMotion(std::size_t i) const { return i > 0 || beginning_ != nullptr; }
-  LightsEstimate beforeAll(const SmootherPrior& prior) const;
-  LightsVector pathAt(std::size_t i) const;
   void enterImage(std::size_t i, LightsEstimate* estimate);
   void takeObservation(std::size_t i, LightsEstimate* estimate);
   void goForward(const SmootherPrior& prior);
@@ -124,32 +122,6 @@ class Smoother {
   SmootherPass pass_;
 };
 
-LightsVector Smoother::pathAt(std::size_t i) const {
-  LightsVector state(layout_.size());
-  state << path_.mount, path_.errors.head(layout_.errors),
-      path_.points[i].lights_in_base.reshaped();
-  return state;
-}
-
-/// What is known before the first bearing: where something is known at the record's beginning,
-/// before the first motion.
-LightsEstimate Smoother::beforeAll(const SmootherPrior& prior) const {
-  if (beginning_ != nullptr) {
-    LightsEstimate known = *beginning_;
-    double& yaw = known.mean(kMountSize - 1);  // on the path's turn
-    yaw = path_.mount.z() + wrapAngle(yaw - path_.mount.z());
-    return known;
-  }
-  const int K = layout_.errors;
-  LightsVector variance =
-      LightsVector::Constant(layout_.size(), std::pow(prior.position_stddev_m, 2));
-  variance(kMountSize - 1) = prior.yaw_stddev_rad * prior.yaw_stddev_rad;
-  variance.segment(kMountSize, K) = errors_.stddev.head(K).cwiseAbs2();
-  LightsVector mean = pathAt(0);
-  mean.segment(kMountSize, K) = errors_.mean.head(K);
-  return {layout_, mean, variance.asDiagonal()};
-}
-
 void Smoother::enterImage(std::size_t i, LightsEstimate* estimate) {
   const PathPoint& point = path_.points[i];
   LightsMotion motion = lineariseMotion(layout_, path_.errors, point.lights_in_base,
@@ -163,7 +135,7 @@ void Smoother::enterImage(std::size_t i, LightsEstimate* estimate) {
 void Smoother::takeObservation(std::size_t i, LightsEstimate* estimate) {
   const Observation& observation = observations_[i];
   const ObservationWeight& weight = weights_[i];
-  const LightsVector path = pathAt(i);
+  const LightsVector path = path_.lightsState(layout_, i);
   const LightsAngle expected = expectAzimuth(layout_, path, observation.light, observation.nearby);
   const Measured azimuth{wrapAngle(observation.azimuth_rad - expected.angle_rad),
                          weight.bearing_variance_rad2, weight.sensor_variance_rad2};
@@ -185,7 +157,7 @@ void Smoother::takeObservation(std::size_t i, LightsEstimate* estimate) {
 }
 
 void Smoother::goForward(const SmootherPrior& prior) {
-  LightsEstimate estimate = beforeAll(prior);
+  LightsEstimate estimate = knownBeforehand(layout_, path_, prior, errors_, beginning_);
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     if (beginsImage(observations_, i)) enterImage(i, &estimate);
     takeObservation(i, &estimate);
@@ -257,6 +229,31 @@ Vector5 RecordPath::state(std::size_t observation, int light) const {
   Vector5 state;
   state << points[observation].lights_in_base.col(light), mount;
   return state;
+}
+
+LightsVector RecordPath::lightsState(const LightsLayout& layout, std::size_t observation) const {
+  LightsVector state(layout.size());
+  state << mount, errors.head(layout.errors), points[observation].lights_in_base.reshaped();
+  return state;
+}
+
+LightsEstimate knownBeforehand(const LightsLayout& layout, const RecordPath& path,
+                               const SmootherPrior& prior, const ErrorPriors& errors,
+                               const LightsEstimate* beginning) {
+  if (beginning != nullptr) {
+    LightsEstimate known = *beginning;
+    double& yaw = known.mean(kMountSize - 1);  // on the path's turn
+    yaw = path.mount.z() + wrapAngle(yaw - path.mount.z());
+    return known;
+  }
+  const int K = layout.errors;
+  LightsVector variance =
+      LightsVector::Constant(layout.size(), std::pow(prior.position_stddev_m, 2));
+  variance(kMountSize - 1) = prior.yaw_stddev_rad * prior.yaw_stddev_rad;
+  variance.segment(kMountSize, K) = errors.stddev.head(K).cwiseAbs2();
+  LightsVector mean = path.lightsState(layout, 0);
+  mean.segment(kMountSize, K) = errors.mean.head(K);
+  return {layout, mean, variance.asDiagonal()};
 }
 
 Eigen::Matrix3d slipCovariance() {

@@ -1,6 +1,6 @@
 // The levels of the noise: found against the truth over many runs, and held where a record is
 // short.
-#include "bearing_calibration/solve/noise_levels.h"
+#include "bearing_calibration/solve/noise_review.h"
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ TEST(NoiseLevels, AreFoundAsWellAsTheySay) {
   double wheel_nees = 0.0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const Record record = recordOf(seed, 100.0, stated);
-    const NoiseLevels found = findNoiseLevels(record.observations, record.fit, {}, kPriors);
+    const NoiseLevels found = reviewNoise(record.observations, record.fit, {}, kPriors, {}).levels;
     bearing_nees += std::pow(std::log(2.0 / found.bearing.value) / found.bearing.log_stddev, 2);
     wheel_nees += std::pow(std::log(4.0 / found.wheel.value) / found.wheel.log_stddev, 2);
     EXPECT_LT(found.bearing.log_stddev, 0.05) << seed;
@@ -57,7 +57,7 @@ TEST(NoiseLevels, AreFoundAsWellAsTheySay) {
 
 TEST(NoiseLevels, AFactorThatIsNotLookedForStaysAsStated) {
   const Record record = recordOf(1, 50.0, {});
-  const NoiseLevels found = findNoiseLevels(record.observations, record.fit, {}, {1.0, 0.0});
+  const NoiseLevels found = reviewNoise(record.observations, record.fit, {}, {1.0, 0.0}, {}).levels;
   EXPECT_EQ(found.wheel.value, 1.0);
   EXPECT_EQ(found.wheel.log_stddev, 0.0);
   EXPECT_LT(std::abs(std::log(found.bearing.value)), 3.0 * found.bearing.log_stddev);
@@ -65,7 +65,7 @@ TEST(NoiseLevels, AFactorThatIsNotLookedForStaysAsStated) {
 
 TEST(NoiseLevels, TheWheelsOfAShortWayAreHeldAtTheirPrior) {
   const Record record = recordOf(2, 5.0, {});
-  const NoiseLevels found = findNoiseLevels(record.observations, record.fit, {}, {0.7, 0.7});
+  const NoiseLevels found = reviewNoise(record.observations, record.fit, {}, {0.7, 0.7}, {}).levels;
   const std::vector<BlockReport> reports = reportNoise({0.7, 0.7}, found, {});
   EXPECT_EQ(reports[0].status, BlockStatus::kEstimated);
   EXPECT_EQ(reports[1].status, BlockStatus::kHeldAtPrior);

@@ -49,6 +49,7 @@ struct Arguments {
   ErrorPriors looked_for;
   double scales_prior = 0.0;
   NoiseLevels stated_noise;
+  bool random_noise = false;
   bool fit_whole_record = false;
   NoisePriors noise_looked_for;
 };
@@ -105,6 +106,9 @@ options::options_description describeOptions(Arguments* arguments) {
   add("told-wheel-noise", options::value(&arguments->stated_noise.wheel.value)->default_value(1.0),
       "the same of the wheels' variance");
   add("look-for-noise", "of bearings and wheels");
+  add("random-noise", options::bool_switch(&arguments->random_noise),
+      "bearings 1/3 to 4 times, the wheels' variance 1/10 to 100 times as noisy as stated, "
+      "bearings correlated by up to 0.8");
   add("tilt", options::value(&arguments->tilt_deg)->default_value(0.0),
       "of the sensor, in any direction [deg]");
   add("harmonic", options::value(&arguments->harmonic_deg)->default_value(0.0),
@@ -168,6 +172,7 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   makeImperfect(simulated, arguments.imperfect, seed);
   simulated.looked_for = arguments.looked_for;
   simulated.stated_noise = arguments.stated_noise;
+  if (arguments.random_noise) drawNoise(simulated, seed);
   simulated.fit_whole_record = arguments.fit_whole_record;
   simulated.noise_looked_for = arguments.noise_looked_for;
   return simulated;
@@ -230,8 +235,7 @@ int run(int argc, char** argv) {
     arguments.looked_for = usualErrors();
     arguments.looked_for.setBlock(WheelScales::kName, arguments.scales_prior);
   }
-  constexpr NoisePriors kUsualNoise{0.7, 0.7};  // a factor of two
-  if (values->count("look-for-noise") > 0) arguments.noise_looked_for = kUsualNoise;
+  if (values->count("look-for-noise") > 0) arguments.noise_looked_for = usualNoise();
   if (values->count("known-separation") > 0) {
     arguments.looked_for.setBlock(WheelSeparation::kName, 0.0);
   }

@@ -118,6 +118,19 @@ void makeImperfect(SimulatedCase& simulated, const ImperfectRobot& how, std::uin
   robot.sensor.harmonic_sin_rad = harmonic.y();
 }
 
+void drawNoise(SimulatedCase& simulated, std::uint64_t seed) {
+  Draws draws(seed, Draws::Purpose::kNoise);
+  const double bearing = std::exp(draws.between(std::log(1.0 / 3.0), std::log(4.0)));
+  const double wheel = std::exp(draws.between(std::log(0.1), std::log(100.0)));
+  RobotConfig& robot = simulated.robot;
+  robot.sensor.stddev_rad *= bearing;
+  robot.encoders.noise.independent_k_m *= wheel;
+  robot.encoders.noise.common_k_m *= wheel;
+  robot.sensor.correlation = draws.between(0.0, 0.8);
+  simulated.stated_noise.bearing.value /= bearing;
+  simulated.stated_noise.wheel.value /= wheel;
+}
+
 void addOcclusions(SimulatedCase& simulated, double share, std::uint64_t seed) {
   constexpr int kStretches = 5;
   Draws draws(seed, Draws::Purpose::kOcclusions);
@@ -138,6 +151,12 @@ ErrorPriors usualErrors() {
   priors.setBlock(WheelScales::kName, kWheelScale);
   priors.setBlock(WheelSeparation::kName, kWheelSeparation);
   return priors;
+}
+
+NoisePriors usualNoise() {
+  constexpr double kBearing = 1.0;
+  constexpr double kWheel = 2.0;
+  return {kBearing, kWheel};
 }
 
 ErrorVector trueErrors(const SimulatedCase& simulated) {

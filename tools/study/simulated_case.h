@@ -68,11 +68,18 @@ struct ImperfectRobot {
 /// Makes the robot of a case an imperfect one.
 void makeImperfect(SimulatedCase& simulated, const ImperfectRobot& how, std::uint64_t seed);
 
+/// Makes a robot noisier or less so than what it is stated to be: bearings by a factor of 1/3 to 4,
+/// the wheels' variance by one of 1/10 to 100, uniform in their logarithms; bearings correlated by
+/// 0 to 0.8.
+void drawNoise(SimulatedCase& simulated, std::uint64_t seed);
+
 /// Hides the light for a share of the run, in stretches of some seconds anywhere.
 void addOcclusions(SimulatedCase& simulated, double share, std::uint64_t seed);
 
 /// What the calibration's parameters look for by default (config/calibration.yaml).
 ErrorPriors usualErrors();
+
+NoisePriors usualNoise();
 
 /// The robot's errors as the blocks of the estimators count them.
 ErrorVector trueErrors(const SimulatedCase& simulated);

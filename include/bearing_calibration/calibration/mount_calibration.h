@@ -79,8 +79,7 @@ class MountCalibration {
   void refineAndJudge();
   std::size_t surplus() const;
   void noteSolution(const SlipAverage& settled);
-  void noteNoise(const BatchEstimate& fit);
-  bool looksForNoise() const { return config_.initializer.noise.any(); }
+  RobotEstimate withItsNoise(const SlipAverage& settled);
   void diagnose();
   void remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby);
   void noteLight(const Bearing& light);

@@ -19,8 +19,10 @@ class StartSearch {
   bool isDue(const ObservationRecord& record) const { return !attempt_ || attempts_.isDue(record); }
   const StartAttempt& attempt(const Initializer& initializer);
   bool hasAttempted() const { return attempt_.has_value(); }
-  /// Nothing explains the record, again and again.
+  /// Nothing explains the record, again and again, or the last answer is refuted.
   bool isInVain() const;
+  /// A fault of the robot explains the record, which the last attempt's answer does by more noise.
+  void refute() { is_refuted_ = true; }
 
   /// The last attempt's estimate, moved along, where it is right but not yet narrow enough for a
   /// linearised filter to take in bearings.
@@ -33,6 +35,7 @@ class StartSearch {
   int errors_in_use_;
   std::optional<StartAttempt> attempt_;  ///< the last one
   int misfits_ = 0;                      ///< attempts in a row after which nothing fitted
+  bool is_refuted_ = false;              ///< the last attempt's answer
   Schedule attempts_;
   std::optional<MountTracker> weak_;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -76,15 +77,20 @@ struct StartAttempt {
   double runner_up_margin = 0.0;  ///< infinite when no second minimum was found
   int slips = 0;
   double bearing_correlation = 0.0;
-  NoiseLevels noise;  ///< other than stated only where nothing fitted with the stated one
+  NoiseLevels noise;  ///< against the stated one, where it is looked for
 
   bool ready() const { return obstacle == StartObstacle::kNone; }
 };
 
 /// One attempt on a given record; Initializer is this with a bounded record.
 /// @param observations in the order of time; the motion of the first is not used.
+/// @param noise_before  levels to begin with, where they are looked for
 StartAttempt findStart(const std::vector<Observation>& observations,
-                       const InitializerConfig& config);
+                       const InitializerConfig& config, const NoiseLevels& noise_before = {});
+
+/// Levels to begin with where nothing is known of the mount.
+NoiseLevels noiseToBeginWith(const std::vector<Observation>& observations,
+                             const NoisePriors& priors);
 
 /// Collects observations and finds the start of the filter in them, whatever the mount and wherever
 /// the light. Bounded in memory and time on an endless record.
@@ -95,7 +101,12 @@ class Initializer {
 
   void add(const Observation& observation) { record_.add(observation); }
   /// Milliseconds of work: call it about once in a second, not at each observation.
-  StartAttempt attempt() const { return findStart(record_.observations(), config_); }
+  /// @param noise_before  of an earlier attempt that found an answer; else none
+  StartAttempt attempt(const std::optional<NoiseLevels>& noise_before = std::nullopt) const {
+    const std::vector<Observation>& observations = record_.observations();
+    return findStart(observations, config_,
+                     noise_before.value_or(noiseToBeginWith(observations, config_.noise)));
+  }
   /// See ObservationRecord::cut(). A start is looked for in whole records only.
   void cut(const RecordPart& part) { record_.cut(part); }
 

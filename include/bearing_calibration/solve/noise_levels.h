@@ -3,22 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/optics/bearing.h"
-#include "bearing_calibration/solve/batch_estimator.h"
 
 namespace bearing_calibration::core {
-
-/// How wrong what is stated of the noise may be: standard deviations of the natural logarithm of a
-/// factor, 0.7 for a factor of two; 0: it is as stated.
-struct NoisePriors {
-  double bearing_stddev = 0.0;  ///< of the factor of all bearings' standard deviations
-  double wheel_stddev = 0.0;    ///< of the factor of the wheels' variances
-
-  bool any() const { return bearing_stddev > 0.0 || wheel_stddev > 0.0; }
-  /// One sentence for each value that cannot be; empty when all is well.
-  std::vector<std::string> validate() const;
-};
 
 /// A factor of what was stated, as the data have it.
 struct NoiseFactor {
@@ -32,6 +20,19 @@ struct NoiseLevels {
   NoiseFactor wheel;    ///< of the wheels' variances
 };
 
+/// How wrong what is stated of the noise may be: standard deviations of the natural logarithm of a
+/// factor, 0.7 for a factor of two; 0: it is as stated.
+struct NoisePriors {
+  double bearing_stddev = 0.0;  ///< of the factor of all bearings' standard deviations
+  double wheel_stddev = 0.0;    ///< of the factor of the wheels' variances
+
+  bool any() const { return bearing_stddev > 0.0 || wheel_stddev > 0.0; }
+  /// Whether levels are so far from what was stated that a fault of the robot is as likely.
+  bool isSurprisedBy(const NoiseLevels& levels) const;
+  /// One sentence for each value that cannot be; empty when all is well.
+  std::vector<std::string> validate() const;
+};
+
 /// Time in which a correlation of neighbouring bearings' noise falls to 1/e; 0 for none.
 struct CorrelationTime {
   double value_s = 0.0;
@@ -39,12 +40,10 @@ struct CorrelationTime {
 };
 CorrelationTime correlationTime(const std::vector<Observation>& observations, double correlation);
 
-/// The factors that make the innovations of a settled fit most likely, priors and all
-/// (doc/model.md, section "Noise levels"). What the fit left out stays out, motions that it gave up
-/// stay given up.
-/// @param observations  as stated, those of the fit
-NoiseLevels findNoiseLevels(const std::vector<Observation>& observations, const BatchEstimate& fit,
-                            const ErrorPriors& errors, const NoisePriors& priors);
+/// The bearings' standard deviation over the stated one, from how neighbouring bearings differ that
+/// follow each other as they mostly do, the base's turn taken off: no mount is needed. A light that
+/// is passed quickly makes it larger. 1 where there are too few.
+double bearingLevelFromDifferences(const std::vector<Observation>& observations);
 
 /// The same with the noise that was found.
 std::vector<Observation> withNoise(std::vector<Observation> observations, const NoiseLevels& noise);

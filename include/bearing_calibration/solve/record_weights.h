@@ -13,6 +13,9 @@ namespace bearing_calibration::core {
 /// what is found is its most telling moment.
 bool isNearSlip(Stamp moment, Stamp slip);
 
+/// Time from one image to the next, as it mostly is [s]; 0 with fewer than two.
+double usualInterval(const std::vector<Observation>& observations);
+
 /// How much each bearing and each motion of a record is believed, while a batch fit goes on:
 /// Huber's weights first, plain ones without the outliers at the end; motions that slipped;
 /// variances widened for correlated noise. `observations` and `config` must outlive it.

@@ -43,6 +43,8 @@ struct RecordPath {
   int lights() const { return static_cast<int>(points.front().lights_in_base.cols()); }
   /// The Cartesian state of one light at an observation.
   Vector5 state(std::size_t observation, int light = 0) const;
+  /// Mount, errors and all lights at an observation.
+  LightsVector lightsState(const LightsLayout& layout, std::size_t observation) const;
 };
 
 /// One observation seen from all others of the record.
@@ -80,6 +82,11 @@ inline constexpr SmootherPrior kFreePass{100.0, 100.0};
 /// What a slipping wheel may do between two observations (x, y, yaw): wider than any slip, so that
 /// nothing of the motion is believed.
 Eigen::Matrix3d slipCovariance();
+
+/// What is known before the first bearing; with a beginning, before the first motion.
+LightsEstimate knownBeforehand(const LightsLayout& layout, const RecordPath& path,
+                               const SmootherPrior& prior, const ErrorPriors& errors,
+                               const LightsEstimate* beginning);
 
 /// Kalman filter forward, disturbance smoother (modified Bryson-Frazier) backward; its disturbances
 /// are the test statistics for slips and outliers (de Jong and Penzer 1998). Bearings and motions

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/solve/batch_estimator.h"
+#include "bearing_calibration/solve/noise_levels.h"
+
+namespace bearing_calibration::core {
+
+/// What a record says when nobody knows its noise.
+struct NoiseReview {
+  NoiseLevels levels;
+  /// At the last observation, over all levels that the record allows: at least as wide as with the
+  /// likeliest of them.
+  RobotEstimate average;
+};
+
+/// The levels that make the innovations of a settled fit most likely, priors and all, beside a
+/// correlation of neighbouring bearings that is unknown, too (doc/model.md, eq. 22). What the fit
+/// left out stays out. A slip competes with more noise.
+/// @param observations  of one light, as stated, those of the fit
+/// @param used  the levels with which the fit was made
+NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
+                        const ErrorPriors& errors, const NoisePriors& priors,
+                        const NoiseLevels& used);
+
+/// An estimate from a fit, with the covariance that unknown levels add to the fit's own.
+RobotEstimate widened(const RobotEstimate& estimate, const BatchEstimate& fit,
+                      const NoiseReview& review);
+
+}  // namespace bearing_calibration::core

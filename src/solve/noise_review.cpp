@@ -1,0 +1,290 @@
+#include "bearing_calibration/solve/noise_review.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/cancellation.h"
+#include "bearing_calibration/solve/record_weights.h"
+#include "bearing_calibration/solve/smoother.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+/// Natural logarithms of the bearings' and the wheels' factor, and the logit of the correlation of
+/// neighbouring bearings.
+using Unknowns = Eigen::Vector3d;
+enum UnknownIndex : int { kBearing, kWheel, kCorrelation };
+
+/// What is known of the correlation's logit beforehand: small, but 0.8 is nothing unusual.
+constexpr double kCorrelationMean = -1.5;
+constexpr double kCorrelationStddev = 1.5;
+
+/// Innovations of a record, and what it says of the robot in the end.
+struct Filtered {
+  std::vector<Innovation> innovations;
+  LightsEstimate last;
+};
+
+/// A record, linearised about the path of its fit, with the bearings' noise as a state of its own:
+/// a first-order autoregression. A filter's pass for any levels of noise is cheap.
+class LinearRecord {
+ public:
+  LinearRecord(const std::vector<Observation>& observations, const BatchEstimate& fit,
+               const ErrorPriors& errors);
+
+  /// @param gives_up_slips  that the fit gave up; else their motions are as good as all others
+  Filtered filter(const Unknowns& unknowns, bool gives_up_slips) const;
+
+ private:
+  struct Step {
+    LightsMotion motion;  ///< with the stated noise
+    LightsVector path;
+    LightsRow H;
+    double residual_rad;  ///< at the path
+    double stddev_rad;    ///< as stated
+    double intervals;     ///< since the observation before it
+    bool moves, slipped, use_bearing;
+  };
+
+  LightsEstimate before_;
+  std::vector<Step> steps_;
+};
+
+LinearRecord::LinearRecord(const std::vector<Observation>& observations, const BatchEstimate& fit,
+                           const ErrorPriors& errors) {
+  const LightsLayout layout{errorsInUse(errors), 1};
+  const RecordPath& path = fit.path;
+  const double usual_interval_s = usualInterval(observations);
+  steps_.reserve(observations.size());
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const Observation& observation = observations[i];
+    const LightsVector at = path.lightsState(layout, i);
+    const LightsAngle expected = expectAzimuth(layout, at, 0, observation.nearby);
+    const double interval_s =
+        i == 0 ? 0.0 : secondsFromDuration(observation.stamp - observations[i - 1].stamp);
+    steps_.push_back({lineariseMotion(layout, path.errors, path.points[i].lights_in_base,
+                                      observation.motion, path.points[i].motion_error),
+                      at, expected.J_angle_state,
+                      wrapAngle(observation.azimuth_rad - expected.angle_rad),
+                      std::sqrt(observation.azimuth_variance_rad2),
+                      usual_interval_s > 0.0 ? interval_s / usual_interval_s : 1.0,
+                      i > 0 || fit.beginning, fit.weights[i].slipped, fit.weights[i].use_bearing});
+  }
+  before_ = knownBeforehand(layout, path, kFreePass, errors, fit.known());
+}
+
+Filtered LinearRecord::filter(const Unknowns& unknowns, bool gives_up_slips) const {
+  endIfCancelled();
+  const double bearing_factor = std::exp(unknowns(kBearing));
+  const double wheel_factor = std::exp(unknowns(kWheel));
+  const double correlation = 1.0 / (1.0 + std::exp(-unknowns(kCorrelation)));
+  Filtered filtered{{}, before_};
+  filtered.innovations.reserve(steps_.size());
+  LightsEstimate& estimate = filtered.last;
+  const int errors = estimate.layout.errors;
+  // The present bearing's noise over its standard deviation, and its covariance with the state.
+  double noise = 0.0;
+  double noise_variance = 1.0;
+  LightsVector shared = LightsVector::Zero(estimate.layout.size());
+  for (const Step& step : steps_) {
+    if (step.moves) {
+      LightsMotion motion = step.motion;
+      motion.covariance *= wheel_factor;
+      if (step.slipped && gives_up_slips) motion.covariance += slipCovariance();
+      propagate(motion, &estimate);
+      shared.tail<2>() = (motion.R_end_start * shared.tail<2>()).eval() +
+                         motion.J_lights_errors * shared.segment(kMountSize, errors);
+    }
+    const double kept = std::pow(correlation, step.intervals);
+    noise *= kept;
+    noise_variance = 1.0 - kept * kept * (1.0 - noise_variance);
+    shared *= kept;
+    if (!step.use_bearing) continue;
+    const double stddev_rad = bearing_factor * step.stddev_rad;
+    const LightsVector PHt = estimate.covariance * step.H.transpose() + stddev_rad * shared;
+    const double noise_PHt = step.H.dot(shared.transpose()) + stddev_rad * noise_variance;
+    const Innovation innovation{step.residual_rad -
+                                    step.H.dot((estimate.mean - step.path).transpose()) -
+                                    stddev_rad * noise,
+                                step.H.dot(PHt.transpose()) + stddev_rad * noise_PHt};
+    const double pull = innovation.residual / innovation.variance;
+    estimate.mean += pull * PHt;
+    noise += pull * noise_PHt;
+    estimate.covariance.noalias() -= PHt * (PHt / innovation.variance).transpose();
+    shared -= noise_PHt / innovation.variance * PHt;
+    noise_variance -= noise_PHt * noise_PHt / innovation.variance;
+    filtered.innovations.push_back(innovation);
+  }
+  symmetrise(&estimate.covariance);
+  return filtered;
+}
+
+/// The levels that are likeliest under one supposition about slips.
+struct Likeliest {
+  Unknowns unknowns;
+  Eigen::Matrix3d covariance;
+  double cost;  ///< minus the logarithm of the likelihood
+};
+
+/// Fisher's scoring: derivatives of the innovations by small differences, their expected curvature.
+class Levels {
+ public:
+  Levels(const LinearRecord& record, const NoisePriors& priors, bool gives_up_slips)
+      : record_(record),
+        mean_(0.0, 0.0, kCorrelationMean),
+        stddev_(priors.bearing_stddev, priors.wheel_stddev, kCorrelationStddev),
+        gives_up_slips_(gives_up_slips) {}
+
+  Likeliest find(Unknowns unknowns) const {
+    constexpr int kMostSteps = 12;
+    constexpr double kSettled = 0.02;
+    Likeliest likeliest{unknowns, Eigen::Matrix3d::Zero(), std::numeric_limits<double>::infinity()};
+    for (int i = 0; i < kMostSteps; ++i) {
+      Unknowns step;
+      const Likeliest here = scoreAt(unknowns, &step);
+      if (here.cost < likeliest.cost) likeliest = here;
+      if (!(step.cwiseAbs().maxCoeff() >= kSettled)) break;
+      // back to the best, where the last step was too long
+      unknowns = here.cost > likeliest.cost ? Unknowns(0.5 * (unknowns + likeliest.unknowns))
+                                            : Unknowns(unknowns + step);
+    }
+    return likeliest;
+  }
+
+ private:
+  bool looksFor(int unknown) const { return stddev_(unknown) > 0.0; }
+
+  /// @param step  to the likeliest levels, as it looks from here
+  Likeliest scoreAt(const Unknowns& unknowns, Unknowns* step) const {
+    constexpr double kDifference = 1e-3;
+    constexpr double kLongestStep = 1.0;
+    const std::vector<Innovation> here = record_.filter(unknowns, gives_up_slips_).innovations;
+    Likeliest score{unknowns, Eigen::Matrix3d::Zero(), 0.0};
+    for (const Innovation& innovation : here) {
+      score.cost += 0.5 * (std::log(innovation.variance) + innovation.nis());
+    }
+    Eigen::Matrix<double, 3, Eigen::Dynamic> J_residual(3, here.size());
+    Eigen::Matrix<double, 3, Eigen::Dynamic> J_log_variance(3, here.size());
+    J_residual.setZero();
+    J_log_variance.setZero();
+    for (int k = 0; k < 3; ++k) {
+      if (!looksFor(k)) continue;
+      const std::vector<Innovation> moved =
+          record_.filter(unknowns + kDifference * Unknowns::Unit(k), gives_up_slips_).innovations;
+      for (std::size_t i = 0; i < here.size(); ++i) {
+        const auto column = static_cast<Eigen::Index>(i);
+        J_residual(k, column) = (moved[i].residual - here[i].residual) / kDifference;
+        J_log_variance(k, column) = std::log(moved[i].variance / here[i].variance) / kDifference;
+      }
+    }
+    Unknowns gradient = Unknowns::Zero();
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < here.size(); ++i) {
+      const auto column = static_cast<Eigen::Index>(i);
+      const Unknowns by_variance = J_log_variance.col(column);
+      const Unknowns by_residual = J_residual.col(column) / std::sqrt(here[i].variance);
+      gradient += 0.5 * (1.0 - here[i].nis()) * by_variance +
+                  here[i].residual / std::sqrt(here[i].variance) * by_residual;
+      information +=
+          0.5 * by_variance * by_variance.transpose() + by_residual * by_residual.transpose();
+    }
+    for (int k = 0; k < 3; ++k) {
+      if (!looksFor(k)) {
+        information(k, k) = 1.0;
+        continue;
+      }
+      const double off = (unknowns(k) - mean_(k)) / stddev_(k);
+      score.cost += 0.5 * off * off;
+      gradient(k) += off / stddev_(k);
+      information(k, k) += 1.0 / (stddev_(k) * stddev_(k));
+    }
+    const Eigen::LDLT<Eigen::Matrix3d> solver(information);
+    *step = (-solver.solve(gradient)).cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
+    score.covariance = solver.solve(Eigen::Matrix3d::Identity());
+    for (int k = 0; k < 3; ++k) {
+      if (!looksFor(k)) score.covariance(k, k) = 0.0;
+    }
+    return score;
+  }
+
+  const LinearRecord& record_;
+  Unknowns mean_;
+  Eigen::Vector3d stddev_;
+  bool gives_up_slips_;
+};
+
+using Joint = Gaussian<5 + kErrorCount>;
+
+/// Mean and covariance over the levels, by six points of them.
+RobotEstimate averageOver(const LinearRecord& record, const Likeliest& levels,
+                          bool gives_up_slips) {
+  constexpr int kPoints = 6;
+  const Eigen::Matrix3d root =
+      std::sqrt(3.0) *
+      Eigen::Matrix3d(
+          Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(levels.covariance).operatorSqrt());
+  const Joint middle =
+      record.filter(levels.unknowns, gives_up_slips).last.robot(0).joint<kErrorCount>();
+  Joint average{Joint().mean.Zero(), Joint().covariance.Zero()};
+  for (int i = 0; i < kPoints; ++i) {
+    const double sign = i < 3 ? 1.0 : -1.0;
+    const Joint point = record.filter(levels.unknowns + sign * root.col(i % 3), gives_up_slips)
+                            .last.robot(0)
+                            .joint<kErrorCount>();
+    const auto off = (point.mean - middle.mean).eval();
+    average.mean += off / kPoints;
+    average.covariance += (point.covariance + off * off.transpose()) / kPoints;
+  }
+  average.covariance -= average.mean * average.mean.transpose();
+  average.mean += middle.mean;
+  return RobotEstimate::from<kErrorCount>(average);
+}
+
+}  // namespace
+
+NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
+                        const ErrorPriors& errors, const NoisePriors& priors,
+                        const NoiseLevels& used) {
+  constexpr double kCostOfSlip = 5.0;
+  const LinearRecord record(observations, fit, errors);
+  const Unknowns start(std::log(used.bearing.value), std::log(used.wheel.value), kCorrelationMean);
+  bool gives_up_slips = true;
+  Likeliest likeliest = Levels(record, priors, gives_up_slips).find(start);
+  if (!fit.slips.empty()) {
+    const Likeliest noisier = Levels(record, priors, false).find(start);
+    const double cost = likeliest.cost + kCostOfSlip * static_cast<double>(fit.slips.size());
+    if (noisier.cost < cost) {
+      gives_up_slips = false;
+      likeliest = noisier;
+    }
+  }
+  const Eigen::Vector3d stddev = likeliest.covariance.diagonal().cwiseSqrt();
+  return {{{std::exp(likeliest.unknowns(kBearing)), stddev(kBearing)},
+           {std::exp(likeliest.unknowns(kWheel)), stddev(kWheel)}},
+          averageOver(record, likeliest, gives_up_slips)};
+}
+
+RobotEstimate widened(const RobotEstimate& estimate, const BatchEstimate& fit,
+                      const NoiseReview& review) {
+  constexpr int kSize = 5 + kErrorCount;
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  using Vector = Eigen::Matrix<double, kSize, 1>;
+  const Matrix before = fit.robot().joint<kErrorCount>().covariance;
+  const Matrix more = review.average.joint<kErrorCount>().covariance - before;
+  // in standard deviations of the fit, so that metres and radians can be compared
+  const Vector unit = before.diagonal().cwiseSqrt();
+  const Vector per_unit = (unit.array() > 0.0).select(unit.cwiseInverse(), 0.0);
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(per_unit.asDiagonal() * more *
+                                                     per_unit.asDiagonal());
+  const Matrix directions = unit.asDiagonal() * solver.eigenvectors();
+  Gaussian<kSize> wider = estimate.joint<kErrorCount>();
+  wider.covariance +=
+      directions * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * directions.transpose();
+  return RobotEstimate::from<kErrorCount>(wider);
+}
+
+}  // namespace bearing_calibration::core
