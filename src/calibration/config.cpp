@@ -48,9 +48,9 @@ std::vector<std::string> CalibratorConfig::validate() const {
   require.between("session/max_lights", max_lights, 1, kMostLights);
   require.that(
       filter.parametrisation == FilterConfig::Parametrisation::kCartesian ||
-          errorsInUse(initializer.batch.errors) == 0,
+          (errorsInUse(initializer.batch.errors) == 0 && !initializer.noise.any()),
       "filter/parametrisation paper needs every errors/*_stddev 0, as in config/paper.yaml: "
-      "its state has no errors of the robot");
+      "its state has no errors of the robot, and its noise is as stated");
   require.that(
       max_lights == 1 || !initializer.batch.errors.usesElevations(),
       "errors/sensor_tilt_stddev needs session/max_lights 1: it looks for the height of one light");
