@@ -210,7 +210,7 @@ RobotEstimate MountCalibration::withItsNoise(const SlipAverage& settled) {
   const NoiseReview review =
       reviewNoise(observations, settled.best, config.batch.errors, config.noise, noise_);
   noise_ = review.levels;
-  return widened(settled.estimate, settled.best, review);
+  return ::bearing_calibration::core::withItsNoise(settled.estimate, settled.best, review);
 }
 
 /// An estimate from the observations, with the earlier calibration unless they contradict it: then

@@ -248,14 +248,14 @@ StartAttempt findStart(const std::vector<Observation>& observations,
   }
   attempt.obstacle = StartObstacle::kNoSolution;
   if (!answer.fit) return attempt;
-  const auto withItsNoise = [&](const RobotEstimate& estimate) {
-    return review ? widened(estimate, *answer.fit, *review) : estimate;
+  const auto reviewed = [&](const RobotEstimate& estimate) {
+    return review ? withItsNoise(estimate, *answer.fit, *review) : estimate;
   };
   describe(answer, &attempt);
-  describe(withItsNoise(answer.fit->robot()), &attempt);
+  describe(reviewed(answer.fit->robot()), &attempt);
   attempt.obstacle = answerObstacle(attempt, *answer.fit, config);
   if (!attempt.ready()) return attempt;
-  describe(withItsNoise(averageOverSlips(weighed, *answer.fit, config.batch).estimate), &attempt);
+  describe(reviewed(averageOverSlips(weighed, *answer.fit, config.batch).estimate), &attempt);
   attempt.obstacle = answerObstacle(attempt, *answer.fit, config);
   return attempt;
 }

@@ -168,7 +168,7 @@ Review OfflineReport::conclude(const std::optional<RobotEstimate>& running) cons
       if (config_.noise.any()) {
         const NoiseReview noise = reviewed();
         review.noise = noise.levels;
-        estimate = widened(estimate, batch, noise);
+        estimate = withItsNoise(estimate, batch, noise);
       }
       review.estimate = widened(estimate, scatterOf(batch).widening());
     }

@@ -14,14 +14,18 @@
 namespace bearing_calibration::core {
 namespace {
 
-/// Natural logarithms of the bearings' and the wheels' factor, and the logit of the correlation of
-/// neighbouring bearings.
-using Unknowns = Eigen::Vector3d;
-enum UnknownIndex : int { kBearing, kWheel, kCorrelation };
+/// Natural logarithms of the bearings' and the wheels' factor; logits of the share of the bearings'
+/// variance that lasts into the next bearing, and of how much of it does.
+enum UnknownIndex : int { kBearing, kWheel, kShare, kCorrelation, kUnknowns };
+using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
+using UnknownsMatrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
-/// What is known of the correlation's logit beforehand: small, but 0.8 is nothing unusual.
-constexpr double kCorrelationMean = -1.5;
-constexpr double kCorrelationStddev = 1.5;
+/// What is known of the correlation beforehand: of any share and any length.
+constexpr double kShareMean = -1.0;
+constexpr double kCorrelationMean = 1.0;
+constexpr double kLogitStddev = 1.5;
+
+double fromLogit(double logit) { return 1.0 / (1.0 + std::exp(-logit)); }
 
 /// Innovations of a record, and what it says of the robot in the end.
 struct Filtered {
@@ -81,12 +85,14 @@ Filtered LinearRecord::filter(const Unknowns& unknowns, bool gives_up_slips) con
   endIfCancelled();
   const double bearing_factor = std::exp(unknowns(kBearing));
   const double wheel_factor = std::exp(unknowns(kWheel));
-  const double correlation = 1.0 / (1.0 + std::exp(-unknowns(kCorrelation)));
+  const double correlation = fromLogit(unknowns(kCorrelation));
+  const double share = fromLogit(unknowns(kShare));
   Filtered filtered{{}, before_};
   filtered.innovations.reserve(steps_.size());
   LightsEstimate& estimate = filtered.last;
   const int errors = estimate.layout.errors;
-  // The present bearing's noise over its standard deviation, and its covariance with the state.
+  // What lasts of the present bearing's noise, over its standard deviation, and its covariance with
+  // the state.
   double noise = 0.0;
   double noise_variance = 1.0;
   LightsVector shared = LightsVector::Zero(estimate.layout.size());
@@ -104,13 +110,14 @@ Filtered LinearRecord::filter(const Unknowns& unknowns, bool gives_up_slips) con
     noise_variance = 1.0 - kept * kept * (1.0 - noise_variance);
     shared *= kept;
     if (!step.use_bearing) continue;
-    const double stddev_rad = bearing_factor * step.stddev_rad;
+    const double variance_rad2 = std::pow(bearing_factor * step.stddev_rad, 2);
+    const double stddev_rad = std::sqrt(share * variance_rad2);
     const LightsVector PHt = estimate.covariance * step.H.transpose() + stddev_rad * shared;
     const double noise_PHt = step.H.dot(shared.transpose()) + stddev_rad * noise_variance;
-    const Innovation innovation{step.residual_rad -
-                                    step.H.dot((estimate.mean - step.path).transpose()) -
-                                    stddev_rad * noise,
-                                step.H.dot(PHt.transpose()) + stddev_rad * noise_PHt};
+    const Innovation innovation{
+        step.residual_rad - step.H.dot((estimate.mean - step.path).transpose()) -
+            stddev_rad * noise,
+        step.H.dot(PHt.transpose()) + stddev_rad * noise_PHt + (1.0 - share) * variance_rad2};
     const double pull = innovation.residual / innovation.variance;
     estimate.mean += pull * PHt;
     noise += pull * noise_PHt;
@@ -126,7 +133,7 @@ Filtered LinearRecord::filter(const Unknowns& unknowns, bool gives_up_slips) con
 /// The levels that are likeliest under one supposition about slips.
 struct Likeliest {
   Unknowns unknowns;
-  Eigen::Matrix3d covariance;
+  UnknownsMatrix covariance;
   double cost;  ///< minus the logarithm of the likelihood
 };
 
@@ -135,14 +142,14 @@ class Levels {
  public:
   Levels(const LinearRecord& record, const NoisePriors& priors, bool gives_up_slips)
       : record_(record),
-        mean_(0.0, 0.0, kCorrelationMean),
-        stddev_(priors.bearing_stddev, priors.wheel_stddev, kCorrelationStddev),
+        mean_(0.0, 0.0, kShareMean, kCorrelationMean),
+        stddev_(priors.bearing_stddev, priors.wheel_stddev, kLogitStddev, kLogitStddev),
         gives_up_slips_(gives_up_slips) {}
 
   Likeliest find(Unknowns unknowns) const {
     constexpr int kMostSteps = 12;
     constexpr double kSettled = 0.02;
-    Likeliest likeliest{unknowns, Eigen::Matrix3d::Zero(), std::numeric_limits<double>::infinity()};
+    Likeliest likeliest{unknowns, UnknownsMatrix::Zero(), std::numeric_limits<double>::infinity()};
     for (int i = 0; i < kMostSteps; ++i) {
       Unknowns step;
       const Likeliest here = scoreAt(unknowns, &step);
@@ -163,15 +170,15 @@ class Levels {
     constexpr double kDifference = 1e-3;
     constexpr double kLongestStep = 1.0;
     const std::vector<Innovation> here = record_.filter(unknowns, gives_up_slips_).innovations;
-    Likeliest score{unknowns, Eigen::Matrix3d::Zero(), 0.0};
+    Likeliest score{unknowns, UnknownsMatrix::Zero(), 0.0};
     for (const Innovation& innovation : here) {
       score.cost += 0.5 * (std::log(innovation.variance) + innovation.nis());
     }
-    Eigen::Matrix<double, 3, Eigen::Dynamic> J_residual(3, here.size());
-    Eigen::Matrix<double, 3, Eigen::Dynamic> J_log_variance(3, here.size());
+    Eigen::Matrix<double, kUnknowns, Eigen::Dynamic> J_residual(kUnknowns, here.size());
+    Eigen::Matrix<double, kUnknowns, Eigen::Dynamic> J_log_variance(kUnknowns, here.size());
     J_residual.setZero();
     J_log_variance.setZero();
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < kUnknowns; ++k) {
       if (!looksFor(k)) continue;
       const std::vector<Innovation> moved =
           record_.filter(unknowns + kDifference * Unknowns::Unit(k), gives_up_slips_).innovations;
@@ -182,7 +189,7 @@ class Levels {
       }
     }
     Unknowns gradient = Unknowns::Zero();
-    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    UnknownsMatrix information = UnknownsMatrix::Zero();
     for (std::size_t i = 0; i < here.size(); ++i) {
       const auto column = static_cast<Eigen::Index>(i);
       const Unknowns by_variance = J_log_variance.col(column);
@@ -192,7 +199,7 @@ class Levels {
       information +=
           0.5 * by_variance * by_variance.transpose() + by_residual * by_residual.transpose();
     }
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < kUnknowns; ++k) {
       if (!looksFor(k)) {
         information(k, k) = 1.0;
         continue;
@@ -202,10 +209,10 @@ class Levels {
       gradient(k) += off / stddev_(k);
       information(k, k) += 1.0 / (stddev_(k) * stddev_(k));
     }
-    const Eigen::LDLT<Eigen::Matrix3d> solver(information);
+    const Eigen::LDLT<UnknownsMatrix> solver(information);
     *step = (-solver.solve(gradient)).cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
-    score.covariance = solver.solve(Eigen::Matrix3d::Identity());
-    for (int k = 0; k < 3; ++k) {
+    score.covariance = solver.solve(UnknownsMatrix::Identity());
+    for (int k = 0; k < kUnknowns; ++k) {
       if (!looksFor(k)) score.covariance(k, k) = 0.0;
     }
     return score;
@@ -213,28 +220,28 @@ class Levels {
 
   const LinearRecord& record_;
   Unknowns mean_;
-  Eigen::Vector3d stddev_;
+  Unknowns stddev_;
   bool gives_up_slips_;
 };
 
 using Joint = Gaussian<5 + kErrorCount>;
 
-/// Mean and covariance over the levels, by six points of them.
+/// Mean and covariance over the levels, by two points of them for each unknown.
 RobotEstimate averageOver(const LinearRecord& record, const Likeliest& levels,
                           bool gives_up_slips) {
-  constexpr int kPoints = 6;
-  const Eigen::Matrix3d root =
-      std::sqrt(3.0) *
-      Eigen::Matrix3d(
-          Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(levels.covariance).operatorSqrt());
+  constexpr int kPoints = 2 * kUnknowns;
+  const UnknownsMatrix root =
+      std::sqrt(static_cast<double>(kUnknowns)) *
+      Eigen::SelfAdjointEigenSolver<UnknownsMatrix>(levels.covariance).operatorSqrt();
   const Joint middle =
       record.filter(levels.unknowns, gives_up_slips).last.robot(0).joint<kErrorCount>();
   Joint average{Joint().mean.Zero(), Joint().covariance.Zero()};
   for (int i = 0; i < kPoints; ++i) {
-    const double sign = i < 3 ? 1.0 : -1.0;
-    const Joint point = record.filter(levels.unknowns + sign * root.col(i % 3), gives_up_slips)
-                            .last.robot(0)
-                            .joint<kErrorCount>();
+    const double sign = i < kUnknowns ? 1.0 : -1.0;
+    const Joint point =
+        record.filter(levels.unknowns + sign * root.col(i % kUnknowns), gives_up_slips)
+            .last.robot(0)
+            .joint<kErrorCount>();
     const auto off = (point.mean - middle.mean).eval();
     average.mean += off / kPoints;
     average.covariance += (point.covariance + off * off.transpose()) / kPoints;
@@ -251,7 +258,8 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
                         const NoiseLevels& used) {
   constexpr double kCostOfSlip = 5.0;
   const LinearRecord record(observations, fit, errors);
-  const Unknowns start(std::log(used.bearing.value), std::log(used.wheel.value), kCorrelationMean);
+  const Unknowns start(std::log(used.bearing.value), std::log(used.wheel.value), kShareMean,
+                       kCorrelationMean);
   bool gives_up_slips = true;
   Likeliest likeliest = Levels(record, priors, gives_up_slips).find(start);
   if (!fit.slips.empty()) {
@@ -262,19 +270,21 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
       likeliest = noisier;
     }
   }
-  const Eigen::Vector3d stddev = likeliest.covariance.diagonal().cwiseSqrt();
+  const Unknowns stddev = likeliest.covariance.diagonal().cwiseSqrt();
   return {{{std::exp(likeliest.unknowns(kBearing)), stddev(kBearing)},
            {std::exp(likeliest.unknowns(kWheel)), stddev(kWheel)}},
           averageOver(record, likeliest, gives_up_slips)};
 }
 
-RobotEstimate widened(const RobotEstimate& estimate, const BatchEstimate& fit,
-                      const NoiseReview& review) {
+RobotEstimate withItsNoise(const RobotEstimate& estimate, const BatchEstimate& fit,
+                           const NoiseReview& review) {
   constexpr int kSize = 5 + kErrorCount;
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   using Vector = Eigen::Matrix<double, kSize, 1>;
-  const Matrix before = fit.robot().joint<kErrorCount>().covariance;
-  const Matrix more = review.average.joint<kErrorCount>().covariance - before;
+  const Gaussian<kSize> joint = fit.robot().joint<kErrorCount>();
+  const Gaussian<kSize> average = review.average.joint<kErrorCount>();
+  const Matrix& before = joint.covariance;
+  const Matrix more = average.covariance - before;
   // in standard deviations of the fit, so that metres and radians can be compared
   const Vector unit = before.diagonal().cwiseSqrt();
   const Vector per_unit = (unit.array() > 0.0).select(unit.cwiseInverse(), 0.0);
@@ -282,6 +292,9 @@ RobotEstimate widened(const RobotEstimate& estimate, const BatchEstimate& fit,
                                                      per_unit.asDiagonal());
   const Matrix directions = unit.asDiagonal() * solver.eigenvectors();
   Gaussian<kSize> wider = estimate.joint<kErrorCount>();
+  wider.mean += average.mean - joint.mean;
+  double& yaw = wider.mean(CartesianIndex::kSensorYaw);
+  yaw = wrapAngle(yaw);
   wider.covariance +=
       directions * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * directions.transpose();
   return RobotEstimate::from<kErrorCount>(wider);

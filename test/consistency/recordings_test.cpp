@@ -11,6 +11,7 @@
 
 #include "bearing_calibration/common/chi_square.h"
 #include "support/recording_calibration.h"
+#include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -173,14 +174,24 @@ TEST_F(Litw, TurningTheSensorTurnsTheYawAlone) {
 }
 
 struct LateResult {
-  int offsets_found = 0;
-  std::vector<double> position_m;
+  std::vector<double> offsets_s;
+  std::vector<MountError> errors;
+  int inconsistent = 0;
+
+  int offsetsWithin(double least_s, double most_s) const {
+    return static_cast<int>(std::count_if(offsets_s.begin(), offsets_s.end(), [&](double offset_s) {
+      return offset_s >= least_s && offset_s <= most_s;
+    }));
+  }
+  double medianPosition() const {
+    std::vector<double> position_m;
+    for (const MountError& error : errors) position_m.push_back(error.position_m);
+    return median(position_m);
+  }
 };
 
 /// Every landmark of litw with the latency not given.
-LateResult driveLate(const std::string& odometry) {
-  RecordingSetup setup = litwSetup();
-  setup.odometry = odometry;
+LateResult driveLate(RecordingSetup setup) {
   setup.latency_s = 0.0;
   setup.errors.setBlock("time_offset", 0.1);
   setup.errors.setBlock("wheel_scales", 0.03);
@@ -191,19 +202,21 @@ LateResult driveLate(const std::string& odometry) {
     const Drive run = drive(readLandmark(setup, landmark), configFor(setup));
     if (!run.last.base_from_sensor) {
       std::printf("%8d  no estimate: %s\n", landmark, run.last.advice.c_str());
-      late.position_m.push_back(kInfinity);
+      late.errors.push_back(kNoEstimate);
       continue;
     }
     const MountError end = errorOf(*run.last.base_from_sensor, truth);
     const ErrorVector& errors = run.last.robot_errors.mean;
     const double offset_s = errors(placeOf<TimeOffset>());
     std::printf(
-        "%8d  %5.2f cm %5.2f deg chi2 %5.1f  offset %6.3f +- %.3f s, scales %6.3f %6.3f  %s\n",
+        "%8d  %5.2f cm %5.2f deg chi2 %5.1f  offset %6.3f +- %.3f s, scales %6.3f %6.3f, "
+        "noise %.2f %.1f  %s\n",
         landmark, 100.0 * end.position_m, end.yaw_rad / kDegree, end.chi_square, offset_s,
         std::sqrt(run.last.robot_errors.covariance(0, 0)), errors(1), errors(2),
-        nameOf(run.last.state));
-    late.position_m.push_back(end.position_m);
-    late.offsets_found += std::abs(offset_s - 0.11) <= 0.03 ? 1 : 0;
+        run.last.noise.bearing.value, run.last.noise.wheel.value, nameOf(run.last.state));
+    late.errors.push_back(end);
+    late.offsets_s.push_back(offset_s);
+    late.inconsistent += run.last.state == CalibrationState::kInconsistent ? 1 : 0;
     for (const Drive::Moment& moment : run.moments) {
       if (moment.result.state != CalibrationState::kConverged) continue;
       EXPECT_LE(errorOf(*moment.result.base_from_sensor, truth).chi_square, 16.3)
@@ -214,18 +227,40 @@ LateResult driveLate(const std::string& odometry) {
 }
 
 TEST_F(Litw, FindsTheLatencyByItself) {
-  const LateResult late = driveLate("odometry_calibrated.csv");
-  std::printf("median %.2f cm\n", 100.0 * median(late.position_m));
-  EXPECT_GE(late.offsets_found, 7);
-  EXPECT_LE(median(late.position_m), 0.02);
+  const LateResult late = driveLate(litwSetup());
+  std::printf("median %.2f cm\n", 100.0 * late.medianPosition());
+  EXPECT_GE(late.offsetsWithin(0.08, 0.14), 7);
+  EXPECT_LE(late.medianPosition(), 0.02);
+}
+
+// A stranger's robot: its owner knows the separation, and the noise is what the parameters have.
+TEST_F(Litw, FindsTheMountWithNothingStatedButTheSeparation) {
+  RecordingSetup setup = litwSetup();
+  setup.wheel_noise = {1e-6, 3e-6};
+  setup.bearing_stddev_rad = 1.0 * kDegree;
+  setup.noise = usualNoise();
+  const LateResult late = driveLate(setup);
+  double chi_square_sum = 0.0;
+  for (const MountError& error : late.errors) {
+    EXPECT_LE(error.position_m, 0.04);
+    EXPECT_LE(error.yaw_rad, 1.5 * kDegree);
+    chi_square_sum += error.chi_square;
+  }
+  const double mean = chi_square_sum / static_cast<double>(late.errors.size());
+  std::printf("median %.2f cm, mean chi-square %.2f\n", 100.0 * late.medianPosition(), mean);
+  EXPECT_LE(mean, 4.0);
+  EXPECT_EQ(late.inconsistent, 0);
+  EXPECT_GE(late.offsetsWithin(0.10, 0.14), 8);
 }
 
 // Its authors' scales are 5 to 6 % off and its speed has an offset while standing, which no scale
 // can put right.
 TEST_F(Litw, FindsTheLatencyFromThePublishedOdometry) {
-  const LateResult late = driveLate("odometry_published.csv");
-  std::printf("median %.2f cm\n", 100.0 * median(late.position_m));
-  EXPECT_GE(late.offsets_found, 7);
+  RecordingSetup setup = litwSetup();
+  setup.odometry = "odometry_published.csv";
+  const LateResult late = driveLate(setup);
+  std::printf("median %.2f cm\n", 100.0 * late.medianPosition());
+  EXPECT_GE(late.offsetsWithin(0.08, 0.14), 7);
 }
 
 // ---- commanded velocities are no encoders, and a mount near the centre has no phi ----

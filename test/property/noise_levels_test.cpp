@@ -1,13 +1,15 @@
 // The levels of the noise: found against the truth over many runs, and held where a record is
 // short.
-#include "bearing_calibration/solve/noise_review.h"
-
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <cmath>
+#include <random>
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/solve/noise_review.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {
@@ -18,55 +20,144 @@ constexpr NoisePriors kPriors{1.0, 1.5};
 struct Record {
   std::vector<Observation> observations;
   BatchEstimate fit;
+  Vector5 truth;  ///< at the last observation
 };
 
-/// A run of the paper, its noise stated so many times as large as it is, with the batch begun at
-/// the truth.
-Record recordOf(std::uint64_t seed, double duration_s, const NoiseLevels& stated) {
-  SimulatedCase simulated = paperCase(seed);
-  simulated.duration_s = duration_s;
+/// A run with its noise stated so many times as large as it is, and the batch begun at the truth.
+Record recordOf(const SimulatedCase& simulated, const NoiseLevels& stated,
+                const BatchConfig& config) {
   const ObservationRun run = simulate(simulated);
   Record record;
   record.observations = withNoise(run.observations, stated);
-  BatchConfig config;
-  config.reject_sigmas = 0.0;  // there is nothing to reject, and no tail to be cut
-  config.slip_gain = 0.0;
   record.fit = BatchEstimator(config).estimate(record.observations,
                                                {run.truth.back(), record.observations.size() - 1});
+  record.truth = run.truth.back();
   return record;
 }
 
-TEST(NoiseLevels, AreFoundAsWellAsTheySay) {
-  constexpr int kRuns = 20;
-  constexpr double kFalseAlarm = 1e-3;
-  const NoiseLevels stated{{0.5, 0.0}, {0.25, 0.0}};
+SimulatedCase paperCaseOf(std::uint64_t seed, double duration_s) {
+  SimulatedCase simulated = paperCase(seed);
+  simulated.duration_s = duration_s;
+  return simulated;
+}
+
+Record recordOf(std::uint64_t seed, double duration_s, const NoiseLevels& stated,
+                double correlation = 0.0) {
+  SimulatedCase simulated = paperCaseOf(seed, duration_s);
+  simulated.robot.sensor.correlation = correlation;
+  BatchConfig config;
+  config.reject_sigmas = 0.0;  // there is nothing to reject, and no tail to be cut
+  config.slip_gain = 0.0;
+  return recordOf(simulated, stated, config);
+}
+
+NoiseLevels found(const Record& record, const NoisePriors& priors = kPriors) {
+  return reviewNoise(record.observations, record.fit, {}, priors, {}).levels;
+}
+
+constexpr int kRuns = 20;
+constexpr double kFalseAlarm = 1e-3;
+
+void expectInBand(double nees, double degrees) {
+  EXPECT_LT(nees, chiSquareQuantile(1.0 - kFalseAlarm, degrees));
+  EXPECT_GT(nees, chiSquareQuantile(kFalseAlarm, degrees));
+}
+
+const NoiseLevels kStatedTooSmall{{0.5, 0.0}, {0.25, 0.0}};
+
+void expectFoundAsWellAsTheySay(double correlation) {
   double bearing_nees = 0.0;
   double wheel_nees = 0.0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
-    const Record record = recordOf(seed, 100.0, stated);
-    const NoiseLevels found = reviewNoise(record.observations, record.fit, {}, kPriors, {}).levels;
-    bearing_nees += std::pow(std::log(2.0 / found.bearing.value) / found.bearing.log_stddev, 2);
-    wheel_nees += std::pow(std::log(4.0 / found.wheel.value) / found.wheel.log_stddev, 2);
-    EXPECT_LT(found.bearing.log_stddev, 0.05) << seed;
+    const NoiseLevels levels = found(recordOf(seed, 100.0, kStatedTooSmall, correlation));
+    bearing_nees += std::pow(std::log(2.0 / levels.bearing.value) / levels.bearing.log_stddev, 2);
+    wheel_nees += std::pow(std::log(4.0 / levels.wheel.value) / levels.wheel.log_stddev, 2);
+    EXPECT_LT(levels.bearing.log_stddev, 0.1) << seed;
   }
-  for (double nees : {bearing_nees, wheel_nees}) {
-    EXPECT_LT(nees, chiSquareQuantile(1.0 - kFalseAlarm, kRuns));
-    EXPECT_GT(nees, chiSquareQuantile(kFalseAlarm, kRuns));
+  expectInBand(bearing_nees, kRuns);
+  expectInBand(wheel_nees, kRuns);
+}
+
+TEST(NoiseLevels, AreFoundAsWellAsTheySay) { expectFoundAsWellAsTheySay(0.0); }
+
+TEST(NoiseLevels, AreFoundBesideACorrelationOfTheBearings) { expectFoundAsWellAsTheySay(0.7); }
+
+// Levels drawn from their prior: then the mount must be as sure as it says.
+TEST(NoiseLevels, WidenTheMountByWhatIsNotKnownOfThem) {
+  const NoisePriors priors{1.0, 2.0};
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  double nees = 0.0;
+  for (std::uint64_t seed = 1; seed <= 2 * kRuns; ++seed) {
+    const NoiseLevels stated{{std::exp(priors.bearing_stddev * normal(engine)), 0.0},
+                             {std::exp(priors.wheel_stddev * normal(engine)), 0.0}};
+    Record record = recordOf(seed, 50.0, stated);
+    const NoiseLevels levels = found(record, priors);
+    record.fit = BatchEstimator({}).estimate(withNoise(record.observations, levels),
+                                             surestStart(record.fit));
+    const NoiseReview review = reviewNoise(record.observations, record.fit, {}, priors, levels);
+    const CartesianEstimate& fit = record.fit.at_last_observation;
+    const CartesianEstimate estimate =
+        withItsNoise(record.fit.robot(), record.fit, review).cartesian;
+    EXPECT_GE(Eigen::SelfAdjointEigenSolver<Matrix5>(estimate.covariance - fit.covariance)
+                  .eigenvalues()
+                  .minCoeff(),
+              -1e-12);
+    const Eigen::Vector3d error = (estimate.mean - record.truth).tail<3>();
+    nees += error.dot(estimate.covariance.bottomRightCorner<3, 3>().ldlt().solve(error));
   }
+  expectInBand(nees, 3.0 * 2.0 * kRuns);
+}
+
+TEST(NoiseLevels, ASlipIsNotLaidToTheWheelsNoise) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    SimulatedCase simulated = paperCaseOf(seed, 60.0);
+    simulated.robot.faults.slips.push_back({{30.0, 0.4}, WheelSlip::Wheel::kLeft, 0.7});
+    const Record record = recordOf(simulated, {}, BatchConfig());
+    ASSERT_FALSE(record.fit.slips.empty()) << seed;
+    const NoiseFactor wheel = found(record).wheel;
+    EXPECT_LT(std::abs(std::log(wheel.value)), 3.5 * wheel.log_stddev) << seed;
+  }
+}
+
+TEST(NoiseLevels, NoiseOfTheWheelsIsNotLaidToSlips) {
+  int with_slips = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Record record = recordOf(paperCaseOf(seed, 60.0), {{1.0, 0.0}, {0.01, 0.0}}, {});
+    with_slips += record.fit.slips.empty() ? 0 : 1;
+    const NoiseFactor wheel = found(record, {1.0, 2.0}).wheel;
+    EXPECT_LT(std::abs(std::log(wheel.value / 100.0)), 3.5 * wheel.log_stddev) << seed;
+  }
+  EXPECT_GT(with_slips, 0) << "else nothing was tried";
+}
+
+TEST(NoiseLevels, DifferencesOfNeighboursTellTheBearings) {
+  for (double factor : {0.3, 1.0, 4.0}) {
+    const Record record = recordOf(1, 60.0, {{1.0 / factor, 0.0}, {1.0, 0.0}});
+    EXPECT_NEAR(bearingLevelFromDifferences(record.observations), factor, 0.15 * factor);
+  }
+  EXPECT_EQ(bearingLevelFromDifferences({}), 1.0);
+}
+
+TEST(NoiseLevels, SurpriseWhereTheyAreFarAboveWhatWasStated) {
+  const NoisePriors priors{1.0, 2.0};
+  EXPECT_FALSE(priors.isSurprisedBy({{4.0, 0.0}, {18.0, 0.0}}));
+  EXPECT_TRUE(priors.isSurprisedBy({{5.0, 0.0}, {1.0, 0.0}}));
+  EXPECT_TRUE(priors.isSurprisedBy({{1.0, 0.0}, {25.0, 0.0}}));
+  EXPECT_FALSE(NoisePriors{}.isSurprisedBy({{100.0, 0.0}, {100.0, 0.0}}));
 }
 
 TEST(NoiseLevels, AFactorThatIsNotLookedForStaysAsStated) {
   const Record record = recordOf(1, 50.0, {});
-  const NoiseLevels found = reviewNoise(record.observations, record.fit, {}, {1.0, 0.0}, {}).levels;
-  EXPECT_EQ(found.wheel.value, 1.0);
-  EXPECT_EQ(found.wheel.log_stddev, 0.0);
-  EXPECT_LT(std::abs(std::log(found.bearing.value)), 3.0 * found.bearing.log_stddev);
+  const NoiseLevels levels = found(record, {1.0, 0.0});
+  EXPECT_EQ(levels.wheel.value, 1.0);
+  EXPECT_EQ(levels.wheel.log_stddev, 0.0);
+  EXPECT_LT(std::abs(std::log(levels.bearing.value)), 3.0 * levels.bearing.log_stddev);
 }
 
 TEST(NoiseLevels, TheWheelsOfAShortWayAreHeldAtTheirPrior) {
   const Record record = recordOf(2, 5.0, {});
-  const NoiseLevels found = reviewNoise(record.observations, record.fit, {}, {0.7, 0.7}, {}).levels;
-  const std::vector<BlockReport> reports = reportNoise({0.7, 0.7}, found, {});
+  const std::vector<BlockReport> reports = reportNoise({0.7, 0.7}, found(record, {0.7, 0.7}), {});
   EXPECT_EQ(reports[0].status, BlockStatus::kEstimated);
   EXPECT_EQ(reports[1].status, BlockStatus::kHeldAtPrior);
   EXPECT_FALSE(reports[1].note.empty());

@@ -84,6 +84,7 @@ CalibratorConfig configFor(const RecordingSetup& setup) {
   config.bearings.max_future_s = 1.0;
   config.initialisation = setup.initialisation;
   config.initializer.batch.errors = setup.errors;
+  config.initializer.noise = setup.noise;
   return config;
 }
 

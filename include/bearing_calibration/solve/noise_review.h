@@ -25,8 +25,9 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
                         const ErrorPriors& errors, const NoisePriors& priors,
                         const NoiseLevels& used);
 
-/// An estimate from a fit, with the covariance that unknown levels add to the fit's own.
-RobotEstimate widened(const RobotEstimate& estimate, const BatchEstimate& fit,
-                      const NoiseReview& review);
+/// An estimate that rests on a fit, moved as the average lies against the fit, and with the
+/// covariance that the average has beyond the fit's own.
+RobotEstimate withItsNoise(const RobotEstimate& estimate, const BatchEstimate& fit,
+                           const NoiseReview& review);
 
 }  // namespace bearing_calibration::core
