@@ -140,10 +140,13 @@ struct Likeliest {
 /// Fisher's scoring: derivatives of the innovations by small differences, their expected curvature.
 class Levels {
  public:
-  Levels(const LinearRecord& record, const NoisePriors& priors, bool gives_up_slips)
+  /// @param least_log_bearing  lower limit of that unknown
+  Levels(const LinearRecord& record, const NoisePriors& priors, double least_log_bearing,
+         bool gives_up_slips)
       : record_(record),
         mean_(0.0, 0.0, kShareMean, kCorrelationMean),
         stddev_(priors.bearing_stddev, priors.wheel_stddev, kLogitStddev, kLogitStddev),
+        least_log_bearing_(least_log_bearing),
         gives_up_slips_(gives_up_slips) {}
 
   Likeliest find(Unknowns unknowns) const {
@@ -158,6 +161,7 @@ class Levels {
       // back to the best, where the last step was too long
       unknowns = here.cost > likeliest.cost ? Unknowns(0.5 * (unknowns + likeliest.unknowns))
                                             : Unknowns(unknowns + step);
+      unknowns(kBearing) = std::max(unknowns(kBearing), least_log_bearing_);
     }
     return likeliest;
   }
@@ -221,6 +225,7 @@ class Levels {
   const LinearRecord& record_;
   Unknowns mean_;
   Unknowns stddev_;
+  double least_log_bearing_;
   bool gives_up_slips_;
 };
 
@@ -256,14 +261,20 @@ RobotEstimate averageOver(const LinearRecord& record, const Likeliest& levels,
 NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
                         const ErrorPriors& errors, const NoisePriors& priors,
                         const NoiseLevels& used) {
-  constexpr double kCostOfSlip = 5.0;
+  constexpr double kCostOfSlip = 10.0;  // half the chi-square for which a fit gives a motion up
+  /// Of how neighbours differ, which wheels hardly touch: else noise that lasts is laid to them.
+  constexpr double kShareOfDifferences = 0.7;
   const LinearRecord record(observations, fit, errors);
-  const Unknowns start(std::log(used.bearing.value), std::log(used.wheel.value), kShareMean,
-                       kCorrelationMean);
+  Unknowns start;
+  start << std::log(used.bearing.value), std::log(used.wheel.value), kShareMean, kCorrelationMean;
+  const double least_log_bearing =
+      priors.bearing_stddev > 0.0
+          ? std::log(kShareOfDifferences * bearingLevelFromDifferences(observations))
+          : start(kBearing);
   bool gives_up_slips = true;
-  Likeliest likeliest = Levels(record, priors, gives_up_slips).find(start);
+  Likeliest likeliest = Levels(record, priors, least_log_bearing, gives_up_slips).find(start);
   if (!fit.slips.empty()) {
-    const Likeliest noisier = Levels(record, priors, false).find(start);
+    const Likeliest noisier = Levels(record, priors, least_log_bearing, false).find(start);
     const double cost = likeliest.cost + kCostOfSlip * static_cast<double>(fit.slips.size());
     if (noisier.cost < cost) {
       gives_up_slips = false;
