@@ -164,10 +164,11 @@ void spotAlone(benchmark::State& state) {
   const Eigen::Vector2d mirror_centre(config.view.centre_u_px, config.view.centre_v_px);
   const Eigen::Vector2d outward = (light.ellipse.centre_px - mirror_centre).normalized();
   const Eigen::Vector2d across(-outward.y(), outward.x());
-  const SpotWindow window{light.ellipse.centre_px,
-                          light.ellipse.radial_variance_px2 * outward * outward.transpose() +
-                              light.ellipse.tangential_variance_px2 * across * across.transpose(),
-                          2.5, CentreWeight::kOutline};
+  const SpotWindow window{{light.ellipse.centre_px,
+                           light.ellipse.radial_variance_px2 * outward * outward.transpose() +
+                               light.ellipse.tangential_variance_px2 * across * across.transpose(),
+                           2.5},
+                          CentreWeight::kOutline};
   const SpotLevels levels{kThreshold, light.ellipse.background_levels, levelNoise(config.sensor)};
   if (!measureSpot(image, image, window, levels, mirror_centre)) {
     state.SkipWithError("the light was not measured");

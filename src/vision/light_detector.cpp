@@ -335,7 +335,7 @@ SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
 }
 
 /// Whether the outline of the spot leaves the mask.
-bool LightDetector::cutByMask(const SpotWindow& window) const {
+bool LightDetector::cutByMask(const PixelEllipse& window) const {
   constexpr double kRounding_px = 1.5;
   const double longest_reach_px = window.size * std::sqrt(window.covariance_px2.trace());
   if (mask_.clearancePx(window.centre_px.x(), window.centre_px.y()) >

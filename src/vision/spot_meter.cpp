@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/vision/pixel_kernels.h"
 #include "bearing_calibration/vision/spot_sums.h"
 
 namespace bearing_calibration::core {
@@ -28,7 +27,7 @@ constexpr double kEnoughRows = 10.0;
 constexpr double kSmallStep = 0.03;
 
 int rowStepFor(const PixelEllipse& window) {
-  const double rows = 2.0 * window.reach * window.shape.stddev_v_px;
+  const double rows = 2.0 * window.size * std::sqrt(window.covariance_px2(1, 1));
   return std::max(1, static_cast<int>(rows / kEnoughRows));
 }
 
@@ -143,14 +142,13 @@ std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& 
   if (image.cols < kPixelLanes) return std::nullopt;  // no room for a light
   const WeightPolynomial weight = polynomialOf(first_window);
   const double reach_px = first_window.size * std::sqrt(first_window.covariance_px2.trace());
-  PixelEllipse window{first_window.centre_px, EllipseShape(first_window.covariance_px2),
-                      first_window.size};
-  const Matrix2d& information = window.shape.information;
+  SpotWindow window = first_window;
+  const Matrix2d information = window.covariance_px2.inverse();
   const int row_step = rowStepFor(window);
-  Background background = fitBackground(
-      sumPlane(image, window.reaching(kRingBegin * window.reach), kRingEnd * window.reach, row_step,
-               levels.threshold, levels.background),
-      levels);
+  const PixelEllipse inside{window.centre_px, window.covariance_px2, kRingBegin * window.size};
+  Background background = fitBackground(sumPlane(image, inside, kRingEnd * window.size, row_step,
+                                                 levels.threshold, levels.background),
+                                        levels);
   CentreMoments centre;
   Vector2d shift;
   const auto step = [&] {

@@ -116,6 +116,28 @@ TEST(BlobSegmenter, AgreesWithFloodFillingWhereAPostDividesTheRows) {
   }
 }
 
+TEST(BlobSegmenter, AgreesWithFloodFillingInStripsThatLieAnywhere) {
+  std::mt19937 random(5);
+  BlobSegmenter segmenter;
+  for (int width : {8, 31, 32, 33, 63, 64, 65, 130, 200}) {
+    for (double density : {0.02, 0.5, 0.98}) {
+      const cv::Mat image = randomImage<std::uint8_t>(width, 23, density, &random);
+      std::vector<PixelStrip> strips{{0, width / 4, width - width / 8, 3}};
+      for (int v = 3; v < image.rows; ++v) {
+        strips.push_back({v, v % 4, width / 2});
+        strips.push_back({v, width / 2 + 1, width - v % 2});
+      }
+      cv::Mat seen = cv::Mat::zeros(image.size(), image.type());
+      for (const PixelStrip& s : strips) {
+        const cv::Rect rect(s.begin, s.row, s.end - s.begin, s.rows);
+        image(rect).copyTo(seen(rect));
+      }
+      EXPECT_EQ(sortedMoments(segmenter.segment(image, strips, 100)), floodedMoments(seen, 100))
+          << width << " wide, density " << density;
+    }
+  }
+}
+
 TEST(BlobSegmenter, TheThresholdItselfIsDark) {
   cv::Mat image(1, 130, CV_8UC1, cv::Scalar(100));
   BlobSegmenter segmenter;

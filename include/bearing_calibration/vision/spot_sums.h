@@ -3,9 +3,14 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "bearing_calibration/vision/pixel_ellipse.h"
-
 namespace bearing_calibration::core {
+
+/// Pixels whose Mahalanobis distance from the centre is at most the size.
+struct PixelEllipse {
+  Eigen::Vector2d centre_px;
+  Eigen::Matrix2d covariance_px2;  ///< in (u, v)
+  double size = 0.0;               ///< in standard deviations
+};
 
 /// The weight of a pixel at the Mahalanobis distance m: constant + m^2 (square + sixth m^4).
 struct WeightPolynomial {
@@ -56,12 +61,16 @@ struct SpreadMoments {
   int full_pixels = 0;
 };
 
-// The sums take every row_step-th row of a CV_8UC1 or CV_16UC1 image of kPixelLanes columns at
-// least.
+/// The loops over an image's columns take so many pixels side by side.
+inline constexpr int kPixelLanes = 8;
 
-/// Over the pixels from the ellipse to that of the outer reach whose level is at most `threshold`.
-PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer_reach,
-                   int row_step, double threshold, double reference);
+// The sums take every row_step-th row of a CV_8UC1 or CV_16UC1 image of kPixelLanes columns at
+// least. They add up the same numbers in the same order, whatever instructions they are made of.
+
+/// Over the pixels from the inner ellipse to the one of the outer size whose level is at most
+/// `threshold`.
+PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer_size, int row_step,
+                   double threshold, double reference);
 
 /// Over an ellipse's pixels.
 CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int row_step,
