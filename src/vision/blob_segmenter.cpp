@@ -81,17 +81,15 @@ bool BlobSegmenter::findRuns(const cv::Mat& image, const std::vector<PixelStrip>
   if (strips.empty()) return true;
   const Level limit = cv::saturate_cast<Level>(threshold);
   const int first_row = strips.front().row;
-  const int last_row = strips.back().row + strips.back().rows - 1;
+  const int last_row = strips.back().row;
   for (const PixelStrip& strip : strips) {
-    for (int v = strip.row; v < strip.row + strip.rows; ++v) {
-      const Level* row = image.ptr<Level>(v);
-      const int* last = writeEdges(row, strip.begin, strip.end, limit, edges_.data());
-      for (const int* edge = edges_.data(); edge != last; edge += 2) {
-        if (runs_.size() == kMaxRuns) return false;
-        const bool cut =
-            edge[0] == strip.begin || edge[1] == strip.end || v == first_row || v == last_row;
-        runs_.push_back({v, edge[0], edge[1], cut, 0, 0});
-      }
+    const int* last =
+        writeEdges(image.ptr<Level>(strip.row), strip.begin, strip.end, limit, edges_.data());
+    for (const int* edge = edges_.data(); edge != last; edge += 2) {
+      if (runs_.size() == kMaxRuns) return false;
+      const bool cut = edge[0] == strip.begin || edge[1] == strip.end || strip.row == first_row ||
+                       strip.row == last_row;
+      runs_.push_back({strip.row, edge[0], edge[1], cut, 0, 0});
     }
   }
   return true;

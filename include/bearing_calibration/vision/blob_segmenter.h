@@ -5,7 +5,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "bearing_calibration/vision/pixel_strip.h"
+#include "bearing_calibration/vision/annulus_mask.h"
 
 namespace bearing_calibration::core {
 
