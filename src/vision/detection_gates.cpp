@@ -30,21 +30,11 @@ bool hasAxis(const SpotSize& expected) {
          expected.tangential_stddev_px.low > kElongated * expected.radial_stddev_px.high;
 }
 
-/// Density of a light's deviations over that of clutter, for deviations in units of their gates.
-class LikelihoodRatio {
- public:
-  void add(double part_of_gate) {
-    constexpr double kLightOverClutter = 2.0 * kGateSigmas / 2.5066282746310002;  // sqrt(2 pi)
-    const double sigmas = kGateSigmas * part_of_gate;
-    in_the_middle_ *= kLightOverClutter;
-    squares_ += sigmas * sigmas;
-  }
-  double value() const { return in_the_middle_ * std::exp(-0.5 * squares_); }
-
- private:
-  double in_the_middle_ = 1.0;
-  double squares_ = 0.0;
-};
+/// Angle between the ellipse's axis and the mirror's radius or tangent, whichever is nearer [rad].
+double axisError(const LightEllipse& ellipse) {
+  const double difference = ellipse.radial_variance_px2 - ellipse.tangential_variance_px2;
+  return 0.5 * std::atan2(2.0 * ellipse.mixed_variance_px2, std::abs(difference));
+}
 
 double fillPartOfGate(const LightEllipse& ellipse, const GateConfig& gates) {
   const double small = ellipse.fill_tolerance;
@@ -145,15 +135,19 @@ Rejection rejectionOf(const PartsOfGates& parts) {
 }
 
 double probabilityOf(const PartsOfGates& parts, const GateConfig& gates) {
-  LikelihoodRatio light_over_clutter;
-  light_over_clutter.add(parts.fill);
+  constexpr double kLightOverClutter = 2.0 * kGateSigmas / 2.5066282746310002;  // sqrt(2 pi)
+  double ratio = 1.0;  // of the densities in the middle of the gates
+  double squares = 0.0;
+  const auto add = [&](double part_of_gate) {
+    ratio *= kLightOverClutter;
+    squares += std::pow(kGateSigmas * part_of_gate, 2);
+  };
+  add(parts.fill);
   if (gates.mirror) {
-    light_over_clutter.add(parts.tangential);
-    light_over_clutter.add(parts.radial);
-    light_over_clutter.add(parts.kurtosis);
+    for (double part : {parts.tangential, parts.radial, parts.kurtosis}) add(part);
   }
-  if (parts.axis) light_over_clutter.add(*parts.axis);
-  const double ratio = light_over_clutter.value();
+  if (parts.axis) add(*parts.axis);
+  ratio *= std::exp(-0.5 * squares);
   return ratio / (1.0 + ratio);
 }
 

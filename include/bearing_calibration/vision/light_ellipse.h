@@ -30,7 +30,4 @@ struct CentreVariance {
   double radial_px2 = 0.0;
 };
 
-/// Angle between the ellipse's axis and the mirror's radius or tangent, whichever is nearer [rad].
-double axisError(const LightEllipse& ellipse);
-
 }  // namespace bearing_calibration::core
