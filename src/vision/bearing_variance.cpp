@@ -25,7 +25,6 @@ constexpr double kSamplingStddev_px = 0.001;
 // A full pixel on a spot's outline says whether light was there, not how much: what it may be wrong
 // by, as a part of a full pixel (a coin's toss would be 0.5; measured on clipped discs and lines).
 constexpr double kClippedOutline = 0.26;
-constexpr double kPixelVariance = 1.0 / 12.0;  // of a square of side 1
 
 /// Read noise and rounding of one pixel [levels^2].
 double readVariance(const ImageSensor& sensor) {

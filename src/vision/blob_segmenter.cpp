@@ -1,10 +1,12 @@
 #include "bearing_calibration/vision/blob_segmenter.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/light_ellipse.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -150,17 +152,15 @@ void BlobSegmenter::addUp() {
 }
 
 BlobShape shapeOf(const Blob& blob) {
-  constexpr double kPixelVariance = 1.0 / 12.0;  // of a square of side 1
   const double n = static_cast<double>(blob.pixels);
-  const double u = static_cast<double>(blob.sum_u) / n;
-  const double v = static_cast<double>(blob.sum_v) / n;
-  BlobShape shape{u, v, 0.0, 0.0, 0.0, 0.0};
-  shape.variance_uu_px2 = static_cast<double>(blob.sum_uu) / n - u * u + kPixelVariance;
-  shape.variance_uv_px2 = static_cast<double>(blob.sum_uv) / n - u * v;
-  shape.variance_vv_px2 = static_cast<double>(blob.sum_vv) / n - v * v + kPixelVariance;
-  const double det =
-      shape.variance_uu_px2 * shape.variance_vv_px2 - shape.variance_uv_px2 * shape.variance_uv_px2;
-  shape.fill = n / (4.0 * kPi * std::sqrt(det));
+  const auto mean = [&](std::int64_t sum) { return static_cast<double>(sum) / n; };
+  BlobShape shape;
+  shape.centre_px = {mean(blob.sum_u), mean(blob.sum_v)};
+  shape.covariance_px2 << mean(blob.sum_uu), mean(blob.sum_uv), mean(blob.sum_uv),
+      mean(blob.sum_vv);
+  shape.covariance_px2 +=
+      kPixelVariance * Eigen::Matrix2d::Identity() - shape.centre_px * shape.centre_px.transpose();
+  shape.fill = n / (4.0 * kPi * std::sqrt(shape.covariance_px2.determinant()));
   return shape;
 }
 

@@ -5,11 +5,11 @@
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/light_ellipse.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-constexpr double kPixelVariance = 1.0 / 12.0;        // of a square of side 1
 constexpr double kRingStddev = 0.70710678118654752;  // of cos over a circle
 // Diffraction, aberrations and the filter in front of the pixels: a standard deviation up to this.
 constexpr double kLensBlur_px = 0.5;

@@ -26,7 +26,7 @@ struct RayFan {
 struct RayEdge {
   int ray = 0;
   Vector2d place_px = Vector2d::Zero();  ///< (u, v), a fraction of a pixel
-  double slope = 0.0;                                  ///< size of the change [levels/px]
+  double slope = 0.0;                    ///< size of the change [levels/px]
 };
 
 /// Finds edges along rays, between pixels, in an image smoothed for it once.
@@ -149,37 +149,25 @@ std::vector<RayEdge> RayEdgeFinder::find(const RayFan& fan, std::size_t most_per
 constexpr int kRays = 360;
 constexpr double kLeastVisiblePart = 1.0 / 3.0;
 
-struct Candidates {
-  std::vector<RayEdge> edges;           ///< by ray
-  std::vector<std::size_t> first_edge;  ///< of each ray, and one past the last
-};
-
-Candidates candidatesFor(const RayEdgeFinder& finder, const RimSearch& search) {
+std::vector<RayEdge> candidatesFor(const RayEdgeFinder& finder, const RimSearch& search) {
   constexpr std::size_t kMostPerRay = 6;  // the rim is among the steepest of a ray
   const double begin_px = std::max(0.0, search.radius_px.low - search.max_centre_error_px);
-  Candidates candidates;
-  candidates.edges = finder.find(
+  return finder.find(
       {search.centre_px, kRays, begin_px, search.radius_px.high + search.max_centre_error_px},
       kMostPerRay);
-  std::size_t edge = 0;
-  for (int ray = 0; ray <= kRays; ++ray) {
-    while (edge < candidates.edges.size() && candidates.edges[edge].ray < ray) ++edge;
-    candidates.first_edge.push_back(edge);
-  }
-  return candidates;
 }
 
 /// Rays of which an edge lies on the circle.
-int supportOf(const Circle& circle, const Candidates& candidates) {
+int supportOf(const Circle& circle, const std::vector<RayEdge>& edges) {
   constexpr double kNear_px = 2.0;
   int rays = 0;
-  for (std::size_t ray = 0; ray < static_cast<std::size_t>(kRays); ++ray) {
-    for (std::size_t i = candidates.first_edge[ray]; i < candidates.first_edge[ray + 1]; ++i) {
-      const double distance_px = (candidates.edges[i].place_px - circle.centre_px).norm();
-      if (std::abs(distance_px - circle.radius_px) > kNear_px) continue;
-      ++rays;
-      break;
-    }
+  int last_ray = -1;
+  for (const RayEdge& edge : edges) {
+    if (edge.ray == last_ray) continue;
+    const double distance_px = (edge.place_px - circle.centre_px).norm();
+    if (std::abs(distance_px - circle.radius_px) > kNear_px) continue;
+    ++rays;
+    last_ray = edge.ray;
   }
   return rays;
 }
@@ -190,21 +178,20 @@ bool allowed(const Circle& circle, const RimSearch& search) {
 }
 
 /// The circle through three edges that has the longest edge.
-std::optional<Circle> likeliestCircle(const Candidates& candidates, const RimSearch& search) {
+std::optional<Circle> likeliestCircle(const std::vector<RayEdge>& edges, const RimSearch& search) {
   // When half of the rays show the rim, as one edge of six, a thousandth of the triples is right.
   constexpr int kTriples = 20000;
   constexpr unsigned kSeed = 1;
-  if (candidates.edges.empty()) return std::nullopt;
+  if (edges.empty()) return std::nullopt;
   std::mt19937 random(kSeed);
-  std::uniform_int_distribution<std::size_t> pick(0, candidates.edges.size() - 1);
+  std::uniform_int_distribution<std::size_t> pick(0, edges.size() - 1);
   std::optional<Circle> best;
   double longest_px = 0.0;
   for (int i = 0; i < kTriples; ++i) {
-    const auto circle = circleThrough(candidates.edges[pick(random)].place_px,
-                                      candidates.edges[pick(random)].place_px,
-                                      candidates.edges[pick(random)].place_px);
+    const auto circle = circleThrough(edges[pick(random)].place_px, edges[pick(random)].place_px,
+                                      edges[pick(random)].place_px);
     if (!circle || !allowed(*circle, search)) continue;
-    const double length_px = circle->radius_px * supportOf(*circle, candidates);
+    const double length_px = circle->radius_px * supportOf(*circle, edges);
     if (length_px <= longest_px) continue;
     longest_px = length_px;
     best = circle;

@@ -49,15 +49,6 @@ Background fitBackground(PlaneSums sums, const SpotLevels& levels) {
   return background;
 }
 
-/// Unit vectors at a place in the image, along the mirror's radius and across it.
-struct MirrorAxes {
-  MirrorAxes(const Vector2d& place_px, const Vector2d& mirror_centre_px)
-      : radial((place_px - mirror_centre_px).normalized()), tangential(-radial.y(), radial.x()) {}
-
-  Vector2d radial;
-  Vector2d tangential;
-};
-
 WeightPolynomial polynomialOf(const SpotWindow& window) {
   if (window.weight == CentreWeight::kEven) return {1.0, 0.0, 0.0};
   const double size2 = window.size * window.size;

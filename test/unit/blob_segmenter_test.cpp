@@ -210,11 +210,11 @@ TEST(BlobShape, ARectangleFillsThreeOverPi) {
   cv::Mat image(40, 60, CV_8UC1, cv::Scalar(0));
   image(cv::Rect(5, 7, 31, 12)).setTo(200);
   const BlobShape shape = shapeOf(blobOf(image));
-  EXPECT_NEAR(shape.centre_u_px, 20.0, 1e-12);
-  EXPECT_NEAR(shape.centre_v_px, 12.5, 1e-12);
-  EXPECT_NEAR(shape.variance_uu_px2, 31.0 * 31.0 / 12.0, 1e-9);
-  EXPECT_NEAR(shape.variance_vv_px2, 12.0 * 12.0 / 12.0, 1e-9);
-  EXPECT_NEAR(shape.variance_uv_px2, 0.0, 1e-9);
+  EXPECT_NEAR(shape.centre_px.x(), 20.0, 1e-12);
+  EXPECT_NEAR(shape.centre_px.y(), 12.5, 1e-12);
+  EXPECT_NEAR(shape.covariance_px2(0, 0), 31.0 * 31.0 / 12.0, 1e-9);
+  EXPECT_NEAR(shape.covariance_px2(1, 1), 12.0 * 12.0 / 12.0, 1e-9);
+  EXPECT_NEAR(shape.covariance_px2(0, 1), 0.0, 1e-9);
   EXPECT_NEAR(shape.fill, 3.0 / kPi, 1e-9);
 }
 
@@ -235,8 +235,8 @@ TEST(BlobShape, AnEllipseFillsOne) {
     const BlobShape shape = shapeOf(blobOf(image));
     const double outline_error = std::sqrt(2.0 * kPi * kA) / (kPi * kA * kB);
     EXPECT_NEAR(shape.fill, 1.0, outline_error);
-    EXPECT_NEAR(shape.centre_u_px, 50.3, 0.1);
-    EXPECT_NEAR(shape.variance_uu_px2 + shape.variance_vv_px2, 0.25 * (kA * kA + kB * kB), 2.0);
+    EXPECT_NEAR(shape.centre_px.x(), 50.3, 0.1);
+    EXPECT_NEAR(shape.covariance_px2.trace(), 0.25 * (kA * kA + kB * kB), 2.0);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
@@ -59,11 +60,8 @@ class BlobSegmenter {
 
 /// Second central moments of the blob's pixels as small squares (a lone pixel has 1/12) [px^2].
 struct BlobShape {
-  double centre_u_px;
-  double centre_v_px;
-  double variance_uu_px2;
-  double variance_uv_px2;
-  double variance_vv_px2;
+  Eigen::Vector2d centre_px;  ///< (u, v)
+  Eigen::Matrix2d covariance_px2;
   double fill;  ///< pixels over the area 4 pi sqrt(det) of the ellipse with these moments
 };
 BlobShape shapeOf(const Blob& blob);

@@ -5,6 +5,17 @@
 
 namespace bearing_calibration::core {
 
+inline constexpr double kPixelVariance = 1.0 / 12.0;  ///< of a square of side 1
+
+/// Unit vectors at a place in the image, along the mirror's radius and across it.
+struct MirrorAxes {
+  MirrorAxes(const Eigen::Vector2d& place_px, const Eigen::Vector2d& mirror_centre_px)
+      : radial((place_px - mirror_centre_px).normalized()), tangential(-radial.y(), radial.x()) {}
+
+  Eigen::Vector2d radial;
+  Eigen::Vector2d tangential;
+};
+
 /// The image of a light: an ellipse of light over its background, by intensity. "Along" and
 /// "across" are the mirror's radius and its tangent at the centre.
 struct LightEllipse {
