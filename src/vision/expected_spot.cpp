@@ -59,6 +59,11 @@ void include(Range* range, double value) {
   range->high = std::max(range->high, value);
 }
 
+/// Area of the ellipse with these standard deviations.
+double area(double tangential_px, double radial_px) {
+  return 4.0 * kPi * tangential_px * radial_px;
+}
+
 }  // namespace
 
 SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px) {
@@ -80,15 +85,6 @@ SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px) 
   }
   return size;
 }
-
-namespace {
-
-/// Area of the ellipse with these standard deviations.
-double area(double tangential_px, double radial_px) {
-  return 4.0 * kPi * tangential_px * radial_px;
-}
-
-}  // namespace
 
 ExpectedSpot::ExpectedSpot(const DetectorConfig& config)
     : area_px_{std::numeric_limits<double>::infinity(), 0.0} {

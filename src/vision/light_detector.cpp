@@ -308,8 +308,7 @@ SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
     radial += kMargin_px / window.size;
     tangential += kMargin_px / window.size;
   }
-  window.covariance_px2 = radial * radial * axes.radial * axes.radial.transpose() +
-                          tangential * tangential * axes.tangential * axes.tangential.transpose();
+  window.covariance_px2 = axes.covariance(radial * radial, tangential * tangential);
   return window;
 }
 

@@ -12,6 +12,12 @@ struct MirrorAxes {
   MirrorAxes(const Eigen::Vector2d& place_px, const Eigen::Vector2d& mirror_centre_px)
       : radial((place_px - mirror_centre_px).normalized()), tangential(-radial.y(), radial.x()) {}
 
+  /// In (u, v), of what has these variances along the axes.
+  Eigen::Matrix2d covariance(double radial_variance, double tangential_variance) const {
+    return radial_variance * radial * radial.transpose() +
+           tangential_variance * tangential * tangential.transpose();
+  }
+
   Eigen::Vector2d radial;
   Eigen::Vector2d tangential;
 };
