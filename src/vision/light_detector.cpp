@@ -92,20 +92,9 @@ CentreVariance varianceAsPart(const Eigen::Vector2d& centre_px, const std::vecto
     const double mahalanobis2 = radial_px2 / spot.ellipse.radial_variance_px2 +
                                 tangential_px2 / spot.ellipse.tangential_variance_px2;
     if (mahalanobis2 > kDisc2) continue;
-    variance.radial_px2 += radial_px2;
-    variance.tangential_px2 += tangential_px2;
+    variance += {tangential_px2, radial_px2};
   }
   return variance;
-}
-
-template <std::size_t count>
-std::array<Eigen::Vector2d, count> directionsAllAround() {
-  std::array<Eigen::Vector2d, count> directions;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double angle = 2.0 * kPi * static_cast<double>(i) / static_cast<double>(count);
-    directions[i] = {std::cos(angle), std::sin(angle)};
-  }
-  return directions;
 }
 
 }  // namespace
@@ -274,15 +263,8 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
     return;
   }
   CentreVariance variance = centreVariance(config_, *spot, expected);
-  if (result_.opened) {
-    variance.tangential_px2 += kOpened_px * kOpened_px;
-    variance.radial_px2 += kOpened_px * kOpened_px;
-  }
-  if (raised_) {
-    const CentreVariance as_part = varianceAsPart(spot->centre_px, result_.rejected, config_.view);
-    variance.tangential_px2 += as_part.tangential_px2;
-    variance.radial_px2 += as_part.radial_px2;
-  }
+  if (result_.opened) variance += {kOpened_px * kOpened_px, kOpened_px * kOpened_px};
+  if (raised_) variance += varianceAsPart(spot->centre_px, result_.rejected, config_.view);
   detection->bearing = bearingFromPixel(config_, seen, variance, probability);
 }
 
@@ -320,9 +302,11 @@ bool LightDetector::cutByMask(const PixelEllipse& window) const {
       longest_reach_px + kRounding_px) {
     return false;
   }
-  static const std::array<Eigen::Vector2d, 16> kDirections = directionsAllAround<16>();
+  constexpr int kDirections = 16;
   const Eigen::Matrix2d information = window.covariance_px2.inverse();
-  for (const Eigen::Vector2d& direction : kDirections) {
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2.0 * kPi * i / kDirections;
+    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
     const double reach = window.size / std::sqrt(direction.dot(information * direction));
     const Eigen::Vector2d outline = window.centre_px + reach * direction;
     if (!mask_.contains(outline.x(), outline.y())) return true;

@@ -50,9 +50,9 @@ Background fitBackground(PlaneSums sums, const SpotLevels& levels) {
 }
 
 WeightPolynomial polynomialOf(const SpotWindow& window) {
-  if (window.weight == CentreWeight::kEven) return {1.0, 0.0, 0.0};
+  if (window.weight == CentreWeight::kEven) return {1.0F, 0.0F, 0.0F};
   const double size2 = window.size * window.size;
-  return {0.0, 1.0, -1.0 / (size2 * size2)};
+  return {0.0F, 1.0F, static_cast<float>(-1.0 / (size2 * size2))};
 }
 
 /// d sum(L w x) / d centre along an axis x.

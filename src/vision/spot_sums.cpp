@@ -127,20 +127,6 @@ struct PlaneLevels {
   float slope_v;
 };
 
-/// Weights, and their derivative, over the squared Mahalanobis distance.
-struct Weights {
-  explicit Weights(const WeightPolynomial& weight)
-      : constant(static_cast<float>(weight.constant)),
-        square(static_cast<float>(weight.square)),
-        sixth(static_cast<float>(weight.sixth)) {}
-  float at(float m2) const { return constant + m2 * (square + sixth * (m2 * m2)); }
-  float slope(float m2) const { return square + 3.0F * sixth * (m2 * m2); }
-
-  float constant;
-  float square;
-  float sixth;
-};
-
 }  // namespace
 
 PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer_size, int row_step,
@@ -175,10 +161,9 @@ PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer
 }
 
 CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int row_step,
-                        const WeightPolynomial& weight, const LevelPlane& background) {
+                        WeightPolynomial weight, const LevelPlane& background) {
   const float reach2 = squared(window.size);
   const PlaneLevels behind(background);
-  const Weights weights(weight);
   Lanes light{};
   FirstMoments weighted;
   SecondMoments sloped;
@@ -188,8 +173,8 @@ CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int ro
       const float m2 = block.m2[i];
       const float over = oneIf(m2 <= reach2) * (block.level[i] - behind.at(u, block.v));
       light[i] += over;
-      weighted.add(i, over * weights.at(m2), u, block.v);
-      sloped.add(i, over * weights.slope(m2), u, block.v);
+      weighted.add(i, over * weight.at(m2), u, block.v);
+      sloped.add(i, over * weight.slope(m2), u, block.v);
     }
   });
   const Eigen::Vector3d first = weighted.sums();
@@ -197,11 +182,10 @@ CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int ro
 }
 
 SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const PixelEllipse& window,
-                        int row_step, const WeightPolynomial& weight, const LevelPlane& background,
+                        int row_step, WeightPolynomial weight, const LevelPlane& background,
                         const LevelNoise& noise) {
   const float reach2 = squared(window.size);
   const PlaneLevels behind(background);
-  const Weights weights(weight);
   const float black = static_cast<float>(noise.black);
   const float saturation = static_cast<float>(noise.saturation);
   const float per_level = static_cast<float>(noise.per_level);
@@ -222,7 +206,7 @@ SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const Pixel
       const float over = inside * (block.level[i] - behind.at(u, block.v));
       const float is_full = inside * oneIf(sensed_level[i] >= saturation);
       const float photons = (1.0F - is_full) * oneIf(level > black) * (level - black);
-      const float by_weight = weights.at(m2);
+      const float by_weight = weight.at(m2);
       const float variance = per_level * photons + per_square * over * over;
       light[i] += over;
       light_squares.add(i, over, u, block.v);

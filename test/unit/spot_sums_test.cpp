@@ -40,7 +40,7 @@ cv::Mat noisyLight() {
 const PixelEllipse kWindow{kCentre_px, kCovariance_px2, 2.5};
 constexpr double kReach2 = 6.25;
 const LevelPlane kPlane{19.6, {0.1, -0.2}};
-constexpr WeightPolynomial kWeight{0.0, 1.0, -1.0 / 39.0625};
+constexpr WeightPolynomial kWeight{0.0F, 1.0F, -1.0F / 39.0625F};
 constexpr LevelNoise kNoise{4.0, 170.0, 0.1, 1e-4};
 
 /// Equal to what a sum of so many floats keeps.
@@ -158,7 +158,7 @@ TEST(SpotSums, SumTheDarkPixelsOfARing) {
 TEST(SpotSums, AnEllipseWiderThanTheImageIsCutAtItsSides) {
   const cv::Mat image(9, 11, CV_8UC1, cv::Scalar(50));
   const PixelEllipse wide{{5.0, 4.0}, 1e4 * Eigen::Matrix2d::Identity(), 2.0};
-  EXPECT_EQ(sumCentre(image, wide, 1, {1.0, 0.0, 0.0}, {}).light, 50.0 * 9 * 11);
+  EXPECT_EQ(sumCentre(image, wide, 1, {1.0F, 0.0F, 0.0F}, {}).light, 50.0 * 9 * 11);
 }
 
 }  // namespace

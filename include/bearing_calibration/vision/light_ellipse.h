@@ -45,6 +45,12 @@ struct LightEllipse {
 struct CentreVariance {
   double tangential_px2 = 0.0;
   double radial_px2 = 0.0;
+
+  CentreVariance& operator+=(const CentreVariance& more) {
+    tangential_px2 += more.tangential_px2;
+    radial_px2 += more.radial_px2;
+    return *this;
+  }
 };
 
 }  // namespace bearing_calibration::core

@@ -14,9 +14,12 @@ struct PixelEllipse {
 
 /// The weight of a pixel at the Mahalanobis distance m: constant + m^2 (square + sixth m^4).
 struct WeightPolynomial {
-  double constant = 1.0;
-  double square = 0.0;
-  double sixth = 0.0;
+  float at(float m2) const { return constant + m2 * (square + sixth * (m2 * m2)); }
+  float slope(float m2) const { return square + 3.0F * sixth * (m2 * m2); }  ///< over m^2
+
+  float constant = 1.0F;
+  float square = 0.0F;
+  float sixth = 0.0F;
 };
 
 /// The levels of a background: at_centre + slope . (pixel - centre).
@@ -74,11 +77,11 @@ PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer
 
 /// Over an ellipse's pixels.
 CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int row_step,
-                        const WeightPolynomial& weight, const LevelPlane& background);
+                        WeightPolynomial weight, const LevelPlane& background);
 
 /// @param sensed the image before any software defocus
 SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const PixelEllipse& window,
-                        int row_step, const WeightPolynomial& weight, const LevelPlane& background,
+                        int row_step, WeightPolynomial weight, const LevelPlane& background,
                         const LevelNoise& noise);
 
 }  // namespace bearing_calibration::core
