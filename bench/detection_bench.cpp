@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -203,16 +204,20 @@ struct ClutteredScene {
   cv::Mat image;
 };
 
-/// The first eight of doc/detection.md's scenes, or the same scenes on the finer sensor.
-std::vector<ClutteredScene> clutteredScenes(const benchmark::State& state) {
+/// The first eight of doc/detection.md's scenes, or the same scenes on the finer sensor; drawn
+/// once.
+const std::vector<ClutteredScene>& clutteredScenes(const benchmark::State& state) {
   constexpr std::uint64_t kScenes = 8;
-  std::vector<ClutteredScene> scenes;
-  for (std::uint64_t seed = 1; seed <= kScenes; ++seed) scenes.emplace_back(state, seed);
+  static std::map<std::int64_t, std::vector<ClutteredScene>> drawn;
+  std::vector<ClutteredScene>& scenes = drawn[state.range(0)];
+  for (std::uint64_t seed = scenes.size() + 1; seed <= kScenes; ++seed) {
+    scenes.emplace_back(state, seed);
+  }
   return scenes;
 }
 
 void clutteredScan(benchmark::State& state) {
-  const std::vector<ClutteredScene> scenes = clutteredScenes(state);
+  const std::vector<ClutteredScene>& scenes = clutteredScenes(state);
   std::vector<LightDetector> detectors;
   for (const ClutteredScene& scene : scenes) detectors.emplace_back(scene.config);
   for (auto _ : state) {
@@ -237,7 +242,7 @@ void thresholdAndContours(benchmark::State& state) {
 }
 
 void clutteredContours(benchmark::State& state) {
-  const std::vector<ClutteredScene> scenes = clutteredScenes(state);
+  const std::vector<ClutteredScene>& scenes = clutteredScenes(state);
   cv::Mat bright;
   std::vector<std::vector<cv::Point>> contours;
   for (auto _ : state) {
