@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/simulation/random_scene.h"
 #include "bearing_calibration/vision/bearing_variance.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/default_rig.h"
@@ -163,10 +165,11 @@ void spotAlone(benchmark::State& state) {
   const Eigen::Vector2d mirror_centre(config.view.centre_u_px, config.view.centre_v_px);
   const Eigen::Vector2d outward = (light.ellipse.centre_px - mirror_centre).normalized();
   const Eigen::Vector2d across(-outward.y(), outward.x());
-  const SpotWindow window{light.ellipse.centre_px,
-                          light.ellipse.radial_variance_px2 * outward * outward.transpose() +
-                              light.ellipse.tangential_variance_px2 * across * across.transpose(),
-                          2.5, CentreWeight::kOutline};
+  const SpotWindow window{{light.ellipse.centre_px,
+                           light.ellipse.radial_variance_px2 * outward * outward.transpose() +
+                               light.ellipse.tangential_variance_px2 * across * across.transpose(),
+                           2.5},
+                          CentreWeight::kOutline};
   const SpotLevels levels{kThreshold, light.ellipse.background_levels, levelNoise(config.sensor)};
   if (!measureSpot(image, image, window, levels, mirror_centre)) {
     state.SkipWithError("the light was not measured");
@@ -176,14 +179,74 @@ void spotAlone(benchmark::State& state) {
   }
 }
 
+/// A light among windows, lamps, reflections and texture, ray-traced (doc/detection.md).
+struct ClutteredScene {
+  ClutteredScene(const benchmark::State& state, std::uint64_t seed) : config(detectorOf(state)) {
+    constexpr double kMaskMargin_rad = radiansFromDegrees(1.0);
+    RandomSceneConfig scene;
+    CameraRig& rig = scene.rendered.rig;
+    rig.pixel_m *= static_cast<double>(rig.width_px) / config.sensor.width_px;
+    rig.width_px = config.sensor.width_px;
+    rig.height_px = config.sensor.height_px;
+    rig.centre_px = {config.view.centre_u_px, config.view.centre_v_px};
+    scene.rendered.reference_distance_m = 1.0;
+    scene.rendered.reference_height_m = test::kDefaultLightHeight_m;
+    config.view.handedness = rig.handedness;
+    const RandomScene drawn = randomScene(scene, seed);
+    for (const MirrorHolder& holder : drawn.holders) {
+      config.mask.posts.push_back({holder.azimuth_rad, holder.half_width_rad + kMaskMargin_rad});
+    }
+    config.threshold.min_contrast_levels = 12.0;
+    image = encode(drawn.image, {});
+  }
+
+  DetectorConfig config;
+  cv::Mat image;
+};
+
+/// The first eight of doc/detection.md's scenes, or the same scenes on the finer sensor; drawn
+/// once.
+const std::vector<ClutteredScene>& clutteredScenes(const benchmark::State& state) {
+  constexpr std::uint64_t kScenes = 8;
+  static std::map<std::int64_t, std::vector<ClutteredScene>> drawn;
+  std::vector<ClutteredScene>& scenes = drawn[state.range(0)];
+  for (std::uint64_t seed = scenes.size() + 1; seed <= kScenes; ++seed) {
+    scenes.emplace_back(state, seed);
+  }
+  return scenes;
+}
+
+void clutteredScan(benchmark::State& state) {
+  const std::vector<ClutteredScene>& scenes = clutteredScenes(state);
+  std::vector<LightDetector> detectors;
+  for (const ClutteredScene& scene : scenes) detectors.emplace_back(scene.config);
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      benchmark::DoNotOptimize(detectors[i].detect(scenes[i].image).lights.size());
+    }
+  }
+}
+
+void findContours(const cv::Mat& image, cv::Mat* bright,
+                  std::vector<std::vector<cv::Point>>* contours) {
+  cv::threshold(image, *bright, kThreshold, 255, cv::THRESH_BINARY);
+  cv::findContours(*bright, *contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  for (const auto& contour : *contours) benchmark::DoNotOptimize(cv::moments(contour));
+}
+
 void thresholdAndContours(benchmark::State& state) {
   const cv::Mat image = sceneOf(detectorOf(state));
   cv::Mat bright;
   std::vector<std::vector<cv::Point>> contours;
+  for (auto _ : state) findContours(image, &bright, &contours);
+}
+
+void clutteredContours(benchmark::State& state) {
+  const std::vector<ClutteredScene>& scenes = clutteredScenes(state);
+  cv::Mat bright;
+  std::vector<std::vector<cv::Point>> contours;
   for (auto _ : state) {
-    cv::threshold(image, bright, kThreshold, 255, cv::THRESH_BINARY);
-    cv::findContours(bright, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-    for (const auto& contour : contours) benchmark::DoNotOptimize(cv::moments(contour));
+    for (const ClutteredScene& scene : scenes) findContours(scene.image, &bright, &contours);
   }
 }
 
@@ -206,6 +269,8 @@ BENCHMARK(manyLights)->Arg(1)->Arg(2)->Arg(4)->Arg(8)->Arg(16)->Unit(benchmark::
 BENCHMARK(readPatch)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(spotAlone)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(thresholdAndContours)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK(clutteredScan)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK(clutteredContours)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(simpleBlob)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
 }  // namespace

@@ -37,16 +37,6 @@ struct HalfPlane {
   double border_u_over_up;  ///< of the points on the border
 };
 
-// std::floor and std::ceil are calls where the compiler may not use SSE 4; these are not.
-int floorOf(double value) {
-  const int towards_zero = static_cast<int>(value);
-  return towards_zero - (value < towards_zero ? 1 : 0);
-}
-int ceilOf(double value) {
-  const int towards_zero = static_cast<int>(value);
-  return towards_zero + (value > towards_zero ? 1 : 0);
-}
-
 /// Narrows the strip, `up` pixels above the centre, to the half plane.
 void clipTo(const HalfPlane& half_plane, double centre_u, double up, PixelStrip* strip) {
   constexpr double kParallel = 1e-12;  // a border along the row cuts all of it or nothing
@@ -57,9 +47,9 @@ void clipTo(const HalfPlane& half_plane, double centre_u, double up, PixelStrip*
   const double border =
       std::clamp(centre_u + up * half_plane.border_u_over_up, strip->begin - 1.0, strip->end + 1.0);
   if (half_plane.normal_u > 0.0) {
-    strip->begin = std::max(strip->begin, ceilOf(border));
+    strip->begin = std::max(strip->begin, static_cast<int>(std::ceil(border)));
   } else {
-    strip->end = std::min(strip->end, floorOf(border) + 1);
+    strip->end = std::min(strip->end, static_cast<int>(std::floor(border)) + 1);
   }
 }
 
@@ -89,7 +79,6 @@ AnnulusMask::AnnulusMask(const MaskConfig& config, const MirrorView& view,
   // What lies beside the image is not in the mask, either.
   cv::Mat inside = cv::Mat::zeros(height_px_ + 2, width_px_ + 2, CV_8UC1);
   for (int v = 0; v < height_px_; ++v) {
-    row_starts_.push_back(strips_.size());
     std::uint8_t* row = inside.ptr(v + 1) + 1;
     for (int u = 0; u < width_px_; ++u) {
       row[u] = mayShowALight(config, view, u, v) ? 1 : 0;
@@ -99,11 +88,24 @@ AnnulusMask::AnnulusMask(const MaskConfig& config, const MirrorView& view,
       strips_.back().end = u + 1;
     }
   }
-  row_starts_.push_back(strips_.size());
   cv::Mat distances;
   cv::distanceTransform(inside, distances, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   // Less a half, the conversion rounds down.
   distances(cv::Rect(1, 1, width_px_, height_px_)).convertTo(clearance_, CV_8UC1, 1.0, -0.49);
+}
+
+/// Writes what `narrow` leaves of the strips in the rows from the first to the last.
+template <typename Narrow>
+void AnnulusMask::clip(double first_row, double last_row, Narrow narrow,
+                       std::vector<PixelStrip>* strips) const {
+  strips->clear();
+  auto it = std::lower_bound(strips_.begin(), strips_.end(), first_row,
+                             [](const PixelStrip& strip, double row) { return strip.row < row; });
+  for (; it != strips_.end() && it->row <= last_row; ++it) {
+    PixelStrip strip = *it;
+    narrow(&strip);
+    if (strip.begin < strip.end) strips->push_back(strip);
+  }
 }
 
 void AnnulusMask::clipToSector(const AzimuthSector& sector, std::vector<PixelStrip>* strips) const {
@@ -120,49 +122,20 @@ void AnnulusMask::clipToSector(const AzimuthSector& sector, std::vector<PixelStr
   constexpr double kMargin_px = 1.0;  // for the rounding to rows
   const double first_row = view_.centre_v_px - heights.highest * outer_radius_px_ - kMargin_px;
   const double last_row = view_.centre_v_px - heights.lowest * outer_radius_px_ + kMargin_px;
-  strips->clear();
-  const auto begin =
-      std::lower_bound(strips_.begin(), strips_.end(), first_row,
-                       [](const PixelStrip& strip, double row) { return strip.row < row; });
-  for (auto it = begin; it != strips_.end() && it->row <= last_row; ++it) {
-    PixelStrip strip = *it;
-    const double up = view_.centre_v_px - strip.row;
-    clipTo(first, view_.centre_u_px, up, &strip);
-    clipTo(second, view_.centre_u_px, up, &strip);
-    if (strip.begin < strip.end) strips->push_back(strip);
-  }
+  const auto narrow = [&](PixelStrip* strip) {
+    const double up = view_.centre_v_px - strip->row;
+    clipTo(first, view_.centre_u_px, up, strip);
+    clipTo(second, view_.centre_u_px, up, strip);
+  };
+  clip(first_row, last_row, narrow, strips);
 }
 
-/// Whether the circle around the box is inside; then the box is, too.
-bool AnnulusMask::hasAllOf(const PixelBox& box) const {
-  const double width = box.last_column - box.first_column;
-  const double height = box.last_row - box.first_row;
-  const double u = 0.5 * (box.first_column + box.last_column);
-  const double v = 0.5 * (box.first_row + box.last_row);
-  const double clearance = clearancePx(u, v) - 1.0;  // from the nearest pixel to (u, v)
-  return width > 0.0 && height > 0.0 && clearance > 0.0 &&
-         4.0 * clearance * clearance > width * width + height * height;
-}
-
-void AnnulusMask::clipToBox(const PixelBox& box, std::vector<PixelStrip>* strips) const {
-  const int first_row = std::clamp(box.first_row, 0, height_px_);
-  const int last_row = std::clamp(box.last_row, first_row, height_px_);
-  if (hasAllOf(box)) {
-    strips->assign(1, {first_row, box.first_column, box.last_column, last_row - first_row});
-    return;
-  }
-  const std::size_t first = row_starts_[static_cast<std::size_t>(first_row)];
-  const std::size_t last = row_starts_[static_cast<std::size_t>(last_row)];
-  strips->resize(last - first);
-  std::size_t kept = 0;
-  for (std::size_t i = first; i < last; ++i) {
-    const PixelStrip& whole = strips_[i];
-    const PixelStrip clipped{whole.row, std::max(whole.begin, box.first_column),
-                             std::min(whole.end, box.last_column)};
-    (*strips)[kept] = clipped;  // the next one's place when it is empty
-    kept += clipped.begin < clipped.end ? 1 : 0;
-  }
-  strips->resize(kept);
+void AnnulusMask::clipToBox(const cv::Rect& box, std::vector<PixelStrip>* strips) const {
+  const auto narrow = [&](PixelStrip* strip) {
+    strip->begin = std::max(strip->begin, box.x);
+    strip->end = std::min(strip->end, box.br().x);
+  };
+  clip(box.y, box.br().y - 1, narrow, strips);
 }
 
 int AnnulusMask::clearancePx(double u_px, double v_px) const {

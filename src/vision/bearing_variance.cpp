@@ -25,7 +25,6 @@ constexpr double kSamplingStddev_px = 0.001;
 // A full pixel on a spot's outline says whether light was there, not how much: what it may be wrong
 // by, as a part of a full pixel (a coin's toss would be 0.5; measured on clipped discs and lines).
 constexpr double kClippedOutline = 0.26;
-constexpr double kPixelVariance = 1.0 / 12.0;  // of a square of side 1
 
 /// Read noise and rounding of one pixel [levels^2].
 double readVariance(const ImageSensor& sensor) {
@@ -48,19 +47,14 @@ double textureVariance(const DetectorConfig& config, const SpotMeasurement& spot
 struct SensedSpot {
   double tangential_variance_px2;
   double radial_variance_px2;
-
-  double area_px() const {
-    return 4.0 * kPi * std::sqrt(tangential_variance_px2 * radial_variance_px2);
-  }
-  double outline_px() const {
-    return 4.0 * kPi * std::sqrt(0.5 * (tangential_variance_px2 + radial_variance_px2));
-  }
+  double area_px;
 };
 
 SensedSpot sensedSpot(const DetectorConfig& config, const SpotMeasurement& spot) {
   const double defocus = std::pow(config.defocus_sigma_px, 2);
-  return {std::max(kPixelVariance, spot.tangential.variance_px2 - defocus),
-          std::max(kPixelVariance, spot.radial.variance_px2 - defocus)};
+  const double tangential = std::max(kPixelVariance, spot.tangential.variance_px2 - defocus);
+  const double radial = std::max(kPixelVariance, spot.radial.variance_px2 - defocus);
+  return {tangential, radial, 4.0 * kPi * std::sqrt(tangential * radial)};
 }
 
 /// Of the centre, for a source whose surface is not evenly bright [px^2].
@@ -77,8 +71,10 @@ double sourceVariance(const DetectorConfig& config, const AxisSums& sums, double
 /// Of the centre along an axis with this second moment: the outline's pixels are wrong
 /// independently of each other [px^2].
 double clippingVariance(const SensedSpot& sensed, double variance_px2, double saturated_fraction) {
-  return saturated_fraction * std::pow(kClippedOutline / sensed.area_px(), 2) *
-         sensed.outline_px() * variance_px2;
+  const double outline_px =
+      4.0 * kPi * std::sqrt(0.5 * (sensed.tangential_variance_px2 + sensed.radial_variance_px2));
+  return saturated_fraction * std::pow(kClippedOutline / sensed.area_px, 2) * outline_px *
+         variance_px2;
 }
 
 /// Of the centre, for the noise of the pixels and what lies behind the light [px^2].
@@ -105,24 +101,20 @@ LevelNoise levelNoise(const ImageSensor& sensor) {
 }
 
 double saturatedFraction(const DetectorConfig& config, const SpotMeasurement& spot) {
-  return std::min(1.0, spot.full_pixels / sensedSpot(config, spot).area_px());
+  return std::min(1.0, spot.full_pixels / sensedSpot(config, spot).area_px);
 }
 
 CentreVariance centreVariance(const DetectorConfig& config, const SpotMeasurement& spot,
                               const SpotSize& expected) {
   const SensedSpot sensed = sensedSpot(config, spot);
   const double saturated = saturatedFraction(config, spot);
-  const double sampling = std::pow(kSamplingStddev_px, 2);
-  CentreVariance variance;
-  variance.tangential_px2 =
-      pixelVariance(config, spot, spot.tangential) + sampling +
-      sourceVariance(config, spot.tangential, expected.tangential_stddev_px.low, saturated) +
-      clippingVariance(sensed, sensed.tangential_variance_px2, saturated);
-  variance.radial_px2 =
-      pixelVariance(config, spot, spot.radial) + sampling +
-      sourceVariance(config, spot.radial, expected.radial_stddev_px.low, saturated) +
-      clippingVariance(sensed, sensed.radial_variance_px2, saturated);
-  return variance;
+  const auto along = [&](const AxisSums& sums, double expected_px, double sensed_variance_px2) {
+    return pixelVariance(config, spot, sums) + std::pow(kSamplingStddev_px, 2) +
+           sourceVariance(config, sums, expected_px, saturated) +
+           clippingVariance(sensed, sensed_variance_px2, saturated);
+  };
+  return {along(spot.tangential, expected.tangential_stddev_px.low, sensed.tangential_variance_px2),
+          along(spot.radial, expected.radial_stddev_px.low, sensed.radial_variance_px2)};
 }
 
 Bearing bearingFromPixel(const DetectorConfig& config, const MirrorPixel& centre,

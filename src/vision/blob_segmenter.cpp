@@ -1,200 +1,166 @@
 #include "bearing_calibration/vision/blob_segmenter.h"
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/vision/image_levels.h"
+#include "bearing_calibration/vision/light_ellipse.h"
 
 namespace bearing_calibration::core {
 namespace {
 
 // A light is some tens of runs. So many blobs or runs are noise: the threshold lies in the
 // background.
-constexpr std::size_t kMaxLabels = 20000;
-constexpr std::size_t kMaxEdges = 200000;
+constexpr std::size_t kMaxBlobs = 20000;
+constexpr std::size_t kMaxRuns = 100000;
 
-void addTo(Blob* blob, const Blob& part) {
-  blob->pixels += part.pixels;
-  blob->sum_u += part.sum_u;
-  blob->sum_v += part.sum_v;
-  blob->sum_uu += part.sum_uu;
-  blob->sum_uv += part.sum_uv;
-  blob->sum_vv += part.sum_vv;
-  blob->cut = blob->cut || part.cut;
+constexpr int kBlock = 32;
+
+// Whether a block's levels are all on one side of the threshold. Without branches and of a length
+// that the compiler knows, these loops become vector instructions.
+template <typename Level>
+bool isDark(const Level* levels, Level threshold) {
+  Level brightest = 0;
+  for (int i = 0; i < kBlock; ++i) brightest = std::max(brightest, levels[i]);
+  return brightest <= threshold;
+}
+template <typename Level>
+bool isBright(const Level* levels, Level threshold) {
+  Level darkest = std::numeric_limits<Level>::max();
+  for (int i = 0; i < kBlock; ++i) darkest = std::min(darkest, levels[i]);
+  return darkest > threshold;
+}
+
+/// Writes the columns of [begin, end) where runs begin and end, in turn. @return behind the last
+template <typename Level>
+int* writeEdges(const Level* row, int begin, int end, Level threshold, int* edges) {
+  constexpr int kStep = 16;
+  bool bright = false;
+  for (int u = begin; u < end;) {
+    const int block = std::min(u, end - kBlock);  // not beyond the end
+    if (block >= 0 &&
+        (bright ? isBright(row + block, threshold) : isDark(row + block, threshold))) {
+      u += kBlock;
+      continue;
+    }
+    for (const int last = std::min(u + kStep, end); u < last; ++u) {
+      const bool is_bright = row[u] > threshold;
+      *edges = u;  // the next one's place unless it is one; a branch would cost more
+      edges += is_bright != bright ? 1 : 0;
+      bright = is_bright;
+    }
+  }
+  if (bright) *edges++ = end;
+  return edges;
 }
 
 }  // namespace
 
-/// A blob's moments in units that need no division for each run.
-struct BlobSegmenter::RunSums {
-  void add(std::int64_t row, std::int64_t begin, std::int64_t end) {
-    const std::int64_t run = end - begin;
-    const std::int64_t twice_middle = begin + end - 1;
-    const std::int64_t u = twice_middle * run;
-    const std::int64_t v = row * run;
-    pixels += run;
-    twice_u += u;
-    sum_v += v;
-    twelve_uu += 3 * twice_middle * u + (run * run - 1) * run;
-    twice_uv += row * u;
-    sum_vv += row * v;
-  }
-  Blob blob() const {
-    return {pixels, twice_u / 2, sum_v, twelve_uu / 12, twice_uv / 2, sum_vv, cut};
-  }
-
-  std::int64_t pixels = 0;
-  std::int64_t twice_u = 0;
-  std::int64_t sum_v = 0;
-  std::int64_t twelve_uu = 0;
-  std::int64_t twice_uv = 0;
-  std::int64_t sum_vv = 0;
-  bool cut = false;
-};
-
 BlobSegmenter::BlobSegmenter() {
-  labels_.reserve(kMaxLabels);
-  parents_.reserve(kMaxLabels + 1);
-  blobs_.reserve(kMaxLabels + 1);
+  runs_.reserve(kMaxRuns);
+  blobs_.reserve(kMaxBlobs);
 }
 
 const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
                                                 const std::vector<PixelStrip>& strips,
                                                 int threshold) {
-  std::size_t rows = 0;
-  for (const PixelStrip& strip : strips) rows += static_cast<std::size_t>(strip.rows);
-  rows_.resize(rows);
-  edges_.resize(kMaxEdges + static_cast<std::size_t>(image.cols));
-  const BrightRuns runs{rows_.data(), edges_.data(), edges_.size()};
-  const BrightCount bright = visitLevels(image, [&](const auto& levels, const auto& kernels) {
-    return kernels.findRuns(levels, strips.data(), strips.size(), threshold, runs);
-  });
-  parents_.clear();
+  edges_.resize(static_cast<std::size_t>(image.cols) + 2);
+  runs_.clear();
   blobs_.clear();
-  complete_ = join(strips, bright.rows) && bright.complete;
-  collect();
+  complete_ = (image.depth() == CV_8U ? findRuns<std::uint8_t>(image, strips, threshold)
+                                      : findRuns<std::uint16_t>(image, strips, threshold)) &&
+              join();
+  if (complete_) addUp();
   return blobs_;
 }
 
-/// The first of a label's chain.
-inline int BlobSegmenter::root(int label) {
-  while (parents_[static_cast<std::size_t>(label)] != label) {
-    int& parent = parents_[static_cast<std::size_t>(label)];
-    parent = parents_[static_cast<std::size_t>(parent)];
-    label = parent;
-  }
-  return label;
-}
-
-/// The label of the runs above that touch [begin, end), which become one; a new one without any.
-inline int BlobSegmenter::labelOf(int begin, int end, RunRange* above) {
-  const int* edges = edges_.data();
-  while (above->first < above->last && edges[2 * above->first + 1] < begin) ++above->first;
-  int label = kNoLabel;
-  for (std::size_t run = above->first; run < above->last && edges[2 * run] <= end; ++run) {
-    const int joined = root(labels_[run]);
-    if (label == kNoLabel) label = joined;
-    parents_[static_cast<std::size_t>(joined)] = label;
-  }
-  if (label != kNoLabel) return label;
-  parents_.push_back(static_cast<int>(parents_.size()));
-  blobs_.emplace_back();
-  return parents_.back();
-}
-
-/// Adds the runs of rows [i, rows) as long as each has one that touches the one of the row above,
-/// which has no other, either: most of a light. @return the place after the last of these rows
-std::size_t BlobSegmenter::addLoneRuns(std::size_t i, std::size_t rows, int last_row,
-                                       RunSums* total) {
-  RunSums sums = *total;
-  const int* edges = edges_.data();
-  int run = rows_[i - 1].edges;
-  const int label = labels_[static_cast<std::size_t>(run / 2 - 1)];
-  for (; i < rows; ++i, run += 2) {
-    const BrightRow& above = rows_[i - 1];
-    const BrightRow& row = rows_[i];
-    const bool lone = row.edges == run + 2 && (i + 1 == rows || rows_[i + 1].row != row.row);
-    const int begin = edges[run];
-    const int end = edges[run + 1];
-    if (!lone || row.row != above.row + 1 || edges[run - 2] > end || edges[run - 1] < begin) break;
-    labels_[static_cast<std::size_t>(run / 2)] = label;
-    sums.add(row.row, begin, end);
-    sums.cut |= begin == row.begin || end == row.end || row.row == last_row;
-  }
-  *total = sums;
-  return i;
-}
-
-/// Sums up runs that touch under one label, or under labels of one root. @return whether there were
-/// enough labels
-bool BlobSegmenter::join(const std::vector<PixelStrip>& strips, std::size_t rows) {
-  if (rows == 0) return true;
-  labels_.resize(static_cast<std::size_t>(rows_[rows - 1].edges) / 2);
+/// The runs of bright pixels in reading order. @return whether there was room for all
+template <typename Level>
+bool BlobSegmenter::findRuns(const cv::Mat& image, const std::vector<PixelStrip>& strips,
+                             int threshold) {
+  if (strips.empty()) return true;
+  const Level limit = cv::saturate_cast<Level>(threshold);
   const int first_row = strips.front().row;
-  const int last_row = strips.back().row + strips.back().rows - 1;
-  RunRange above;
-  std::size_t row_begin = 0;
-  std::size_t run = 0;
-  int v = rows_[0].row;
-  int owner = kNoLabel;
-  RunSums sums;  // what the owner has got since it last was another
-  for (std::size_t i = 0; i < rows;) {
-    const BrightRow& row = rows_[i];
-    if (row.row != v) {
-      above = {row.row == v + 1 ? row_begin : run, run};
-      row_begin = run;
-      v = row.row;
+  const int last_row = strips.back().row;
+  for (const PixelStrip& strip : strips) {
+    const int* last =
+        writeEdges(image.ptr<Level>(strip.row), strip.begin, strip.end, limit, edges_.data());
+    for (const int* edge = edges_.data(); edge != last; edge += 2) {
+      if (runs_.size() == kMaxRuns) return false;
+      const bool cut = edge[0] == strip.begin || edge[1] == strip.end || strip.row == first_row ||
+                       strip.row == last_row;
+      runs_.push_back({strip.row, edge[0], edge[1], cut, 0, 0});
     }
-    for (const std::size_t last = static_cast<std::size_t>(row.edges) / 2; run < last; ++run) {
-      const int begin = edges_[2 * run];
-      const int end = edges_[2 * run + 1];
-      const int label = labelOf(begin, end, &above);
-      labels_[run] = label;
-      if (label != owner) {
-        if (owner != kNoLabel) addTo(&blobs_[static_cast<std::size_t>(owner)], sums.blob());
-        if (blobs_.size() > kMaxLabels) return false;
-        owner = label;
-        sums = {};
-      }
-      sums.add(v, begin, end);
-      sums.cut |= begin == row.begin || end == row.end || v == first_row || v == last_row;
-    }
-    ++i;
-    if (run != row_begin + 1) continue;
-    i = addLoneRuns(i, rows, last_row, &sums);
-    v = rows_[i - 1].row;
-    run = static_cast<std::size_t>(rows_[i - 1].edges) / 2;
-    row_begin = run - 1;
   }
-  if (owner != kNoLabel) addTo(&blobs_[static_cast<std::size_t>(owner)], sums.blob());
   return true;
 }
 
-/// Leaves the roots' blobs, with what belongs to them.
-void BlobSegmenter::collect() {
+/// The run that stands for all that are joined with this one.
+std::size_t BlobSegmenter::rootOf(std::size_t run) {
+  while (runs_[run].parent != run) {
+    runs_[run].parent = runs_[runs_[run].parent].parent;
+    run = runs_[run].parent;
+  }
+  return run;
+}
+
+/// Joins runs that touch. @return whether there are no more blobs than a scene has
+bool BlobSegmenter::join() {
+  std::size_t above = 0;  // the first run that may touch
   std::size_t roots = 0;
-  for (std::size_t label = 0; label < blobs_.size(); ++label) {
-    const auto owner = static_cast<std::size_t>(root(static_cast<int>(label)));
-    if (owner != label) addTo(&blobs_[owner], blobs_[label]);
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    Run& run = runs_[i];
+    const auto isPassed = [&](const Run& other) {
+      return other.row < run.row - 1 || (other.row == run.row - 1 && other.end < run.begin);
+    };
+    while (isPassed(runs_[above])) ++above;
+    run.parent = i;
+    for (std::size_t j = above; runs_[j].row < run.row && runs_[j].begin <= run.end; ++j) {
+      const std::size_t root = rootOf(j);
+      if (run.parent == i) run.parent = root;
+      runs_[root].parent = run.parent;
+    }
+    if (run.parent == i && ++roots > kMaxBlobs) return false;
   }
-  for (std::size_t label = 0; label < blobs_.size(); ++label) {
-    if (parents_[label] == static_cast<int>(label)) blobs_[roots++] = blobs_[label];
+  return true;
+}
+
+/// Adds each run's pixels to its root's blob.
+void BlobSegmenter::addUp() {
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    if (runs_[i].parent != i) continue;
+    runs_[i].blob = blobs_.size();
+    blobs_.emplace_back();
   }
-  blobs_.resize(roots);
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    const Run& run = runs_[i];
+    Blob& blob = blobs_[runs_[rootOf(i)].blob];
+    const std::int64_t v = run.row;
+    const std::int64_t n = run.end - run.begin;
+    const std::int64_t twice_middle = run.begin + run.end - 1;
+    const std::int64_t sum_u = n * twice_middle / 2;
+    blob.pixels += n;
+    blob.sum_u += sum_u;
+    blob.sum_v += n * v;
+    blob.sum_uu += n * (3 * twice_middle * twice_middle + n * n - 1) / 12;
+    blob.sum_uv += sum_u * v;
+    blob.sum_vv += n * v * v;
+    blob.cut = blob.cut || run.cut;
+  }
 }
 
 BlobShape shapeOf(const Blob& blob) {
-  constexpr double kPixelVariance = 1.0 / 12.0;  // of a square of side 1
   const double n = static_cast<double>(blob.pixels);
-  const double u = static_cast<double>(blob.sum_u) / n;
-  const double v = static_cast<double>(blob.sum_v) / n;
-  BlobShape shape{u, v, 0.0, 0.0, 0.0, 0.0};
-  shape.variance_uu_px2 = static_cast<double>(blob.sum_uu) / n - u * u + kPixelVariance;
-  shape.variance_uv_px2 = static_cast<double>(blob.sum_uv) / n - u * v;
-  shape.variance_vv_px2 = static_cast<double>(blob.sum_vv) / n - v * v + kPixelVariance;
-  const double det =
-      shape.variance_uu_px2 * shape.variance_vv_px2 - shape.variance_uv_px2 * shape.variance_uv_px2;
-  shape.fill = n / (4.0 * kPi * std::sqrt(det));
+  const auto mean = [&](std::int64_t sum) { return static_cast<double>(sum) / n; };
+  BlobShape shape;
+  shape.centre_px = {mean(blob.sum_u), mean(blob.sum_v)};
+  shape.covariance_px2 << mean(blob.sum_uu), mean(blob.sum_uv), mean(blob.sum_uv),
+      mean(blob.sum_vv);
+  shape.covariance_px2 +=
+      kPixelVariance * Eigen::Matrix2d::Identity() - shape.centre_px * shape.centre_px.transpose();
+  shape.fill = n / (4.0 * kPi * std::sqrt(shape.covariance_px2.determinant()));
   return shape;
 }
 

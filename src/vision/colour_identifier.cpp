@@ -31,39 +31,6 @@ double median(std::vector<std::uint8_t>* levels) {
   return *middle;
 }
 
-/// The spot's ellipse along the mirror's radius.
-struct SpotAxes {
-  SpotAxes(const LightEllipse& spot, const Eigen::Vector2d& mirror_centre_px)
-      : centre_px(spot.centre_px),
-        outward((spot.centre_px - mirror_centre_px).normalized()),
-        radial_variance_px2(spot.radial_variance_px2),
-        tangential_variance_px2(spot.tangential_variance_px2) {}
-
-  double distance(int u, int v) const {
-    const Eigen::Vector2d offset = Eigen::Vector2d(u, v) - centre_px;
-    const double along = outward.dot(offset);
-    const double across = outward.x() * offset.y() - outward.y() * offset.x();
-    return std::sqrt(along * along / radial_variance_px2 +
-                     across * across / tangential_variance_px2);
-  }
-  double largest_stddev_px() const {
-    return std::sqrt(std::max(radial_variance_px2, tangential_variance_px2));
-  }
-
-  Eigen::Vector2d centre_px;
-  Eigen::Vector2d outward;
-  double radial_variance_px2;
-  double tangential_variance_px2;
-};
-
-cv::Rect boxAround(const SpotAxes& axes, const cv::Size& image) {
-  const double reach_px = kRingEnd * axes.largest_stddev_px();
-  const int side = 2 * static_cast<int>(std::ceil(reach_px)) + 1;
-  const cv::Rect box(cvRound(axes.centre_px.x()) - side / 2, cvRound(axes.centre_px.y()) - side / 2,
-                     side, side);
-  return box & cv::Rect(cv::Point(0, 0), image);
-}
-
 }  // namespace
 
 std::vector<std::string> ColourConfig::validate() const {
@@ -87,15 +54,24 @@ std::vector<std::string> ColourConfig::validate() const {
 std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot,
                                     const Eigen::Vector2d& mirror_centre_px,
                                     double saturation_level) {
-  const SpotAxes axes(spot, mirror_centre_px);
-  const cv::Rect box = boxAround(axes, bgr.size());
+  const Eigen::Matrix2d information =
+      MirrorAxes(spot.centre_px, mirror_centre_px)
+          .covariance(1.0 / spot.radial_variance_px2, 1.0 / spot.tangential_variance_px2);
+  const double largest_variance_px2 =
+      std::max(spot.radial_variance_px2, spot.tangential_variance_px2);
+  const int reach_px = static_cast<int>(std::ceil(kRingEnd * std::sqrt(largest_variance_px2)));
+  const cv::Rect box =
+      cv::Rect(cvRound(spot.centre_px.x()) - reach_px, cvRound(spot.centre_px.y()) - reach_px,
+               2 * reach_px + 1, 2 * reach_px + 1) &
+      cv::Rect(cv::Point(0, 0), bgr.size());
   Eigen::Vector3d levels = Eigen::Vector3d::Zero();  // blue, green, red
   int pixels = 0;
   std::array<std::vector<std::uint8_t>, kChannels> ring;
   for (int v = box.y; v < box.y + box.height; ++v) {
     const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
     for (int u = box.x; u < box.x + box.width; ++u) {
-      const double distance = axes.distance(u, v);
+      const Eigen::Vector2d offset = Eigen::Vector2d(u, v) - spot.centre_px;
+      const double distance = std::sqrt(offset.dot(information * offset));
       const Eigen::Vector3d level(row[u][0], row[u][1], row[u][2]);
       if (distance >= kRingBegin && distance <= kRingEnd) {
         for (int channel = 0; channel < kChannels; ++channel) {

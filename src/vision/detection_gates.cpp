@@ -1,6 +1,7 @@
 #include "bearing_calibration/vision/detection_gates.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
@@ -30,21 +31,11 @@ bool hasAxis(const SpotSize& expected) {
          expected.tangential_stddev_px.low > kElongated * expected.radial_stddev_px.high;
 }
 
-/// Density of a light's deviations over that of clutter, for deviations in units of their gates.
-class LikelihoodRatio {
- public:
-  void add(double part_of_gate) {
-    constexpr double kLightOverClutter = 2.0 * kGateSigmas / 2.5066282746310002;  // sqrt(2 pi)
-    const double sigmas = kGateSigmas * part_of_gate;
-    in_the_middle_ *= kLightOverClutter;
-    squares_ += sigmas * sigmas;
-  }
-  double value() const { return in_the_middle_ * std::exp(-0.5 * squares_); }
-
- private:
-  double in_the_middle_ = 1.0;
-  double squares_ = 0.0;
-};
+/// Angle between the ellipse's axis and the mirror's radius or tangent, whichever is nearer [rad].
+double axisError(const LightEllipse& ellipse) {
+  const double difference = ellipse.radial_variance_px2 - ellipse.tangential_variance_px2;
+  return 0.5 * std::atan2(2.0 * ellipse.mixed_variance_px2, std::abs(difference));
+}
 
 double fillPartOfGate(const LightEllipse& ellipse, const GateConfig& gates) {
   const double small = ellipse.fill_tolerance;
@@ -64,54 +55,40 @@ double kurtosisPartOfGate(const LightEllipse& ellipse, const SpotSize& expected,
 }  // namespace
 
 double fillTolerance(const BlobShape& shape) {
-  const double mean = 0.5 * (shape.variance_uu_px2 + shape.variance_vv_px2);
-  const double difference = 0.5 * (shape.variance_uu_px2 - shape.variance_vv_px2);
-  const double mixed = shape.variance_uv_px2;
-  const double smallest = mean - std::sqrt(difference * difference + mixed * mixed);
+  const double mean = 0.5 * shape.covariance_px2.trace();
+  const double difference = shape.covariance_px2(0, 0) - mean;
+  const double smallest = mean - std::hypot(difference, shape.covariance_px2(0, 1));
   return kSmallSpotFill / (4.0 * kPi * smallest);
 }
 
 const char* describe(Rejection rejection) {
-  switch (rejection) {
-    case Rejection::kNone:
-      return "accepted";
-    case Rejection::kTooFewPixels:
-      return "too few pixels";
-    case Rejection::kTooManyPixels:
-      return "too many pixels";
-    case Rejection::kFill:
-      return "not an ellipse";
-    case Rejection::kMaskEdge:
-      return "cut by the mask";
-    case Rejection::kNoLight:
-      return "nothing over the background";
-    case Rejection::kHorizon:
-      return "above the horizon";
-    case Rejection::kTangentialSize:
-      return "wrong size along the azimuth";
-    case Rejection::kRadialSize:
-      return "wrong size along the radius";
-    case Rejection::kAxis:
-      return "axis off the radius";
-    case Rejection::kKurtosis:
-      return "not evenly filled";
-    case Rejection::kUnlikely:
-      return "unlike a light";
-    case Rejection::kTooManySpots:
-      return "too many spots";
-  }
-  return "unknown";
+  static constexpr std::array<const char*, kRejections> kWords{
+      "accepted",
+      "too few pixels",
+      "too many pixels",
+      "not an ellipse",
+      "cut by the mask",
+      "nothing over the background",
+      "above the horizon",
+      "wrong size along the azimuth",
+      "wrong size along the radius",
+      "axis off the radius",
+      "not evenly filled",
+      "unlike a light",
+      "too many spots",
+  };
+  return kWords.at(static_cast<std::size_t>(rejection));
 }
 
 Rejection rejectionOf(const Blob& blob, const BlobShape& shape, const GateConfig& gates,
                       const Range& area_px) {
   const double pixels = static_cast<double>(blob.pixels);
-  const double least = gates.mirror
-                           ? std::max<double>(gates.min_pixels, kLeastPartOfArea * area_px.low)
-                           : gates.min_pixels;
-  const double most = gates.mirror
-                          ? std::min<double>(gates.max_pixels, kLargestPartOfArea * area_px.high)
-                          : gates.max_pixels;
+  double least = gates.min_pixels;
+  double most = gates.max_pixels;
+  if (gates.mirror) {
+    least = std::max(least, kLeastPartOfArea * area_px.low);
+    most = std::min(most, kLargestPartOfArea * area_px.high);
+  }
   if (pixels < least) return Rejection::kTooFewPixels;
   if (pixels > most) return Rejection::kTooManyPixels;
   if (blob.cut) return Rejection::kMaskEdge;
@@ -145,15 +122,19 @@ Rejection rejectionOf(const PartsOfGates& parts) {
 }
 
 double probabilityOf(const PartsOfGates& parts, const GateConfig& gates) {
-  LikelihoodRatio light_over_clutter;
-  light_over_clutter.add(parts.fill);
+  constexpr double kLightOverClutter = 2.0 * kGateSigmas / 2.5066282746310002;  // sqrt(2 pi)
+  double ratio = 1.0;  // of the densities in the middle of the gates
+  double squares = 0.0;
+  const auto add = [&](double part_of_gate) {
+    ratio *= kLightOverClutter;
+    squares += std::pow(kGateSigmas * part_of_gate, 2);
+  };
+  add(parts.fill);
   if (gates.mirror) {
-    light_over_clutter.add(parts.tangential);
-    light_over_clutter.add(parts.radial);
-    light_over_clutter.add(parts.kurtosis);
+    for (double part : {parts.tangential, parts.radial, parts.kurtosis}) add(part);
   }
-  if (parts.axis) light_over_clutter.add(*parts.axis);
-  const double ratio = light_over_clutter.value();
+  if (parts.axis) add(*parts.axis);
+  ratio *= std::exp(-0.5 * squares);
   return ratio / (1.0 + ratio);
 }
 

@@ -5,11 +5,11 @@
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/light_ellipse.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-constexpr double kPixelVariance = 1.0 / 12.0;        // of a square of side 1
 constexpr double kRingStddev = 0.70710678118654752;  // of cos over a circle
 // Diffraction, aberrations and the filter in front of the pixels: a standard deviation up to this.
 constexpr double kLensBlur_px = 0.5;
@@ -59,6 +59,11 @@ void include(Range* range, double value) {
   range->high = std::max(range->high, value);
 }
 
+/// Area of the ellipse with these standard deviations.
+double area(double tangential_px, double radial_px) {
+  return 4.0 * kPi * tangential_px * radial_px;
+}
+
 }  // namespace
 
 SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px) {
@@ -80,15 +85,6 @@ SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px) 
   }
   return size;
 }
-
-namespace {
-
-/// Area of the ellipse with these standard deviations.
-double area(double tangential_px, double radial_px) {
-  return 4.0 * kPi * tangential_px * radial_px;
-}
-
-}  // namespace
 
 ExpectedSpot::ExpectedSpot(const DetectorConfig& config)
     : area_px_{std::numeric_limits<double>::infinity(), 0.0} {

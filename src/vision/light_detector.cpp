@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/validated.h"
 #include "bearing_calibration/vision/bearing_variance.h"
 
 namespace bearing_calibration::core {
@@ -26,14 +27,6 @@ constexpr double kOpened_px = 0.3;
 // Just outside the disc: if the mask cuts there, it cuts the light.
 constexpr double kOutline = 2.1;
 
-const DetectorConfig& validated(const DetectorConfig& config) {
-  const std::vector<std::string> errors = config.validate();
-  if (errors.empty()) return config;
-  std::string message = "light detector:";
-  for (const std::string& error : errors) message += "\n  - " + error;
-  throw std::invalid_argument(message);
-}
-
 /// Nothing wider and higher than this is a light.
 cv::Mat elementFor(const DetectorConfig& config, const ExpectedSpot& expected) {
   if (!config.gates.mirror) return {};
@@ -50,19 +43,17 @@ DetectionResult emptyResult(std::size_t candidates) {
   return result;
 }
 
+Eigen::Vector2d mirrorCentre(const MirrorView& view) {
+  return {view.centre_u_px, view.centre_v_px};
+}
+
 /// The thresholded pixels as an ellipse along the mirror's radius there.
 LightEllipse ellipseFrom(const Blob& blob, const BlobShape& shape, const MirrorView& view) {
-  const double u = shape.centre_u_px - view.centre_u_px;
-  const double v = shape.centre_v_px - view.centre_v_px;
-  const double square = std::max(u * u + v * v, std::numeric_limits<double>::min());
+  const MirrorAxes axes(shape.centre_px, mirrorCentre(view));
   LightEllipse ellipse;
-  ellipse.radial_variance_px2 =
-      (shape.variance_uu_px2 * u * u + 2.0 * shape.variance_uv_px2 * u * v +
-       shape.variance_vv_px2 * v * v) /
-      square;
-  ellipse.tangential_variance_px2 =
-      shape.variance_uu_px2 + shape.variance_vv_px2 - ellipse.radial_variance_px2;
-  ellipse.centre_px = {shape.centre_u_px, shape.centre_v_px};
+  ellipse.radial_variance_px2 = axes.radial.dot(shape.covariance_px2 * axes.radial);
+  ellipse.tangential_variance_px2 = shape.covariance_px2.trace() - ellipse.radial_variance_px2;
+  ellipse.centre_px = shape.centre_px;
   ellipse.fill = shape.fill;
   ellipse.fill_tolerance = fillTolerance(shape);
   ellipse.pixels =
@@ -91,36 +82,19 @@ bool mayBeLitUnevenly(Rejection rejection) {
 CentreVariance varianceAsPart(const Eigen::Vector2d& centre_px, const std::vector<Detection>& spots,
                               const MirrorView& view) {
   constexpr double kDisc2 = 4.0;  // squared standard deviations to the outline
-  const Eigen::Vector2d outward =
-      (centre_px - Eigen::Vector2d(view.centre_u_px, view.centre_v_px)).normalized();
+  const MirrorAxes axes(centre_px, mirrorCentre(view));
   CentreVariance variance;
   for (const Detection& spot : spots) {
     if (!mayBeLitUnevenly(spot.rejection)) continue;
     const Eigen::Vector2d off = spot.ellipse.centre_px - centre_px;
-    const double radial_px2 = std::pow(off.dot(outward), 2);
+    const double radial_px2 = std::pow(off.dot(axes.radial), 2);
     const double tangential_px2 = off.squaredNorm() - radial_px2;
     const double mahalanobis2 = radial_px2 / spot.ellipse.radial_variance_px2 +
                                 tangential_px2 / spot.ellipse.tangential_variance_px2;
     if (mahalanobis2 > kDisc2) continue;
-    variance.radial_px2 += radial_px2;
-    variance.tangential_px2 += tangential_px2;
+    variance += {tangential_px2, radial_px2};
   }
   return variance;
-}
-
-template <std::size_t count>
-std::array<Eigen::Vector2d, count> directionsAllAround() {
-  std::array<Eigen::Vector2d, count> directions;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double angle = 2.0 * kPi * static_cast<double>(i) / static_cast<double>(count);
-    directions[i] = {std::cos(angle), std::sin(angle)};
-  }
-  return directions;
-}
-
-/// The expected deviation that is nearest to a measured variance.
-double stddevWithin(const Range& stddev_px, double variance_px2) {
-  return std::clamp(std::sqrt(variance_px2), stddev_px.low, stddev_px.high);
 }
 
 }  // namespace
@@ -259,8 +233,8 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
   const SpotWindow window = windowFor(shape);
   const SpotLevels levels{static_cast<double>(result_.threshold_levels), result_.background.median,
                           levelNoise(config_.sensor)};
-  const std::optional<SpotMeasurement> spot = measureSpot(
-      image, sharp, window, levels, {config_.view.centre_u_px, config_.view.centre_v_px});
+  const std::optional<SpotMeasurement> spot =
+      measureSpot(image, sharp, window, levels, mirrorCentre(config_.view));
   if (!spot) {
     detection->rejection = Rejection::kNoLight;
     return;
@@ -289,15 +263,8 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
     return;
   }
   CentreVariance variance = centreVariance(config_, *spot, expected);
-  if (result_.opened) {
-    variance.tangential_px2 += kOpened_px * kOpened_px;
-    variance.radial_px2 += kOpened_px * kOpened_px;
-  }
-  if (raised_) {
-    const CentreVariance as_part = varianceAsPart(spot->centre_px, result_.rejected, config_.view);
-    variance.tangential_px2 += as_part.tangential_px2;
-    variance.radial_px2 += as_part.radial_px2;
-  }
+  if (result_.opened) variance += {kOpened_px * kOpened_px, kOpened_px * kOpened_px};
+  if (raised_) variance += varianceAsPart(spot->centre_px, result_.rejected, config_.view);
   detection->bearing = bearingFromPixel(config_, seen, variance, probability);
 }
 
@@ -305,22 +272,16 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
 /// optics can make: clutter beside the light stays outside. Without them it follows the thresholded
 /// pixels.
 SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
-  SpotWindow window;
-  window.centre_px = {shape.centre_u_px, shape.centre_v_px};
-  window.covariance_px2 << shape.variance_uu_px2, shape.variance_uv_px2, shape.variance_uv_px2,
-      shape.variance_vv_px2;
-  window.size = kGaussianWindow;
-  window.weight = CentreWeight::kEven;
+  SpotWindow window{{shape.centre_px, shape.covariance_px2, kGaussianWindow}, CentreWeight::kEven};
   if (!config_.gates.mirror) return window;
-  const Eigen::Vector2d from_centre =
-      window.centre_px - Eigen::Vector2d(config_.view.centre_u_px, config_.view.centre_v_px);
-  const SpotSize& expected = expected_.at(from_centre.norm());
-  const Eigen::Vector2d outward = from_centre.normalized();
-  const Eigen::Vector2d across(-outward.y(), outward.x());
-  double radial =
-      stddevWithin(expected.radial_stddev_px, outward.dot(window.covariance_px2 * outward));
-  double tangential =
-      stddevWithin(expected.tangential_stddev_px, across.dot(window.covariance_px2 * across));
+  const Eigen::Vector2d mirror_centre = mirrorCentre(config_.view);
+  const MirrorAxes axes(shape.centre_px, mirror_centre);
+  const SpotSize& expected = expected_.at((shape.centre_px - mirror_centre).norm());
+  const auto stddev = [&](const Eigen::Vector2d& axis, const Range& allowed) {
+    return std::clamp(std::sqrt(axis.dot(shape.covariance_px2 * axis)), allowed.low, allowed.high);
+  };
+  double radial = stddev(axes.radial, expected.radial_stddev_px);
+  double tangential = stddev(axes.tangential, expected.tangential_stddev_px);
   // What the lens defocuses is an evenly filled ellipse; all else is taken for a Gaussian.
   if (config_.defocus_sigma_px == 0.0 && std::min(radial, tangential) >= kLeastDiscStddev_px) {
     window.size = kDiscWindow;
@@ -329,22 +290,23 @@ SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
     radial += kMargin_px / window.size;
     tangential += kMargin_px / window.size;
   }
-  window.covariance_px2 = radial * radial * outward * outward.transpose() +
-                          tangential * tangential * across * across.transpose();
+  window.covariance_px2 = axes.covariance(radial * radial, tangential * tangential);
   return window;
 }
 
 /// Whether the outline of the spot leaves the mask.
-bool LightDetector::cutByMask(const SpotWindow& window) const {
+bool LightDetector::cutByMask(const PixelEllipse& window) const {
   constexpr double kRounding_px = 1.5;
   const double longest_reach_px = window.size * std::sqrt(window.covariance_px2.trace());
   if (mask_.clearancePx(window.centre_px.x(), window.centre_px.y()) >
       longest_reach_px + kRounding_px) {
     return false;
   }
-  static const std::array<Eigen::Vector2d, 16> kDirections = directionsAllAround<16>();
+  constexpr int kDirections = 16;
   const Eigen::Matrix2d information = window.covariance_px2.inverse();
-  for (const Eigen::Vector2d& direction : kDirections) {
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2.0 * kPi * i / kDirections;
+    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
     const double reach = window.size / std::sqrt(direction.dot(information * direction));
     const Eigen::Vector2d outline = window.centre_px + reach * direction;
     if (!mask_.contains(outline.x(), outline.y())) return true;

@@ -40,35 +40,31 @@ BackgroundSampler::BackgroundSampler(double max_level)
 template <typename Level>
 int BackgroundSampler::fillHistogram(const cv::Mat& image, const std::vector<PixelStrip>& strips) {
   if (strips.empty()) return 0;
-  const int first_row = strips.front().row;
-  const Grid grid = gridFor(strips.back().row + strips.back().rows - first_row);
+  const Grid grid = gridFor(strips.back().row - strips.front().row + 1);
   int samples = 0;
   const int last_bin = static_cast<int>(histogram_.size()) - 1;
-  int grid_row = first_row / grid.row_step * grid.row_step;
   for (const PixelStrip& strip : strips) {
-    const int last_row = strip.row + strip.rows;
-    while (grid_row < strip.row) grid_row += grid.row_step;
-    for (int v = grid_row; v < last_row; v += grid.row_step) {
-      const Level* row = image.ptr<Level>(v);
-      for (int u = strip.begin; u < strip.end; u += grid.column_step) {
-        ++histogram_[static_cast<std::size_t>(std::min(row[u] >> shift_, last_bin))];
-        ++samples;
-      }
+    if (strip.row % grid.row_step != 0) continue;
+    const Level* row = image.ptr<Level>(strip.row);
+    for (int u = strip.begin; u < strip.end; u += grid.column_step) {
+      ++histogram_[static_cast<std::size_t>(std::min(row[u] >> shift_, last_bin))];
+      ++samples;
     }
   }
   return samples;
 }
 
-double BackgroundSampler::quantile(double wanted, Cursor* cursor) const {
+double BackgroundSampler::quantile(double wanted) const {
   const double levels_per_bin = static_cast<double>(1U << shift_);
-  for (; cursor->bin < histogram_.size(); ++cursor->bin) {
-    const int here = histogram_[cursor->bin];
-    if (here > 0 && cursor->seen + here >= wanted) {
+  int seen = 0;
+  for (std::size_t bin = 0; bin < histogram_.size(); ++bin) {
+    const int here = histogram_[bin];
+    if (here > 0 && seen + here >= wanted) {
       // Levels are integers: within a bin the samples are taken as spread evenly about its middle.
-      const double within = (wanted - cursor->seen) / here - 0.5;
-      return levels_per_bin * (static_cast<double>(cursor->bin) + 0.5 + within) - 0.5;
+      const double within = (wanted - seen) / here - 0.5;
+      return levels_per_bin * (static_cast<double>(bin) + 0.5 + within) - 0.5;
     }
-    cursor->seen += here;
+    seen += here;
   }
   return 0.0;
 }
@@ -79,10 +75,8 @@ BackgroundLevel BackgroundSampler::measure(const cv::Mat& image,
   const int samples = image.depth() == CV_8U ? fillHistogram<std::uint8_t>(image, strips)
                                              : fillHistogram<std::uint16_t>(image, strips);
   if (samples == 0) return {};
-  Cursor cursor;
-  const double low = quantile(kOneSigmaBelow * samples, &cursor);
-  const double median = quantile(0.5 * samples, &cursor);
-  return {median, median - low};
+  const double median = quantile(0.5 * samples);
+  return {median, median - quantile(kOneSigmaBelow * samples)};
 }
 
 ThresholdLadder::ThresholdLadder(const BackgroundLevel& background, const ThresholdConfig& config,

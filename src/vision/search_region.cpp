@@ -55,7 +55,7 @@ std::optional<SearchRegion> searchRegion(const SearchConfig& config,
   return region;
 }
 
-PixelBox boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot,
+cv::Rect boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot,
                    const DetectorConfig& config) {
   constexpr double kRim_px = 2.0;
   constexpr double kDisc = 2.0;  // standard deviations to an evenly filled ellipse's outline
@@ -81,10 +81,10 @@ PixelBox boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(last)));
   };
   const ImageSensor& sensor = config.sensor;
-  return {limited(centre.y() - half_height, sensor.height_px),
-          limited(centre.y() + half_height + 1.0, sensor.height_px),
-          limited(centre.x() - half_width, sensor.width_px),
-          limited(centre.x() + half_width + 1.0, sensor.width_px)};
+  return {cv::Point(limited(centre.x() - half_width, sensor.width_px),
+                    limited(centre.y() - half_height, sensor.height_px)),
+          cv::Point(limited(centre.x() + half_width + 1.0, sensor.width_px),
+                    limited(centre.y() + half_height + 1.0, sensor.height_px))};
 }
 
 }  // namespace bearing_calibration::core

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/vision/pixel_kernels.h"
 #include "bearing_calibration/vision/spot_sums.h"
 
 namespace bearing_calibration::core {
@@ -28,7 +27,7 @@ constexpr double kEnoughRows = 10.0;
 constexpr double kSmallStep = 0.03;
 
 int rowStepFor(const PixelEllipse& window) {
-  const double rows = 2.0 * window.reach * window.shape.stddev_v_px;
+  const double rows = 2.0 * window.size * std::sqrt(window.covariance_px2(1, 1));
   return std::max(1, static_cast<int>(rows / kEnoughRows));
 }
 
@@ -50,19 +49,10 @@ Background fitBackground(PlaneSums sums, const SpotLevels& levels) {
   return background;
 }
 
-/// Unit vectors at a place in the image, along the mirror's radius and across it.
-struct MirrorAxes {
-  MirrorAxes(const Vector2d& place_px, const Vector2d& mirror_centre_px)
-      : radial((place_px - mirror_centre_px).normalized()), tangential(-radial.y(), radial.x()) {}
-
-  Vector2d radial;
-  Vector2d tangential;
-};
-
 WeightPolynomial polynomialOf(const SpotWindow& window) {
-  if (window.weight == CentreWeight::kEven) return {1.0, 0.0, 0.0};
+  if (window.weight == CentreWeight::kEven) return {1.0F, 0.0F, 0.0F};
   const double size2 = window.size * window.size;
-  return {0.0, 1.0, -1.0 / (size2 * size2)};
+  return {0.0F, 1.0F, static_cast<float>(-1.0 / (size2 * size2))};
 }
 
 /// d sum(L w x) / d centre along an axis x.
@@ -70,25 +60,6 @@ double gainAlong(const Vector2d& axis, const CentreMoments& sums, const Matrix2d
   const Vector2d gradient = information * axis;
   return sums.weighted + 2.0 * axis.dot(sums.sloped_squares * gradient);
 }
-
-/// What the window alone says: sums over its pixels as integrals over its ellipse, in units of its
-/// variance along the axis.
-struct WindowIntegrals {
-  explicit WindowIntegrals(const SpotWindow& window) {
-    // pi sqrt(det) times the integrals of w^2 m^3 and w m^3 from 0 to M
-    const double scale = kPi * std::sqrt(window.covariance_px2.determinant());
-    const double size2 = window.size * window.size;
-    if (window.weight == CentreWeight::kEven) {
-      pixel_squares = slope_lever = scale * size2 * size2 / 4.0;
-    } else {
-      pixel_squares = scale * size2 * size2 * size2 * size2 / 48.0;
-      slope_lever = scale * size2 * size2 * size2 / 15.0;
-    }
-  }
-
-  double pixel_squares;
-  double slope_lever;
-};
 
 /// How far the light's centre lies from the window's, in one Newton step.
 Vector2d shiftOf(const CentreMoments& sums, const Matrix2d& information, const MirrorAxes& axes) {
@@ -99,39 +70,36 @@ Vector2d shiftOf(const CentreMoments& sums, const Matrix2d& information, const M
   return shift;
 }
 
-/// All that the last window says.
-struct WindowMoments {
-  CentreMoments centre;
-  SpreadMoments spread;  ///< of every so many rows:
-  int row_step;
-};
-
-AxisSums alongAxis(const Vector2d& axis, const WindowMoments& sums, const SpotWindow& window,
-                   const WindowIntegrals& integrals, const Matrix2d& information) {
-  const double window_variance_px2 = axis.dot(window.covariance_px2 * axis);
-  AxisSums along;
-  along.gain = gainAlong(axis, sums.centre, information);
-  along.variance_px2 = axis.dot(sums.spread.light_squares * axis) / sums.spread.light;
-  along.light_noise = sums.row_step * axis.dot(sums.spread.noise_squares * axis);
-  along.pixel_squares = integrals.pixel_squares * window_variance_px2;
-  along.slope_lever = integrals.slope_lever * window_variance_px2;
-  return along;
-}
-
-SpotMeasurement measurementOf(const WindowMoments& sums, const SpotWindow& window,
-                              const Matrix2d& information, const MirrorAxes& axes) {
-  const WindowIntegrals integrals(window);
-  const Matrix2d& light_squares = sums.spread.light_squares;
-  const double light = sums.spread.light;
+/// What the last window says; `spread` of every row_step-th row.
+SpotMeasurement measurementOf(const CentreMoments& centre, const SpreadMoments& spread,
+                              int row_step, const SpotWindow& window, const MirrorAxes& axes) {
+  // What the window alone says are integrals over its ellipse, in units of its variance along the
+  // axis: pi sqrt(det) times those of w^2 m^3 and w m^3 from 0 to its size.
+  const double scale = kPi * std::sqrt(window.covariance_px2.determinant());
+  const double size4 = std::pow(window.size, 4);
+  const bool even = window.weight == CentreWeight::kEven;
+  const double pixel_squares = scale * size4 * (even ? 1.0 / 4.0 : size4 / 48.0);
+  const double slope_lever = scale * size4 * (even ? 1.0 / 4.0 : window.size * window.size / 15.0);
+  const Matrix2d information = window.covariance_px2.inverse();
+  const auto along = [&](const Vector2d& axis) {
+    const double window_variance_px2 = axis.dot(window.covariance_px2 * axis);
+    AxisSums sums;
+    sums.gain = gainAlong(axis, centre, information);
+    sums.variance_px2 = axis.dot(spread.light_squares * axis) / spread.light;
+    sums.light_noise = row_step * axis.dot(spread.noise_squares * axis);
+    sums.pixel_squares = pixel_squares * window_variance_px2;
+    sums.slope_lever = slope_lever * window_variance_px2;
+    return sums;
+  };
   SpotMeasurement spot;
-  spot.mass_levels = sums.centre.light;
-  spot.peak_levels = sums.spread.peak;
-  spot.full_pixels = sums.row_step * sums.spread.full_pixels;
-  spot.radial = alongAxis(axes.radial, sums, window, integrals, information);
-  spot.tangential = alongAxis(axes.tangential, sums, window, integrals, information);
-  spot.mixed_variance_px2 = axes.tangential.dot(light_squares * axes.radial) / light;
-  const double squares = (information * light_squares).trace();
-  spot.kurtosis = sums.spread.fourth_powers * light / (squares * squares);
+  spot.mass_levels = centre.light;
+  spot.peak_levels = spread.peak;
+  spot.full_pixels = row_step * spread.full_pixels;
+  spot.radial = along(axes.radial);
+  spot.tangential = along(axes.tangential);
+  spot.mixed_variance_px2 = axes.tangential.dot(spread.light_squares * axes.radial) / spread.light;
+  const double squares = (information * spread.light_squares).trace();
+  spot.kurtosis = spread.fourth_powers * spread.light / (squares * squares);
   return spot;
 }
 
@@ -143,14 +111,13 @@ std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& 
   if (image.cols < kPixelLanes) return std::nullopt;  // no room for a light
   const WeightPolynomial weight = polynomialOf(first_window);
   const double reach_px = first_window.size * std::sqrt(first_window.covariance_px2.trace());
-  PixelEllipse window{first_window.centre_px, EllipseShape(first_window.covariance_px2),
-                      first_window.size};
-  const Matrix2d& information = window.shape.information;
+  SpotWindow window = first_window;
+  const Matrix2d information = window.covariance_px2.inverse();
   const int row_step = rowStepFor(window);
-  Background background = fitBackground(
-      sumPlane(image, window.reaching(kRingBegin * window.reach), kRingEnd * window.reach, row_step,
-               levels.threshold, levels.background),
-      levels);
+  const PixelEllipse inside{window.centre_px, window.covariance_px2, kRingBegin * window.size};
+  Background background = fitBackground(sumPlane(image, inside, kRingEnd * window.size, row_step,
+                                                 levels.threshold, levels.background),
+                                        levels);
   CentreMoments centre;
   Vector2d shift;
   const auto step = [&] {
@@ -169,7 +136,7 @@ std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& 
       sumSpread(image, sharp, window, row_step, weight, background.plane, levels.noise);
   if (!(spread.light > 0.0)) return std::nullopt;
   const MirrorAxes axes(window.centre_px, mirror_centre_px);
-  SpotMeasurement spot = measurementOf({centre, spread, row_step}, first_window, information, axes);
+  SpotMeasurement spot = measurementOf(centre, spread, row_step, window, axes);
   spot.background = background;
   spot.background.plane.at_centre += background.plane.slope.dot(shift);
   spot.centre_px = window.centre_px + shift;

@@ -1,103 +1,227 @@
 #include "bearing_calibration/vision/spot_sums.h"
 
-#include "bearing_calibration/vision/image_levels.h"
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
 
 namespace bearing_calibration::core {
 namespace {
 
-Eigen::Matrix2d symmetric(float uu, float uv, float vv) {
-  return (Eigen::Matrix2d() << uu, uv, uv, vv).finished();
-}
+// A loop over lanes has no branches and a length that the compiler knows: it becomes vector
+// instructions of whatever width there is.
+using Lanes = std::array<float, kPixelLanes>;
 
-EllipseMetric metricOf(const PixelEllipse& ellipse) {
-  const Eigen::Matrix2d& information = ellipse.shape.information;
-  const int column = static_cast<int>(ellipse.centre_px.x());
-  const int row = static_cast<int>(ellipse.centre_px.y());
-  return {column,
-          row,
-          static_cast<float>(ellipse.centre_px.x() - column),
-          static_cast<float>(ellipse.centre_px.y() - row),
-          static_cast<float>(information(0, 0)),
-          static_cast<float>(2.0 * information(0, 1)),
-          static_cast<float>(information(1, 1))};
-}
+/// Pixels side by side in a row.
+struct PixelBlock {
+  int row;
+  int column;  ///< of the first
+  float v;     ///< from the ellipse's centre
+  Lanes u;
+  Lanes m2;  ///< squared Mahalanobis distance
+  Lanes level;
+};
 
-PixelRange rangeOf(const PixelEllipse& ellipse, const cv::Mat& image, int row_step) {
-  const PixelBox box = ellipse.box(image.size());
-  return {box.first_row, box.last_row, row_step, box.first_column, box.last_column};
-}
+double sumOf(const Lanes& lanes) { return std::accumulate(lanes.begin(), lanes.end(), 0.0); }
+
+/// Sums of values, and of values times the pixel's offset (u, v).
+struct FirstMoments {
+  void add(std::size_t lane, float value, float u, float v) {
+    one[lane] += value;
+    times_u[lane] += value * u;
+    times_v[lane] += value * v;
+  }
+  Eigen::Vector3d sums() const { return {sumOf(one), sumOf(times_u), sumOf(times_v)}; }
+
+  Lanes one{}, times_u{}, times_v{};
+};
+
+/// Sums of values times the products of the pixel's offset.
+struct SecondMoments {
+  void add(std::size_t lane, float value, float u, float v) {
+    times_uu[lane] += value * u * u;
+    times_uv[lane] += value * u * v;
+    times_vv[lane] += value * v * v;
+  }
+  Eigen::Matrix2d sums() const {
+    const double uv = sumOf(times_uv);
+    return (Eigen::Matrix2d() << sumOf(times_uu), uv, uv, sumOf(times_vv)).finished();
+  }
+
+  Lanes times_uu{}, times_uv{}, times_vv{};
+};
 
 template <typename Level>
-ImageRows<Level> rowsLike(const ImageRows<Level>&, const cv::Mat& image) {
-  return rowsOf<Level>(image);
+void convert(const Level* levels, Lanes* converted) {
+  for (std::size_t i = 0; i < kPixelLanes; ++i) (*converted)[i] = static_cast<float>(levels[i]);
+}
+
+Lanes levelsAt(const cv::Mat& image, int row, int column) {
+  Lanes levels;
+  if (image.depth() == CV_8U) {
+    convert(image.ptr<std::uint8_t>(row) + column, &levels);
+  } else {
+    convert(image.ptr<std::uint16_t>(row) + column, &levels);
+  }
+  return levels;
+}
+
+/// The smallest box with all pixels of an ellipse that an image of this size has.
+cv::Rect boxOf(const PixelEllipse& ellipse, const cv::Size& image) {
+  const Eigen::Vector2d reach = ellipse.size * ellipse.covariance_px2.diagonal().cwiseSqrt();
+  const auto first_after = [](double place, int last) {
+    return static_cast<int>(std::clamp(place + 1.0, 0.0, static_cast<double>(last)));
+  };
+  const Eigen::Vector2d low = ellipse.centre_px - reach;
+  const Eigen::Vector2d high = ellipse.centre_px + reach;
+  return {cv::Point(first_after(low.x(), image.width), first_after(low.y(), image.height)),
+          cv::Point(first_after(high.x(), image.width), first_after(high.y(), image.height))};
 }
 
 float squared(double value) { return static_cast<float>(value * value); }
 
-PlaneTerms termsOf(const LevelPlane& plane) {
-  return {static_cast<float>(plane.at_centre), static_cast<float>(plane.slope.x()),
-          static_cast<float>(plane.slope.y())};
+/// A factor instead of a branch.
+float oneIf(bool condition) { return condition ? 1.0F : 0.0F; }
+
+/// Visits the pixels of an ellipse, none twice, and others that lie outside of it.
+template <typename Visit>
+void forEachBlock(const cv::Mat& image, const PixelEllipse& ellipse, int row_step, Visit visit) {
+  constexpr float kFarOutside = 1e6F;  // whose cube still is a number
+  const Eigen::Matrix2f information = ellipse.covariance_px2.inverse().cast<float>();
+  const float uu = information(0, 0);
+  const float uv = 2.0F * information(0, 1);
+  const float vv = information(1, 1);
+  const cv::Rect box = boxOf(ellipse, image.size());
+  PixelBlock block;
+  for (block.row = box.y; block.row < box.br().y; block.row += row_step) {
+    const float v = static_cast<float>(block.row - ellipse.centre_px.y());
+    block.v = v;
+    for (int column = box.x; column < box.br().x; column += kPixelLanes) {
+      block.column = std::min(column, image.cols - kPixelLanes);  // not beyond the row
+      const int visited = column - block.column;
+      const float first_u = static_cast<float>(block.column - ellipse.centre_px.x());
+      for (int i = 0; i < kPixelLanes; ++i) {
+        const float u = first_u + static_cast<float>(i);
+        const float m2 = uu * u * u + v * (uv * u + vv * v);
+        block.u[static_cast<std::size_t>(i)] = u;
+        block.m2[static_cast<std::size_t>(i)] = m2 + kFarOutside * oneIf(i < visited);
+      }
+      block.level = levelsAt(image, block.row, block.column);
+      visit(block);
+    }
+  }
 }
 
-WeightTerms termsOf(const WeightPolynomial& weight) {
-  return {static_cast<float>(weight.constant), static_cast<float>(weight.square),
-          static_cast<float>(weight.sixth)};
-}
+/// The levels of a background plane.
+struct PlaneLevels {
+  explicit PlaneLevels(const LevelPlane& plane)
+      : at_centre(static_cast<float>(plane.at_centre)),
+        slope_u(static_cast<float>(plane.slope.x())),
+        slope_v(static_cast<float>(plane.slope.y())) {}
+  float at(float u, float v) const { return at_centre + slope_u * u + slope_v * v; }
 
-NoiseTerms termsOf(const LevelNoise& noise) {
-  return {static_cast<float>(noise.black), static_cast<float>(noise.saturation),
-          static_cast<float>(noise.per_level), static_cast<float>(noise.per_square)};
-}
+  float at_centre;
+  float slope_u;
+  float slope_v;
+};
 
 }  // namespace
 
-PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer_reach,
-                   int row_step, double threshold, double reference) {
-  const PixelRange range = rangeOf(inner.reaching(outer_reach), image, row_step);
-  const RingSums s = visitLevels(image, [&](const auto& levels, const auto& kernels) {
-    return kernels.sumRing(levels, range, metricOf(inner), squared(inner.reach),
-                           squared(outer_reach), static_cast<float>(threshold),
-                           static_cast<float>(reference));
-  });
+PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer_size, int row_step,
+                   double threshold, double reference) {
+  const float inner2 = squared(inner.size);
+  const float outer2 = squared(outer_size);
+  const float limit = static_cast<float>(threshold);
+  const float zero = static_cast<float>(reference);
+  FirstMoments pixels;
+  SecondMoments spread;
+  FirstMoments levels;
+  Lanes squares{};
+  forEachBlock(image, {inner.centre_px, inner.covariance_px2, outer_size}, row_step,
+               [&](const PixelBlock& block) {
+                 for (std::size_t i = 0; i < kPixelLanes; ++i) {
+                   const float m2 = block.m2[i];
+                   const float dark =
+                       oneIf(m2 > inner2) * oneIf(m2 <= outer2) * oneIf(block.level[i] <= limit);
+                   const float level = dark * (block.level[i] - zero);
+                   pixels.add(i, dark, block.u[i], block.v);
+                   spread.add(i, dark, block.u[i], block.v);
+                   levels.add(i, level, block.u[i], block.v);
+                   squares[i] += level * level;
+                 }
+               });
+  const Eigen::Vector3d first = pixels.sums();
   PlaneSums sums;
-  sums.normal << s.n, s.u, s.v, s.u, s.uu, s.uv, s.v, s.uv, s.vv;
-  sums.right << s.level, s.level_u, s.level_v;
-  sums.squares = static_cast<double>(s.level2);
+  sums.normal << first.transpose(), first.tail<2>(), spread.sums();
+  sums.right = levels.sums();
+  sums.squares = sumOf(squares);
   return sums;
 }
 
 CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int row_step,
-                        const WeightPolynomial& weight, const LevelPlane& background) {
-  const PixelRange range = rangeOf(window, image, row_step);
-  const CentreSums s = visitLevels(image, [&](const auto& levels, const auto& kernels) {
-    return kernels.sumCentre(levels, range, metricOf(window), squared(window.reach),
-                             termsOf(background), termsOf(weight));
+                        WeightPolynomial weight, const LevelPlane& background) {
+  const float reach2 = squared(window.size);
+  const PlaneLevels behind(background);
+  Lanes light{};
+  FirstMoments weighted;
+  SecondMoments sloped;
+  forEachBlock(image, window, row_step, [&](const PixelBlock& block) {
+    for (std::size_t i = 0; i < kPixelLanes; ++i) {
+      const float u = block.u[i];
+      const float m2 = block.m2[i];
+      const float over = oneIf(m2 <= reach2) * (block.level[i] - behind.at(u, block.v));
+      light[i] += over;
+      weighted.add(i, over * weight.at(m2), u, block.v);
+      sloped.add(i, over * weight.slope(m2), u, block.v);
+    }
   });
-  CentreMoments sums;
-  sums.light = static_cast<double>(s.light);
-  sums.weighted = static_cast<double>(s.weighted);
-  sums.moment << s.moment_u, s.moment_v;
-  sums.sloped_squares = symmetric(s.sloped_uu, s.sloped_uv, s.sloped_vv);
-  return sums;
+  const Eigen::Vector3d first = weighted.sums();
+  return {sumOf(light), first(0), first.tail<2>(), sloped.sums()};
 }
 
 SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const PixelEllipse& window,
-                        int row_step, const WeightPolynomial& weight, const LevelPlane& background,
+                        int row_step, WeightPolynomial weight, const LevelPlane& background,
                         const LevelNoise& noise) {
-  const PixelRange range = rangeOf(window, image, row_step);
-  const SpreadSums s = visitLevels(image, [&](const auto& levels, const auto& kernels) {
-    return kernels.sumSpread(levels, rowsLike(levels, sensed), range, metricOf(window),
-                             squared(window.reach), termsOf(background), termsOf(weight),
-                             termsOf(noise));
+  const float reach2 = squared(window.size);
+  const PlaneLevels behind(background);
+  const float black = static_cast<float>(noise.black);
+  const float saturation = static_cast<float>(noise.saturation);
+  const float per_level = static_cast<float>(noise.per_level);
+  const float per_square = static_cast<float>(noise.per_square);
+  Lanes light{};
+  SecondMoments light_squares;
+  SecondMoments noise_squares;
+  Lanes fourth_powers{};
+  Lanes peak{};
+  Lanes full{};
+  forEachBlock(image, window, row_step, [&](const PixelBlock& block) {
+    const Lanes sensed_level = levelsAt(sensed, block.row, block.column);
+    for (std::size_t i = 0; i < kPixelLanes; ++i) {
+      const float u = block.u[i];
+      const float m2 = block.m2[i];
+      const float inside = oneIf(m2 <= reach2);
+      const float level = inside * block.level[i];
+      const float over = inside * (block.level[i] - behind.at(u, block.v));
+      const float is_full = inside * oneIf(sensed_level[i] >= saturation);
+      const float photons = (1.0F - is_full) * oneIf(level > black) * (level - black);
+      const float by_weight = weight.at(m2);
+      const float variance = per_level * photons + per_square * over * over;
+      light[i] += over;
+      light_squares.add(i, over, u, block.v);
+      noise_squares.add(i, variance * by_weight * by_weight, u, block.v);
+      fourth_powers[i] += over * (m2 * m2);
+      peak[i] = peak[i] < level ? level : peak[i];
+      full[i] += is_full;
+    }
   });
-  SpreadMoments sums;
-  sums.light = static_cast<double>(s.light);
-  sums.light_squares = symmetric(s.light_uu, s.light_uv, s.light_vv);
-  sums.noise_squares = symmetric(s.noise_uu, s.noise_uv, s.noise_vv);
-  sums.fourth_powers = static_cast<double>(s.fourth_powers);
-  sums.peak = static_cast<double>(s.peak);
-  sums.full_pixels = s.full_pixels;
-  return sums;
+  return {sumOf(light),
+          light_squares.sums(),
+          noise_squares.sums(),
+          sumOf(fourth_powers),
+          static_cast<double>(*std::max_element(peak.begin(), peak.end())),
+          static_cast<int>(sumOf(full))};
 }
 
 }  // namespace bearing_calibration::core

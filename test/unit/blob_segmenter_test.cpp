@@ -101,18 +101,42 @@ TEST(BlobSegmenter, AgreesWithFloodFillingWhereAPostDividesTheRows) {
   for (double density : {0.01, 0.05, 0.2, 0.6}) {
     cv::Mat image = randomImage<std::uint8_t>(70, 200, density, &random);
     image.colRange(kPost - 1, kPost).setTo(200);  // touches all that crosses it
-    std::vector<PixelStrip> strips{{0, 0, 70, 20}};
+    std::vector<PixelStrip> strips;
+    for (int v = 0; v < 20; ++v) strips.push_back({v, 0, 70});
     for (int v = 20; v < image.rows; ++v) {
       strips.push_back({v, 0, kPost});
       if (v % 5 != 0) strips.push_back({v, kPost + 1, 70});
     }
     cv::Mat seen = cv::Mat::zeros(image.size(), image.type());
     for (const PixelStrip& s : strips) {
-      const cv::Rect rect(s.begin, s.row, s.end - s.begin, s.rows);
+      const cv::Rect rect(s.begin, s.row, s.end - s.begin, 1);
       image(rect).copyTo(seen(rect));
     }
     EXPECT_EQ(sortedMoments(segmenter.segment(image, strips, 100)), floodedMoments(seen, 100))
         << "density " << density;
+  }
+}
+
+TEST(BlobSegmenter, AgreesWithFloodFillingInStripsThatLieAnywhere) {
+  std::mt19937 random(5);
+  BlobSegmenter segmenter;
+  for (int width : {8, 31, 32, 33, 63, 64, 65, 130, 200}) {
+    for (double density : {0.02, 0.5, 0.98}) {
+      const cv::Mat image = randomImage<std::uint8_t>(width, 23, density, &random);
+      std::vector<PixelStrip> strips;
+      for (int v = 0; v < 3; ++v) strips.push_back({v, width / 4, width - width / 8});
+      for (int v = 3; v < image.rows; ++v) {
+        strips.push_back({v, v % 4, width / 2});
+        strips.push_back({v, width / 2 + 1, width - v % 2});
+      }
+      cv::Mat seen = cv::Mat::zeros(image.size(), image.type());
+      for (const PixelStrip& s : strips) {
+        const cv::Rect rect(s.begin, s.row, s.end - s.begin, 1);
+        image(rect).copyTo(seen(rect));
+      }
+      EXPECT_EQ(sortedMoments(segmenter.segment(image, strips, 100)), floodedMoments(seen, 100))
+          << width << " wide, density " << density;
+    }
   }
 }
 
@@ -146,13 +170,12 @@ TEST(BlobSegmenter, ABlobThatReachesTheLastRowIsCut) {
   cv::Mat image(6, 20, CV_8UC1, cv::Scalar(0));
   image(cv::Rect(7, 2, 3, 4)).setTo(200);
   BlobSegmenter segmenter;
-  for (const std::vector<PixelStrip>& strips : {wholeImage(image), {{0, 0, 20, 6}}}) {
-    EXPECT_TRUE(segmenter.segment(image, strips, 100).front().cut);
-  }
-  const std::vector<PixelStrip> more{{0, 0, 20, 5}, {5, 7, 20}};  // cut by its last row's begin
-  EXPECT_TRUE(segmenter.segment(image, more, 100).front().cut);
+  std::vector<PixelStrip> strips = wholeImage(image);
+  EXPECT_TRUE(segmenter.segment(image, strips, 100).front().cut);
+  strips.back().begin = 7;  // cut by its last row's begin
+  EXPECT_TRUE(segmenter.segment(image, strips, 100).front().cut);
   image.row(5).setTo(0);
-  EXPECT_FALSE(segmenter.segment(image, {{0, 0, 20, 6}}, 100).front().cut);
+  EXPECT_FALSE(segmenter.segment(image, wholeImage(image), 100).front().cut);
 }
 
 TEST(BlobSegmenter, ABlobInTheFirstOrTheLastRowIsCut) {
@@ -187,11 +210,11 @@ TEST(BlobShape, ARectangleFillsThreeOverPi) {
   cv::Mat image(40, 60, CV_8UC1, cv::Scalar(0));
   image(cv::Rect(5, 7, 31, 12)).setTo(200);
   const BlobShape shape = shapeOf(blobOf(image));
-  EXPECT_NEAR(shape.centre_u_px, 20.0, 1e-12);
-  EXPECT_NEAR(shape.centre_v_px, 12.5, 1e-12);
-  EXPECT_NEAR(shape.variance_uu_px2, 31.0 * 31.0 / 12.0, 1e-9);
-  EXPECT_NEAR(shape.variance_vv_px2, 12.0 * 12.0 / 12.0, 1e-9);
-  EXPECT_NEAR(shape.variance_uv_px2, 0.0, 1e-9);
+  EXPECT_NEAR(shape.centre_px.x(), 20.0, 1e-12);
+  EXPECT_NEAR(shape.centre_px.y(), 12.5, 1e-12);
+  EXPECT_NEAR(shape.covariance_px2(0, 0), 31.0 * 31.0 / 12.0, 1e-9);
+  EXPECT_NEAR(shape.covariance_px2(1, 1), 12.0 * 12.0 / 12.0, 1e-9);
+  EXPECT_NEAR(shape.covariance_px2(0, 1), 0.0, 1e-9);
   EXPECT_NEAR(shape.fill, 3.0 / kPi, 1e-9);
 }
 
@@ -212,8 +235,8 @@ TEST(BlobShape, AnEllipseFillsOne) {
     const BlobShape shape = shapeOf(blobOf(image));
     const double outline_error = std::sqrt(2.0 * kPi * kA) / (kPi * kA * kB);
     EXPECT_NEAR(shape.fill, 1.0, outline_error);
-    EXPECT_NEAR(shape.centre_u_px, 50.3, 0.1);
-    EXPECT_NEAR(shape.variance_uu_px2 + shape.variance_vv_px2, 0.25 * (kA * kA + kB * kB), 2.0);
+    EXPECT_NEAR(shape.centre_px.x(), 50.3, 0.1);
+    EXPECT_NEAR(shape.covariance_px2.trace(), 0.25 * (kA * kA + kB * kB), 2.0);
   }
 }
 

@@ -100,14 +100,14 @@ TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
   config.light.min_distance_m = 0.25;
   config.light.max_distance_m = 10.0;
   const ExpectedPlace place{{0.0, 0.5}, 0.1, 5.0};
-  const PixelBox box = boxAround(place, ExpectedSpot(config), config);
-  EXPECT_GE(box.first_row, 0);
-  EXPECT_LT(box.first_row, 239);
-  EXPECT_GT(box.last_row, 240);
-  EXPECT_GE(box.first_column, 0);
-  EXPECT_LT(box.first_column, 319);
-  EXPECT_GT(box.last_column, 320);
-  EXPECT_LE(box.last_column, config.sensor.width_px);
+  const cv::Rect box = boxAround(place, ExpectedSpot(config), config);
+  EXPECT_GE(box.y, 0);
+  EXPECT_LT(box.y, 239);
+  EXPECT_GT(box.br().y, 240);
+  EXPECT_GE(box.x, 0);
+  EXPECT_LT(box.x, 319);
+  EXPECT_GT(box.br().x, 320);
+  EXPECT_LE(box.br().x, config.sensor.width_px);
 }
 
 TEST(SearchRegion, TheRadiusIsThatOfTheCandidateNearestToThePrediction) {

@@ -1,14 +1,18 @@
 #pragma once
 
-#include <cstddef>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "bearing_calibration/vision/detector_config.h"
-#include "bearing_calibration/vision/pixel_box.h"
-#include "bearing_calibration/vision/pixel_strip.h"
 
 namespace bearing_calibration::core {
+
+/// Pixels [begin, end) of a row.
+struct PixelStrip {
+  int row = 0;
+  int begin = 0;
+  int end = 0;
+};
 
 /// Directions within half_width_rad < 90 deg of the centre.
 struct AzimuthSector {
@@ -29,7 +33,7 @@ class AnnulusMask {
   void clipToSector(const AzimuthSector& sector, std::vector<PixelStrip>* strips) const;
 
   /// The same for the part of the mask inside `box`.
-  void clipToBox(const PixelBox& box, std::vector<PixelStrip>* strips) const;
+  void clipToBox(const cv::Rect& box, std::vector<PixelStrip>* strips) const;
 
   /// Whole pixels from the pixel nearest to a position to the nearest one outside of the mask; 0
   /// for a pixel that is outside itself, and not more than 255.
@@ -37,15 +41,16 @@ class AnnulusMask {
   bool contains(double u_px, double v_px) const { return clearancePx(u_px, v_px) > 0; }
 
  private:
-  bool hasAllOf(const PixelBox& box) const;
+  template <typename Narrow>
+  void clip(double first_row, double last_row, Narrow narrow,
+            std::vector<PixelStrip>* strips) const;
 
   MirrorView view_;
   int width_px_;
   int height_px_;
   double outer_radius_px_;
   std::vector<PixelStrip> strips_;
-  std::vector<std::size_t> row_starts_;  ///< of the rows' strips; one more than there are rows
-  cv::Mat clearance_;                    ///< by pixel, CV_8UC1
+  cv::Mat clearance_;  ///< by pixel, CV_8UC1
 };
 
 }  // namespace bearing_calibration::core

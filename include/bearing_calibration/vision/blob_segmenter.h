@@ -1,12 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "bearing_calibration/vision/pixel_kernels.h"
-#include "bearing_calibration/vision/pixel_strip.h"
+#include "bearing_calibration/vision/annulus_mask.h"
 
 namespace bearing_calibration::core {
 
@@ -21,8 +21,8 @@ struct Blob {
   bool cut = false;  ///< reaches an end of a strip of the mask, its first row or its last
 };
 
-/// Finds the connected pixels above a threshold in one pass over the mask's strips: runs, joined
-/// by union-find, each adding closed sums to its blob. Buffers are kept from image to image.
+/// Finds the connected pixels above a threshold: runs of the mask's strips, joined by union-find,
+/// each adding closed sums to its blob. Buffers are kept from image to image.
 class BlobSegmenter {
  public:
   BlobSegmenter();
@@ -36,37 +36,32 @@ class BlobSegmenter {
   bool complete() const { return complete_; }
 
  private:
-  static constexpr int kNoLabel = -1;
-
-  struct RunSums;
-
-  /// Runs [first, last), counted through all rows.
-  struct RunRange {
-    std::size_t first = 0;
-    std::size_t last = 0;
+  /// Bright pixels [begin, end) of a row.
+  struct Run {
+    int row;
+    int begin;
+    int end;
+    bool cut;
+    std::size_t parent;  ///< a run that this one is joined with; itself, of one that stands for all
+    std::size_t blob;    ///< of one that stands for all
   };
 
-  std::size_t addLoneRuns(std::size_t i, std::size_t rows, int last_row, RunSums* total);
-  bool join(const std::vector<PixelStrip>& strips, std::size_t rows);
-  int labelOf(int begin, int end, RunRange* above);
-  int root(int label);
-  void collect();
+  template <typename Level>
+  bool findRuns(const cv::Mat& image, const std::vector<PixelStrip>& strips, int threshold);
+  std::size_t rootOf(std::size_t run);
+  bool join();
+  void addUp();
 
-  std::vector<BrightRow> rows_;
-  std::vector<int> edges_;    ///< where their runs begin and end, in turn
-  std::vector<int> labels_;   ///< of the runs
-  std::vector<int> parents_;  ///< of the labels
-  std::vector<Blob> blobs_;   ///< by label, then by root
+  std::vector<int> edges_;  ///< of a row's runs
+  std::vector<Run> runs_;
+  std::vector<Blob> blobs_;
   bool complete_ = true;
 };
 
 /// Second central moments of the blob's pixels as small squares (a lone pixel has 1/12) [px^2].
 struct BlobShape {
-  double centre_u_px;
-  double centre_v_px;
-  double variance_uu_px2;
-  double variance_uv_px2;
-  double variance_vv_px2;
+  Eigen::Vector2d centre_px;  ///< (u, v)
+  Eigen::Matrix2d covariance_px2;
   double fill;  ///< pixels over the area 4 pi sqrt(det) of the ellipse with these moments
 };
 BlobShape shapeOf(const Blob& blob);

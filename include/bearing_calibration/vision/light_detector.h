@@ -73,7 +73,7 @@ class LightDetector {
   void measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
                Detection* detection);
   void listRejected(const Detection& detection);
-  bool cutByMask(const SpotWindow& window) const;
+  bool cutByMask(const PixelEllipse& window) const;
   SpotWindow windowFor(const BlobShape& shape) const;
 
   DetectorConfig config_;

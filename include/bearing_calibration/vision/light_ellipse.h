@@ -5,6 +5,23 @@
 
 namespace bearing_calibration::core {
 
+inline constexpr double kPixelVariance = 1.0 / 12.0;  ///< of a square of side 1
+
+/// Unit vectors at a place in the image, along the mirror's radius and across it.
+struct MirrorAxes {
+  MirrorAxes(const Eigen::Vector2d& place_px, const Eigen::Vector2d& mirror_centre_px)
+      : radial((place_px - mirror_centre_px).normalized()), tangential(-radial.y(), radial.x()) {}
+
+  /// In (u, v), of what has these variances along the axes.
+  Eigen::Matrix2d covariance(double radial_variance, double tangential_variance) const {
+    return radial_variance * radial * radial.transpose() +
+           tangential_variance * tangential * tangential.transpose();
+  }
+
+  Eigen::Vector2d radial;
+  Eigen::Vector2d tangential;
+};
+
 /// The image of a light: an ellipse of light over its background, by intensity. "Along" and
 /// "across" are the mirror's radius and its tangent at the centre.
 struct LightEllipse {
@@ -28,9 +45,12 @@ struct LightEllipse {
 struct CentreVariance {
   double tangential_px2 = 0.0;
   double radial_px2 = 0.0;
-};
 
-/// Angle between the ellipse's axis and the mirror's radius or tangent, whichever is nearer [rad].
-double axisError(const LightEllipse& ellipse);
+  CentreVariance& operator+=(const CentreVariance& more) {
+    tangential_px2 += more.tangential_px2;
+    radial_px2 += more.radial_px2;
+    return *this;
+  }
+};
 
 }  // namespace bearing_calibration::core

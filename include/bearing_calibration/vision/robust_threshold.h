@@ -26,13 +26,7 @@ class BackgroundSampler {
  private:
   template <typename Level>
   int fillHistogram(const cv::Mat& image, const std::vector<PixelStrip>& strips);
-  /// How far the histogram has been counted.
-  struct Cursor {
-    std::size_t bin = 0;
-    int seen = 0;  ///< samples in the bins before
-  };
-  /// The level with `wanted` samples below it; goes on counting from where it was.
-  double quantile(double wanted, Cursor* cursor) const;
+  double quantile(double wanted) const;  ///< the level with `wanted` samples below it
 
   int shift_;  ///< a level is in bin level >> shift_
   std::vector<int> histogram_;

@@ -57,7 +57,7 @@ std::optional<SearchRegion> searchRegion(const SearchConfig& config,
 /// All pixels of a light whose centre is where it is expected, with room for a dark rim: the box
 /// around a rectangle of centres, along and across the mirror's radius, and the largest ellipse
 /// about each.
-PixelBox boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot,
+cv::Rect boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot,
                    const DetectorConfig& config);
 
 }  // namespace bearing_calibration::core

@@ -18,11 +18,8 @@ enum class CentreWeight : std::uint8_t {
   kOutline,
 };
 
-/// An elliptical window: pixels whose Mahalanobis distance from the centre is at most its size.
-struct SpotWindow {
-  Eigen::Vector2d centre_px;
-  Eigen::Matrix2d covariance_px2;  ///< of the spot in (u, v)
-  double size = 0.0;               ///< in standard deviations
+/// The pixels that are looked at, in units of the spot's covariance.
+struct SpotWindow : PixelEllipse {
   CentreWeight weight = CentreWeight::kEven;
 };
 

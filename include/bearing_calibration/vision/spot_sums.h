@@ -3,15 +3,23 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "bearing_calibration/vision/pixel_ellipse.h"
-
 namespace bearing_calibration::core {
+
+/// Pixels whose Mahalanobis distance from the centre is at most the size.
+struct PixelEllipse {
+  Eigen::Vector2d centre_px;
+  Eigen::Matrix2d covariance_px2;  ///< in (u, v)
+  double size = 0.0;               ///< in standard deviations
+};
 
 /// The weight of a pixel at the Mahalanobis distance m: constant + m^2 (square + sixth m^4).
 struct WeightPolynomial {
-  double constant = 1.0;
-  double square = 0.0;
-  double sixth = 0.0;
+  float at(float m2) const { return constant + m2 * (square + sixth * (m2 * m2)); }
+  float slope(float m2) const { return square + 3.0F * sixth * (m2 * m2); }  ///< over m^2
+
+  float constant = 1.0F;
+  float square = 0.0F;
+  float sixth = 0.0F;
 };
 
 /// The levels of a background: at_centre + slope . (pixel - centre).
@@ -56,20 +64,24 @@ struct SpreadMoments {
   int full_pixels = 0;
 };
 
-// The sums take every row_step-th row of a CV_8UC1 or CV_16UC1 image of kPixelLanes columns at
-// least.
+/// The loops over an image's columns take so many pixels side by side.
+inline constexpr int kPixelLanes = 8;
 
-/// Over the pixels from the ellipse to that of the outer reach whose level is at most `threshold`.
-PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer_reach,
-                   int row_step, double threshold, double reference);
+// The sums take every row_step-th row of a CV_8UC1 or CV_16UC1 image of kPixelLanes columns at
+// least. They add up the same numbers in the same order, whatever instructions they are made of.
+
+/// Over the pixels from the inner ellipse to the one of the outer size whose level is at most
+/// `threshold`.
+PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer_size, int row_step,
+                   double threshold, double reference);
 
 /// Over an ellipse's pixels.
 CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int row_step,
-                        const WeightPolynomial& weight, const LevelPlane& background);
+                        WeightPolynomial weight, const LevelPlane& background);
 
 /// @param sensed the image before any software defocus
 SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const PixelEllipse& window,
-                        int row_step, const WeightPolynomial& weight, const LevelPlane& background,
+                        int row_step, WeightPolynomial weight, const LevelPlane& background,
                         const LevelNoise& noise);
 
 }  // namespace bearing_calibration::core
