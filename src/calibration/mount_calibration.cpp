@@ -148,16 +148,13 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
   if (started_) startAnew();
 }
 
-void MountCalibration::noteSolution(const SlipAverage& settled) {
+void MountCalibration::noteSolution(const SlipAverage& settled, const RobotEstimate& estimate) {
   const std::vector<Observation>& observations = initializer_.record().observations();
   const bool tells_one =
       !settled.is_disputed && tellsOneMount(*tracker_, observations, settled.best);
-  answer_ = LandmarkSolution{{},
-                             settled.best,
-                             settled.estimate,
-                             tells_one,
-                             motionOf(observations, settled.best.beginning),
-                             noise_};
+  answer_ = LandmarkSolution{
+      {},    settled.best, estimate, tells_one, motionOf(observations, settled.best.beginning),
+      noise_};
   for (const Observation& observation : observations) answer_->stamps.push_back(observation.stamp);
 }
 
@@ -181,7 +178,7 @@ void MountCalibration::refineAndJudge() {
       tracker_->rebase(withEarlier(widened(estimate, scatterOf(settled->best).widening())),
                        settled->best.correlation);
     }
-    if (config_.max_lights > 1) noteSolution(*settled);
+    if (config_.max_lights > 1) noteSolution(*settled, estimate);
   }
   judge_->judge(*tracker_, observations, settled);
   if (!settled) return;

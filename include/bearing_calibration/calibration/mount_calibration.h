@@ -78,7 +78,7 @@ class MountCalibration {
   bool isFitDue() const;
   void refineAndJudge();
   std::size_t surplus() const;
-  void noteSolution(const SlipAverage& settled);
+  void noteSolution(const SlipAverage& settled, const RobotEstimate& estimate);
   RobotEstimate withItsNoise(const SlipAverage& settled);
   void diagnose();
   void remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby);

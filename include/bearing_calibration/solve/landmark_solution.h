@@ -13,11 +13,12 @@ namespace bearing_calibration::core {
 struct LandmarkSolution {
   std::vector<Stamp> stamps;  ///< of the record's observations
   BatchEstimate fit;          ///< over them
-  RobotEstimate average;      ///< with its rivals (see averageOverSlips), at the last observation
+  RobotEstimate average;  ///< with its rivals (see averageOverSlips) and all levels of noise, at
+                          ///< the last observation
   /// No part of the record says another mount than the rest, and both halves tell it.
   bool tells_one_mount = false;
   double motion_m = 0.0;  ///< of the record, its turns included
-  NoiseLevels noise;      ///< against the stated one, with which it was fitted
+  NoiseLevels noise;      ///< against the stated one
 };
 
 }  // namespace bearing_calibration::core
