@@ -71,7 +71,7 @@ void MountCalibration::work() {
   is_work_due_ = false;
   if (!started_) return attemptStart();
   if (isFitDue()) refineAndJudge();
-  if (judge_->last().state == CalibrationState::kInconsistent) diagnose();
+  if (wantsDiagnosis()) diagnose();
   if (config_.restart_on_mount_change && judge_->last().cause == Fault::kMountMoved) {
     restarted_ = true;
     earlier_.reset();  // nothing of the old mount holds any longer
@@ -83,12 +83,13 @@ void MountCalibration::attemptStart() {
   const StartAttempt& attempt = search_.attempt(initializer_);
   if (search_.isInVain()) diagnose();
   if (!attempt.ready()) return;
-  if (config_.initializer.noise.isSurprisedBy(attempt.noise)) {
+  noise_ = attempt.noise;
+  if (isNoiseSurprising()) {
+    if (!diagnoses_.isDue(initializer_.record())) return;  // not before a fault was looked for
     diagnose();
     if (diagnosis_.fault != Fault::kNone) return search_.refute();
   }
   diagnosis_ = {};
-  noise_ = attempt.noise;
   const std::vector<Observation>& observations = initializer_.record().observations();
   record_fit_.beginAt({attempt.estimate.mean, observations.size() - 1, attempt.errors.mean},
                       observations);
@@ -137,8 +138,7 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
   if (found) noteLight(candidates[association.candidate]);
   if (started_) {
     remember(stamp, candidates[association.candidate], nearby);
-    is_work_due_ = isFitDue() || (judge_->last().state == CalibrationState::kInconsistent &&
-                                  diagnoses_.isDue(initializer_.record()));
+    is_work_due_ = isFitDue() || (wantsDiagnosis() && diagnoses_.isDue(initializer_.record()));
     if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();
     if (!started_) return;  // the mount has moved
   }
@@ -181,6 +181,9 @@ void MountCalibration::refineAndJudge() {
     if (config_.max_lights > 1) noteSolution(*settled, estimate);
   }
   judge_->judge(*tracker_, observations, settled);
+  if (judge_->last().state == CalibrationState::kConverged) {
+    most_noise_ = most_noise_ ? atMost(noise_.atMost(), *most_noise_) : noise_.atMost();
+  }
   if (!settled) return;
   const auto part = record_fit_.oldestPart(observations, *settled, surplus());
   if (part) initializer_.cut(*part);
@@ -206,7 +209,7 @@ RobotEstimate MountCalibration::withItsNoise(const SlipAverage& settled) {
   if (!config.noise.any()) return settled.estimate;
   const NoiseReview review =
       reviewNoise(observations, settled.best, config.batch.errors, config.noise, noise_);
-  noise_ = review.levels;
+  noise_ = most_noise_ ? atMost(review.levels, *most_noise_) : review.levels;
   return ::bearing_calibration::core::withItsNoise(settled.estimate, settled.best, review);
 }
 
@@ -221,6 +224,14 @@ RobotEstimate MountCalibration::withEarlier(const RobotEstimate& estimate) {
   if (!earlier_) return estimate;
   return ::bearing_calibration::core::withEarlier(estimate, *earlier_,
                                                   config_.initializer.batch.errors);
+}
+
+bool MountCalibration::isNoiseSurprising() const {
+  return config_.initializer.noise.isSurprisedBy(noise_);
+}
+
+bool MountCalibration::wantsDiagnosis() const {
+  return judge_->last().state == CalibrationState::kInconsistent || isNoiseSurprising();
 }
 
 /// Which single fault of the robot would explain the record.
@@ -282,6 +293,9 @@ void MountCalibration::describe(CalibrationResult* result) const {
     result->state = judge_->last().state;
     result->advice = judge_->last().advice;
     result->cause = judge_->last().cause;
+    // More noise would explain the record as well: it is not what was stated, and the fault is.
+    const bool is_refuted = isNoiseSurprising() && diagnosis_.fault != Fault::kNone;
+    if (is_refuted) result->state = CalibrationState::kInconsistent;
   } else {
     search_.describe(result);
   }

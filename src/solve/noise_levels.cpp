@@ -22,6 +22,20 @@ double secondsBetween(const Observation& before, const Observation& after) {
 
 }  // namespace
 
+NoiseLevels NoiseLevels::atMost() const {
+  constexpr double kSigmas = 2.0;
+  const auto above = [](const NoiseFactor& factor) {
+    return NoiseFactor{factor.value * std::exp(kSigmas * factor.log_stddev), factor.log_stddev};
+  };
+  return {above(bearing), above(wheel)};
+}
+
+NoiseLevels atMost(NoiseLevels levels, const NoiseLevels& limit) {
+  levels.bearing.value = std::min(levels.bearing.value, limit.bearing.value);
+  levels.wheel.value = std::min(levels.wheel.value, limit.wheel.value);
+  return levels;
+}
+
 bool NoisePriors::isSurprisedBy(const NoiseLevels& levels) const {
   constexpr double kSurprisingSigmas = 1.5;
   const auto isFar = [](double factor, double stddev) {

@@ -12,6 +12,7 @@
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/trajectory_config.h"
 #include "support/simulated_calibration.h"
+#include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -27,6 +28,7 @@ constexpr int kRuns = 5;
 /// Everything that a run was called, second by second.
 struct Story {
   std::set<CalibrationState> states;
+  std::set<Fault> causes;
   CalibrationResult last;
   double first_inconsistent_m = -1.0;  ///< distance travelled by then; negative for never
 };
@@ -38,6 +40,7 @@ Story tell(const SimulatedRecord& record, Calibrator* calibrator) {
   for (int second = 0; second <= static_cast<int>(duration_s); ++second) {
     story.last = play(record, calibrator, {0.0}, second, second + 1);
     story.states.insert(story.last.state);
+    story.causes.insert(story.last.cause);
     if (story.last.state == CalibrationState::kInconsistent && story.first_inconsistent_m < 0.0) {
       story.first_inconsistent_m = story.last.distance_travelled_m;
     }
@@ -265,6 +268,49 @@ TEST(States, SwappedWheelsAreToldAsSuch) {
     EXPECT_EQ(story.states.count(CalibrationState::kConverged), 0U) << "seed " << seed;
     EXPECT_EQ(story.last.state, CalibrationState::kInconsistent) << "seed " << seed;
     EXPECT_NE(story.last.advice.find("swapped"), std::string::npos) << story.last.advice;
+  }
+}
+
+// What the package does by default: nobody knows the noise.
+CalibratorConfig unknownNoise() {
+  CalibratorConfig config = calibratorConfig();
+  config.initializer.noise = usualNoise();
+  return config;
+}
+
+TEST(UnknownNoise, ADanceFromNothingEndsConvergedAndRight) {
+  double chi_square = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const RobotConfig robot = paperRobot(seed);
+    Calibrator calibrator(unknownNoise());
+    const Story story = tell(simulate(robot, 100.0), &calibrator);
+    EXPECT_EQ(story.last.state, CalibrationState::kConverged) << story.last.advice;
+    EXPECT_EQ(story.states.count(CalibrationState::kInconsistent), 0U) << "seed " << seed;
+    chi_square += mountChiSquare(*story.last.base_from_sensor, robot.base_from_sensor);
+  }
+  EXPECT_LT(chi_square, chiSquareQuantile(0.999, 3.0 * kRuns));
+}
+
+TEST(UnknownNoise, ADisplacedMountIsNotLaidToIt) {
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const RobotConfig robot = paperRobot(seed);
+    Pose2 displaced = robot.base_from_sensor;
+    displaced.yaw_rad += radiansFromDegrees(5.0);
+    Calibrator calibrator(unknownNoise());
+    const Story story = tell(simulateDisplacement(robot, displaced, 100.0, 200.0), &calibrator);
+    EXPECT_EQ(story.last.cause, Fault::kMountMoved) << "seed " << seed << story.last.advice;
+  }
+}
+
+// Wheels that are wrong explain a record as much more noise of theirs does.
+TEST(UnknownNoise, SwappedWheelsAreNotLaidToIt) {
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    SimulatedRecord record = simulate(paperRobot(seed), 100.0);
+    for (WheelCounts& ticks : record.ticks) std::swap(ticks.left_ticks, ticks.right_ticks);
+    Calibrator calibrator(unknownNoise());
+    const Story story = tell(record, &calibrator);
+    EXPECT_EQ(story.states.count(CalibrationState::kConverged), 0U) << "seed " << seed;
+    EXPECT_EQ(story.causes.count(Fault::kMirrored), 1U) << "seed " << seed;
   }
 }
 

@@ -102,7 +102,7 @@ class CalibrateBag(Drives):
                          [('time_offset', 'estimated'), ('wheel_scales', 'estimated'),
                           ('wheel_separation', 'held at its prior'), ('mirror_harmonic', 'off'),
                           ('mirror_near', 'off'), ('sensor_tilt', 'off'),
-                          ('bearing_noise', 'off'), ('wheel_noise', 'off'),
+                          ('bearing_noise', 'estimated'), ('wheel_noise', 'estimated'),
                           ('bearing_correlation', 'off')])
         self.assertIn('drive_1.bag: /wheel_ticks, /bearings', result['provenance']['source'])
         self.assertEqual(result['parameters']['frames/base'], 'base_link')

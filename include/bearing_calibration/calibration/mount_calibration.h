@@ -80,6 +80,8 @@ class MountCalibration {
   std::size_t surplus() const;
   void noteSolution(const SlipAverage& settled, const RobotEstimate& estimate);
   RobotEstimate withItsNoise(const SlipAverage& settled);
+  bool isNoiseSurprising() const;
+  bool wantsDiagnosis() const;
   void diagnose();
   void remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby);
   void noteLight(const Bearing& light);
@@ -104,6 +106,8 @@ class MountCalibration {
   bool started_ = false;    ///< tracker_ carries on from the initialiser
   bool restarted_ = false;  ///< since the mount has moved
   NoiseLevels noise_;       ///< against the stated one, as the record has it
+  /// Once CONVERGED: what would take more is not noise, but a change.
+  std::optional<NoiseLevels> most_noise_;
   CorrelationTime correlation_time_;
   std::optional<std::int32_t> light_id_;
   std::uint32_t bearings_used_ = 0;

@@ -18,7 +18,12 @@ struct NoiseFactor {
 struct NoiseLevels {
   NoiseFactor bearing;  ///< of the bearings' standard deviations
   NoiseFactor wheel;    ///< of the wheels' variances
+
+  /// What they are hardly above.
+  NoiseLevels atMost() const;
 };
+/// The lower ones of both.
+NoiseLevels atMost(NoiseLevels levels, const NoiseLevels& limit);
 
 /// How wrong what is stated of the noise may be: standard deviations of the natural logarithm of a
 /// factor, 0.7 for a factor of two; 0: it is as stated.
