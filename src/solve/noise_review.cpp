@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/cancellation.h"
@@ -52,6 +53,12 @@ class LinearRecord {
     double stddev_rad;    ///< as stated
     double intervals;     ///< since the observation before it
     bool moves, slipped, use_bearing;
+    struct Elevation {
+      LightsRow H;
+      double residual_rad;
+      double variance_rad2;
+    };
+    std::optional<Elevation> elevation;  ///< where it tells anything that is looked for
   };
 
   LightsEstimate before_;
@@ -70,13 +77,18 @@ LinearRecord::LinearRecord(const std::vector<Observation>& observations, const B
     const LightsAngle expected = expectAzimuth(layout, at, 0, observation.nearby);
     const double interval_s =
         i == 0 ? 0.0 : secondsFromDuration(observation.stamp - observations[i - 1].stamp);
-    steps_.push_back({lineariseMotion(layout, path.errors, path.points[i].lights_in_base,
-                                      observation.motion, path.points[i].motion_error),
-                      at, expected.J_angle_state,
-                      wrapAngle(observation.azimuth_rad - expected.angle_rad),
-                      std::sqrt(observation.azimuth_variance_rad2),
-                      usual_interval_s > 0.0 ? interval_s / usual_interval_s : 1.0,
-                      i > 0 || fit.beginning, fit.weights[i].slipped, fit.weights[i].use_bearing});
+    steps_.push_back(
+        {lineariseMotion(layout, path.errors, path.points[i].lights_in_base, observation.motion,
+                         path.points[i].motion_error),
+         at, expected.J_angle_state, wrapAngle(observation.azimuth_rad - expected.angle_rad),
+         std::sqrt(observation.azimuth_variance_rad2),
+         usual_interval_s > 0.0 ? interval_s / usual_interval_s : 1.0, i > 0 || fit.beginning,
+         fit.weights[i].slipped, fit.weights[i].use_bearing, std::nullopt});
+    if (!errors.usesElevations() || !observation.elevation) continue;
+    const LightsAngle over = expectElevation(layout, at, 0, observation.nearby);
+    steps_.back().elevation = {
+        over.J_angle_state, observation.elevation->angle_rad - over.angle_rad,
+        fit.weights[i].elevation_doubt * observation.elevation->variance_rad2};
   }
   before_ = knownBeforehand(layout, path, kFreePass, errors, fit.known());
 }
@@ -96,6 +108,22 @@ Filtered LinearRecord::filter(const Unknowns& unknowns, bool gives_up_slips) con
   double noise = 0.0;
   double noise_variance = 1.0;
   LightsVector shared = LightsVector::Zero(estimate.layout.size());
+  // The EKF's update by an angle of which so much is the noise that lasts.
+  const auto takeIn = [&](const LightsRow& H, double residual_rad, double lasting_stddev_rad,
+                          double variance_rad2) {
+    const LightsVector PHt = estimate.covariance * H.transpose() + lasting_stddev_rad * shared;
+    const double noise_PHt = H.dot(shared.transpose()) + lasting_stddev_rad * noise_variance;
+    const Innovation innovation{
+        residual_rad - lasting_stddev_rad * noise,
+        H.dot(PHt.transpose()) + lasting_stddev_rad * noise_PHt + variance_rad2};
+    const double pull = innovation.residual / innovation.variance;
+    estimate.mean += pull * PHt;
+    noise += pull * noise_PHt;
+    estimate.covariance.noalias() -= PHt * (PHt / innovation.variance).transpose();
+    shared -= noise_PHt / innovation.variance * PHt;
+    noise_variance -= noise_PHt * noise_PHt / innovation.variance;
+    return innovation;
+  };
   for (const Step& step : steps_) {
     if (step.moves) {
       LightsMotion motion = step.motion;
@@ -111,20 +139,15 @@ Filtered LinearRecord::filter(const Unknowns& unknowns, bool gives_up_slips) con
     shared *= kept;
     if (!step.use_bearing) continue;
     const double variance_rad2 = std::pow(bearing_factor * step.stddev_rad, 2);
-    const double stddev_rad = std::sqrt(share * variance_rad2);
-    const LightsVector PHt = estimate.covariance * step.H.transpose() + stddev_rad * shared;
-    const double noise_PHt = step.H.dot(shared.transpose()) + stddev_rad * noise_variance;
-    const Innovation innovation{
-        step.residual_rad - step.H.dot((estimate.mean - step.path).transpose()) -
-            stddev_rad * noise,
-        step.H.dot(PHt.transpose()) + stddev_rad * noise_PHt + (1.0 - share) * variance_rad2};
-    const double pull = innovation.residual / innovation.variance;
-    estimate.mean += pull * PHt;
-    noise += pull * noise_PHt;
-    estimate.covariance.noalias() -= PHt * (PHt / innovation.variance).transpose();
-    shared -= noise_PHt / innovation.variance * PHt;
-    noise_variance -= noise_PHt * noise_PHt / innovation.variance;
-    filtered.innovations.push_back(innovation);
+    const auto residual = [&](const LightsRow& H, double at_path_rad) {
+      return at_path_rad - H.dot((estimate.mean - step.path).transpose());
+    };
+    filtered.innovations.push_back(takeIn(step.H, residual(step.H, step.residual_rad),
+                                          std::sqrt(share * variance_rad2),
+                                          (1.0 - share) * variance_rad2));
+    if (!step.elevation) continue;
+    const auto& [H, at_path_rad, elevation_variance_rad2] = *step.elevation;
+    takeIn(H, residual(H, at_path_rad), 0.0, elevation_variance_rad2);
   }
   symmetrise(&estimate.covariance);
   return filtered;

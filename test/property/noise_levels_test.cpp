@@ -139,6 +139,26 @@ TEST(NoiseLevels, DifferencesOfNeighboursTellTheBearings) {
   EXPECT_EQ(bearingLevelFromDifferences({}), 1.0);
 }
 
+// With levels that are known, the review is the fit once more, elevations and all.
+TEST(NoiseLevels, ThatAreKnownLeaveTheFitAlone) {
+  SimulatedCase simulated = paperCaseOf(1, 60.0);
+  simulated.robot.sensor.elevation_stddev_rad = radiansFromDegrees(1.0);
+  simulated.robot.sensor.roll_rad = 0.02;
+  simulated.lights.front().height_m = 0.4;
+  BatchConfig config;
+  config.errors.setBlock(SensorTilt::kName, 0.035);
+  config.errors.setLightHeight(0.4, 0.1);
+  const Record record = recordOf(simulated, {}, config);
+  const NoiseReview review =
+      reviewNoise(record.observations, record.fit, config.errors, {1e-4, 1e-4}, {});
+  const CartesianEstimate& fit = record.fit.at_last_observation;
+  for (int i = 0; i < 5; ++i) {
+    const double stddev = std::sqrt(fit.covariance(i, i));
+    EXPECT_NEAR(std::sqrt(review.average.cartesian.covariance(i, i)), stddev, 0.1 * stddev) << i;
+    EXPECT_NEAR(review.average.cartesian.mean(i), fit.mean(i), 0.2 * stddev) << i;
+  }
+}
+
 TEST(NoiseLevels, SurpriseWhereTheyAreFarAboveWhatWasStated) {
   const NoisePriors priors{1.0, 2.0};
   EXPECT_FALSE(priors.isSurprisedBy({{4.0, 0.0}, {18.0, 0.0}}));
