@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -160,6 +161,13 @@ struct Likeliest {
   double cost;  ///< minus the logarithm of the likelihood
 };
 
+/// A cost at some levels.
+struct Score {
+  double cost = 0.0;
+  Unknowns gradient = Unknowns::Zero();
+  UnknownsMatrix information = UnknownsMatrix::Zero();
+};
+
 /// Fisher's scoring: derivatives of the innovations by small differences, their expected curvature.
 class Levels {
  public:
@@ -174,12 +182,15 @@ class Levels {
 
   Likeliest find(Unknowns unknowns) const {
     constexpr int kMostSteps = 12;
+    constexpr double kLongestStep = 1.0;
     constexpr double kSettled = 0.02;
     Likeliest likeliest{unknowns, UnknownsMatrix::Zero(), std::numeric_limits<double>::infinity()};
     for (int i = 0; i < kMostSteps; ++i) {
-      Unknowns step;
-      const Likeliest here = scoreAt(unknowns, &step);
-      if (here.cost < likeliest.cost) likeliest = here;
+      const Score here = scoreAt(unknowns);
+      if (here.cost < likeliest.cost) likeliest = {unknowns, covarianceOf(here), here.cost};
+      const Unknowns step = (-here.information.ldlt().solve(here.gradient))
+                                .cwiseMax(-kLongestStep)
+                                .cwiseMin(kLongestStep);
       if (!(step.cwiseAbs().maxCoeff() >= kSettled)) break;
       // back to the best, where the last step was too long
       unknowns = here.cost > likeliest.cost ? Unknowns(0.5 * (unknowns + likeliest.unknowns))
@@ -192,57 +203,59 @@ class Levels {
  private:
   bool looksFor(int unknown) const { return stddev_(unknown) > 0.0; }
 
-  /// @param step  to the likeliest levels, as it looks from here
-  Likeliest scoreAt(const Unknowns& unknowns, Unknowns* step) const {
+  std::vector<Innovation> innovationsAt(const Unknowns& unknowns) const {
+    return record_.filter(unknowns, gives_up_slips_).innovations;
+  }
+
+  /// What the innovations alone say: their cost, its gradient and expected curvature.
+  Score scoreOfInnovations(const Unknowns& unknowns) const {
     constexpr double kDifference = 1e-3;
-    constexpr double kLongestStep = 1.0;
-    const std::vector<Innovation> here = record_.filter(unknowns, gives_up_slips_).innovations;
-    Likeliest score{unknowns, UnknownsMatrix::Zero(), 0.0};
-    for (const Innovation& innovation : here) {
-      score.cost += 0.5 * (std::log(innovation.variance) + innovation.nis());
-    }
-    Eigen::Matrix<double, kUnknowns, Eigen::Dynamic> J_residual(kUnknowns, here.size());
-    Eigen::Matrix<double, kUnknowns, Eigen::Dynamic> J_log_variance(kUnknowns, here.size());
-    J_residual.setZero();
-    J_log_variance.setZero();
+    const std::vector<Innovation> here = innovationsAt(unknowns);
+    std::array<std::vector<Innovation>, kUnknowns> moved;
     for (int k = 0; k < kUnknowns; ++k) {
-      if (!looksFor(k)) continue;
-      const std::vector<Innovation> moved =
-          record_.filter(unknowns + kDifference * Unknowns::Unit(k), gives_up_slips_).innovations;
-      for (std::size_t i = 0; i < here.size(); ++i) {
-        const auto column = static_cast<Eigen::Index>(i);
-        J_residual(k, column) = (moved[i].residual - here[i].residual) / kDifference;
-        J_log_variance(k, column) = std::log(moved[i].variance / here[i].variance) / kDifference;
-      }
+      moved.at(static_cast<std::size_t>(k)) =
+          looksFor(k) ? innovationsAt(unknowns + kDifference * Unknowns::Unit(k)) : here;
     }
-    Unknowns gradient = Unknowns::Zero();
-    UnknownsMatrix information = UnknownsMatrix::Zero();
+    Score score;
     for (std::size_t i = 0; i < here.size(); ++i) {
-      const auto column = static_cast<Eigen::Index>(i);
-      const Unknowns by_variance = J_log_variance.col(column);
-      const Unknowns by_residual = J_residual.col(column) / std::sqrt(here[i].variance);
-      gradient += 0.5 * (1.0 - here[i].nis()) * by_variance +
-                  here[i].residual / std::sqrt(here[i].variance) * by_residual;
-      information +=
+      const auto& [residual, variance] = here[i];
+      const double stddev = std::sqrt(variance);
+      Unknowns by_variance, by_residual;
+      for (int k = 0; k < kUnknowns; ++k) {
+        const Innovation& other = moved.at(static_cast<std::size_t>(k))[i];
+        by_variance(k) = std::log(other.variance / variance) / kDifference;
+        by_residual(k) = (other.residual - residual) / (stddev * kDifference);
+      }
+      score.cost += 0.5 * (std::log(variance) + here[i].nis());
+      score.gradient += 0.5 * (1.0 - here[i].nis()) * by_variance + residual / stddev * by_residual;
+      score.information +=
           0.5 * by_variance * by_variance.transpose() + by_residual * by_residual.transpose();
     }
+    return score;
+  }
+
+  /// The same with what was known beforehand; an unknown that is not looked for stays.
+  Score scoreAt(const Unknowns& unknowns) const {
+    Score score = scoreOfInnovations(unknowns);
     for (int k = 0; k < kUnknowns; ++k) {
       if (!looksFor(k)) {
-        information(k, k) = 1.0;
+        score.information(k, k) = 1.0;
         continue;
       }
       const double off = (unknowns(k) - mean_(k)) / stddev_(k);
       score.cost += 0.5 * off * off;
-      gradient(k) += off / stddev_(k);
-      information(k, k) += 1.0 / (stddev_(k) * stddev_(k));
-    }
-    const Eigen::LDLT<UnknownsMatrix> solver(information);
-    *step = (-solver.solve(gradient)).cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
-    score.covariance = solver.solve(UnknownsMatrix::Identity());
-    for (int k = 0; k < kUnknowns; ++k) {
-      if (!looksFor(k)) score.covariance(k, k) = 0.0;
+      score.gradient(k) += off / stddev_(k);
+      score.information(k, k) += 1.0 / (stddev_(k) * stddev_(k));
     }
     return score;
+  }
+
+  UnknownsMatrix covarianceOf(const Score& score) const {
+    UnknownsMatrix covariance = score.information.ldlt().solve(UnknownsMatrix::Identity());
+    for (int k = 0; k < kUnknowns; ++k) {
+      if (!looksFor(k)) covariance(k, k) = 0.0;
+    }
+    return covariance;
   }
 
   const LinearRecord& record_;
