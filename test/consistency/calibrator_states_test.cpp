@@ -298,7 +298,7 @@ TEST(UnknownNoise, ADisplacedMountIsNotLaidToIt) {
     displaced.yaw_rad += radiansFromDegrees(5.0);
     Calibrator calibrator(unknownNoise());
     const Story story = tell(simulateDisplacement(robot, displaced, 100.0, 200.0), &calibrator);
-    EXPECT_EQ(story.last.cause, Fault::kMountMoved) << "seed " << seed << story.last.advice;
+    EXPECT_EQ(story.last.cause, Fault::kMountMoved) << "seed " << seed << ": " << story.last.advice;
   }
 }
 
