@@ -188,17 +188,32 @@ TEST(States, BurstsOfWrongTicksAreSurvived) {
   }
 }
 
-TEST(States, ADanceFromNothingEndsConvergedAndRight) {
+/// What the package does by default: nobody knows the noise.
+CalibratorConfig unknownNoise() {
+  CalibratorConfig config = calibratorConfig();
+  config.initializer.noise = usualNoise();
+  return config;
+}
+
+void expectADanceToEndConvergedAndRight(const CalibratorConfig& config) {
   double chi_square = 0.0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const RobotConfig robot = paperRobot(seed);
-    Calibrator calibrator(calibratorConfig());
+    Calibrator calibrator(config);
     const Story story = tell(simulate(robot, 100.0), &calibrator);
     EXPECT_EQ(story.last.state, CalibrationState::kConverged) << story.last.advice;
     EXPECT_EQ(story.states.count(CalibrationState::kInconsistent), 0U) << "seed " << seed;
     chi_square += mountChiSquare(*story.last.base_from_sensor, robot.base_from_sensor);
   }
   EXPECT_LT(chi_square, chiSquareQuantile(0.999, 3.0 * kRuns));
+}
+
+TEST(States, ADanceFromNothingEndsConvergedAndRight) {
+  expectADanceToEndConvergedAndRight(calibratorConfig());
+}
+
+TEST(UnknownNoise, ADanceFromNothingEndsConvergedAndRight) {
+  expectADanceToEndConvergedAndRight(unknownNoise());
 }
 
 class Displaced : public ::testing::TestWithParam<std::pair<double, double>> {};  // [m], [deg]
@@ -269,26 +284,6 @@ TEST(States, SwappedWheelsAreToldAsSuch) {
     EXPECT_EQ(story.last.state, CalibrationState::kInconsistent) << "seed " << seed;
     EXPECT_NE(story.last.advice.find("swapped"), std::string::npos) << story.last.advice;
   }
-}
-
-// What the package does by default: nobody knows the noise.
-CalibratorConfig unknownNoise() {
-  CalibratorConfig config = calibratorConfig();
-  config.initializer.noise = usualNoise();
-  return config;
-}
-
-TEST(UnknownNoise, ADanceFromNothingEndsConvergedAndRight) {
-  double chi_square = 0.0;
-  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
-    const RobotConfig robot = paperRobot(seed);
-    Calibrator calibrator(unknownNoise());
-    const Story story = tell(simulate(robot, 100.0), &calibrator);
-    EXPECT_EQ(story.last.state, CalibrationState::kConverged) << story.last.advice;
-    EXPECT_EQ(story.states.count(CalibrationState::kInconsistent), 0U) << "seed " << seed;
-    chi_square += mountChiSquare(*story.last.base_from_sensor, robot.base_from_sensor);
-  }
-  EXPECT_LT(chi_square, chiSquareQuantile(0.999, 3.0 * kRuns));
 }
 
 TEST(UnknownNoise, ADisplacedMountIsNotLaidToIt) {
