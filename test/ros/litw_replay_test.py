@@ -80,6 +80,10 @@ PARAMETERS = {
         # makes all others look 20 s early.
         'max_future': 20.0,
     },
+    'errors': {
+        'bearing_noise_stddev': 0.0,
+        'wheel_noise_stddev': 0.0,
+    },
     'initialisation': {
         'from': 'guess',
         'x': 0.0,
