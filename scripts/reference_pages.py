@@ -47,8 +47,28 @@ converged: {position_stddev: 0.005}
 MESSAGES_HEAD = """# Messages, services, actions
 
 Made from `msg/`, `srv/` and `action/` by `scripts/reference_pages.py`. Units are in the names; an angle grows
-counter-clockwise; NaN says "not known". What the nodes speak beside these are standard types: see the
-[README](../README.md) for the calibration's topics, [driving.md](driving.md) for the drive's.
+counter-clockwise; NaN means "not known".
+
+## Topics and services of the calibration
+
+Those of the drive are in [driving.md](driving.md), those of the light detection in [detection.md](detection.md).
+
+| topic or service | type | |
+|---|---|---|
+| `wheel_ticks` | bearing_calibration/WheelTicks | in: both wheel counters, cumulative, with a stamp ([robots.md](robots.md)) |
+| `joint_states` | sensor_msgs/JointState | in, instead (`wheel_source:=joint_states`): two joints by name |
+| `left_ticks`, `right_ticks` | std_msgs/Int32 or similar | in, instead (`wheel_source:=separate_ticks`): one topic for each wheel |
+| `bearings` | bearing_calibration/LightBearings | in: the candidates for the light in each image or scan |
+| `~estimate` | bearing_calibration/CalibrationEstimate | out: the whole estimate ([result.md](result.md)) |
+| `~base_from_camera` | geometry_msgs/PoseWithCovarianceStamped | out: the pose in `base_link` with its 6x6 covariance |
+| `~transform` | geometry_msgs/TransformStamped | out: the same pose as a transform |
+| `~predicted_bearing` | bearing_calibration/PredictedBearing | out: the direction in which the light is expected next |
+| `~markers` | visualization_msgs/MarkerArray | out: robot, light, sensor, ellipses, ray and path for RViz ([live.md](live.md)) |
+| `/tf` | tf2_msgs/TFMessage | out, only with `publish_tf:=true` ([result.md](result.md)); the start frame while somebody subscribes to `~markers` |
+| `/diagnostics` | diagnostic_msgs/DiagnosticArray | out, once a second ([live.md](live.md)) |
+| `~reset` | std_srvs/Trigger | forgets everything and starts again |
+| `~pause` | std_srvs/SetBool | true pauses the calibration, false resumes it |
+| `~save` | std_srvs/Trigger | writes `result.yaml`, the URDF joint and more ([result.md](result.md)) |
 """
 
 GROUP = re.compile(r'^([a-z_]\w*):\s*(?:#\s*(.*))?$')
