@@ -53,7 +53,7 @@ std::vector<std::string> CalibratorConfig::validate() const {
       "its state has no errors of the robot, and its noise is as stated");
   require.that(
       max_lights == 1 || !initializer.batch.errors.usesElevations(),
-      "errors/sensor_tilt_stddev needs session/max_lights 1: it looks for the height of one light");
+      "errors/sensor_tilt_stddev needs session/max_lights 1: it estimates the height of one light");
   require.notNegative("refit_growth", refit_growth);
   return require.errors();
 }

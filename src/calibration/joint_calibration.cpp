@@ -247,7 +247,7 @@ Judgement JointCalibration::judge(const LightsEstimate& estimate, bool is_clear)
   }
   if (!is_clear) {
     return {CalibrationState::kConverging,
-            "known well enough, but two lights do not quite agree: drive on"};
+            "accurate enough, but two lights do not quite agree: drive on"};
   }
   return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
 }

@@ -44,7 +44,7 @@ std::optional<Judgement> LightsVerdict::objection() const {
 std::string LightsVerdict::noteOn(std::size_t light) const {
   const std::vector<std::size_t>& contradicting = joint_.contradicting();
   if (std::count(contradicting.begin(), contradicting.end(), light) > 0) {
-    return "says another mount than the others: it moves, or is a reflection";
+    return "gives another mount than the others: it moves, or is a reflection";
   }
   return lights_[light].obstacle();
 }

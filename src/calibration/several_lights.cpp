@@ -182,7 +182,7 @@ std::optional<Judgement> SeveralLights::agreeOnMountMoved() const {
     if (lights_[i].saysSoFor(way_m_) < kAloneFor_m) {
       alone = {
           CalibrationState::kConverging,
-          nameOf(lights_[i], i) + " says that the mount has moved, the others do not: drive on"};
+          nameOf(lights_[i], i) + " reports that the mount has moved, the others do not: drive on"};
     }
   }
   return alone;

@@ -169,7 +169,7 @@ void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Obse
   if (confirmed_) {
     if (staysWhereItWas(mountFromCartesian(tracker.filter().cartesian()), motion_m)) return;
     last_ = {CalibrationState::kConverging,
-             "the answer has changed by more than it was known to: the next metre and turn must "
+             "the estimate has changed by more than its uncertainty: the next metre and turn must "
              "confirm it"};
     return;
   }
@@ -177,7 +177,7 @@ void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Obse
   confirmed_ = motion_m - *good_since_m_ >= kHeldOver_m;
   if (confirmed_) return;
   last_ = {CalibrationState::kConverging,
-           "known well enough: the next metre and turn must confirm it"};
+           "accurate enough: the next metre and turn must confirm it"};
 }
 
 /// A record that grows moves its answer within what was left open, or it has been misread for a
@@ -227,16 +227,17 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   }
   if (!sure_of_light && !confirmed_) {
     return {CalibrationState::kConverging,
-            "known well enough, but the light was lost: drive on until it is seen again"};
+            "accurate enough, but the light was lost: drive on until it is seen again"};
   }
   if (settled->is_disputed) {
-    return {CalibrationState::kConverging,
-            "known well enough, unless a wheel has slipped: the bearings do not yet tell where one "
-            "did; drive on"};
+    return {
+        CalibrationState::kConverging,
+        "accurate enough, unless a wheel has slipped: the bearings do not yet show where; drive "
+        "on"};
   }
   if (!bothHalvesTell(record, settled->best)) {
     return {CalibrationState::kConverging,
-            "known well enough, but not yet confirmed: drive straight and turn once more"};
+            "accurate enough, but not yet confirmed: drive straight and turn once more"};
   }
   return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
 }

@@ -53,7 +53,7 @@ bool doesNotFit(const StartAttempt& attempt) {
 std::string adviceFor(const StartAttempt& attempt) {
   switch (attempt.obstacle) {
     case StartObstacle::kNone:
-      return "the start is found";
+      return "the initialisation is done";
     case StartObstacle::kTooFewObservations:
       return "keep the light in view and drive";
     case StartObstacle::kTooShortPath:

@@ -49,7 +49,7 @@ void noteTilt(const ErrorPriors& priors, const ErrorEstimate& estimate, double t
   constexpr double kMillimetres = 1e3;
   if (!report.note.empty()) report.note += "; ";
   report.note += "rho is uncertain by " + formatted("%.1f", kMillimetres * rho_stddev_m) +
-                 " mm, the light's height times the tilt that may be" +
+                 " mm, the light's height times the possible tilt" +
                  (is_held ? "" : ", which x_stddev and y_stddev leave out");
 }
 
@@ -112,9 +112,9 @@ std::vector<BlockReport> reportNoise(const NoisePriors& priors, const NoiseLevel
       ""};
   if (correlation.value_s > 0.0) memory.status = BlockStatus::kEstimated;
   return {reportFactor("bearing_noise", "bearing_noise_factor", priors.bearing_stddev,
-                       noise.bearing, "the bearings' noise is as stated: more images tell it"),
+                       noise.bearing, "the bearings' noise is as stated: more images determine it"),
           reportFactor("wheel_noise", "wheel_noise_factor", priors.wheel_stddev, noise.wheel,
-                       "the wheels' noise is as stated: a longer way tells it"),
+                       "the wheels' noise is as stated: a longer drive determines it"),
           memory};
 }
 

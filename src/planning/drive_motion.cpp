@@ -53,14 +53,14 @@ std::vector<std::string> instructionsFor(DriveMotion motion) {
       return {"This motion is planned while it is driven, by the robot itself."};
     case DriveMotion::kDance:
       steps = {
-          "Put the light to the robot's left, one to three metres away: the robot will drive "
-          "a square of 1 m, always turning left."};
+          "Put the light about two metres to the robot's left: the robot will drive a square "
+          "of 1 m, always turning left."};
       break;
     case DriveMotion::kCornerLight:
       steps = {
           "The robot will drive a square of 1 m, always turning left. Put the light inside of "
-          "it, half a metre ahead of the robot and as near to its first side as you dare: "
-          "how well the mount gets known is nearly proportional to the light's distance."};
+          "it, half a metre ahead of the robot and near its first side: the standard "
+          "deviations of the mount are nearly proportional to the light's distance."};
       break;
   }
   steps.insert(steps.end(), dance.begin(), dance.end());

@@ -68,10 +68,9 @@ std::vector<std::string> DriveNodeConfig::validate() const {
   require.between("wheels/history", wheels.history_s, kBriefest_s, kLongestHistory_s);
   require.between("drive/control_rate", control_rate_hz, kLeastControl_hz, kMostControl_hz);
   require.that(!start_frame.empty(), "drive/start_frame must not be empty");
-  require.that(
-      drive.limits.max_speed_mps <= wheels.drive.max_wheel_speed_mps,
-      "limits/wheel_speed must not be greater than wheels/max_speed: faster wheels are not "
-      "believed");
+  require.that(drive.limits.max_speed_mps <= wheels.drive.max_wheel_speed_mps,
+               "limits/wheel_speed must not be greater than wheels/max_speed: faster readings are "
+               "refused");
   return require.errors();
 }
 

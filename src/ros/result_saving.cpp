@@ -78,17 +78,17 @@ std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& r
 
 EarlierResult readEarlierResult(const CalibrationNodeConfig& config) {
   const std::string path = core::resultPathIn(config.output.folder);
-  if (!std::filesystem::exists(path)) return {std::nullopt, "nothing to take up: no " + path};
+  if (!std::filesystem::exists(path)) return {std::nullopt, "nothing to resume: no " + path};
   const core::ResultFileContent content = core::readResultFile(path);
-  if (!content.calibration) return {std::nullopt, "not taken up: " + content.error};
+  if (!content.calibration) return {std::nullopt, "not resumed: " + content.error};
   const core::SavedCalibration& saved = *content.calibration;
   std::string why = core::whyOfAnotherRobot(saved, config.frames.base, config.frames.sensor,
                                             config.calibrator.drive);
   if (why.empty() && !core::mayBeTrusted(saved.state)) {
     why = std::string("it was ") + core::nameOf(saved.state) + " when it was written";
   }
-  if (!why.empty()) return {std::nullopt, "not taken up: " + path + ": " + why};
-  return {saved.lasting, "goes on from " + path + ", written " + saved.provenance.written_at};
+  if (!why.empty()) return {std::nullopt, "not resumed: " + path + ": " + why};
+  return {saved.lasting, "resumed from " + path + ", written " + saved.provenance.written_at};
 }
 
 }  // namespace bearing_calibration_ros

@@ -121,7 +121,7 @@ class CalibrationReport(unittest.TestCase):
         text = Page(self.pages[self.single]).text
         self.assertIn('CONVERGED', text)
         self.assertRegex(text, r'\u00b1 0\.\d\d deg')
-        self.assertRegex(text, r'Known least is the light')
+        self.assertRegex(text, r'The least certain is the light')
         self.assertIn('Height, roll and pitch of the camera', text)
         self.assertIn('<joint name="camera_joint" type="fixed">', text)
         self.assertRegex(text, r'Warnings\s+None\.')
@@ -147,7 +147,7 @@ class CalibrationReport(unittest.TestCase):
 
     def testADegenerateDriveIsSaidInPlainWords(self):
         text = Page(self.pages[self.line]).text
-        self.assertIn('The robot moved in a way that cannot tell the mount', text)
+        self.assertIn('The mount is not observable with this motion', text)
         self.assertIn('Two different curvatures are needed', text)
         self.assertNotIn('<joint', text)
 

@@ -257,7 +257,7 @@ std::vector<std::int32_t> listLights(const std::string& bag, const BagSetup& set
   BagReader reader = openBag(bag, setup);
   if (!reader.topics().images.empty()) {
     throw std::runtime_error(
-        "the lights of images cannot be told apart: --each-light wants bearings");
+        "the lights of images cannot be distinguished: --each-light needs bearings");
   }
   std::set<std::int32_t> ids;
   for (auto batch = reader.next(); !batch.empty(); batch = reader.next()) {

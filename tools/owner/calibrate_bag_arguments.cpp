@@ -19,9 +19,9 @@ constexpr char kUsage[] =
     "and\n"
     "what calibration_report makes its report from. A better result of the same mount that lies\n"
     "there stays, and beside others' files the subfolder bearing_calibration is used.\n\n"
-    "Exit status: 0 converged; 1 failed; 2 wrong arguments or parameters; 3 the motion cannot "
-    "tell\n"
-    "the mount; 4 found, but less certain than the targets; 5 the estimates disagree (--compare).\n"
+    "Exit status: 0 converged; 1 failed; 2 wrong arguments or parameters; 3 the mount is not\n"
+    "observable with this motion; 4 found, but less certain than the targets; 5 the estimates\n"
+    "disagree (--compare).\n"
     "With several bags it is the first of 1, 3, 5, 4 that holds for one of them.\n";
 
 options::options_description describeOptions(CalibrateBagArguments* arguments) {
@@ -37,7 +37,7 @@ options::options_description describeOptions(CalibrateBagArguments* arguments) {
   add("compare", options::bool_switch(&arguments->compare),
       "show all estimates side by side and test whether they agree");
   add("light", options::value(&arguments->light_ids)->composing(),
-      "use the light of this id only, where the sensor tells lights apart; may be repeated");
+      "use the light of this id only, where the sensor distinguishes lights; may be repeated");
   add("each-light", options::bool_switch(&arguments->each_light),
       "one calibration for each light of a bag");
   add("wheels-topic", options::value(&arguments->topics.wheels),

@@ -45,9 +45,8 @@ bool parse(int argc, char** argv, Arguments* arguments) {
       "config/detection.yaml. Of several images the mean is taken: in images of a turning robot "
       "the\n"
       "surroundings smear and the rim stays.\n"
-      "With the lens' principal point it also prints what the calibration must be told to find "
-      "the\n"
-      "mount under a mirror that leans or stands beside the lens' axis");
+      "With the lens' principal point it also prints the calibration's parameters for a mirror\n"
+      "that is tilted or offset from the lens' axis");
   auto add = visible.add_options();
   add("help,h", "print this");
   add("radius", options::value(&arguments->radius_px)->default_value(0.0, "any"),

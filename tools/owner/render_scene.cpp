@@ -37,7 +37,7 @@ bool parse(int argc, char** argv, Arguments* arguments) {
       "render_scene --output FOLDER [--scene FILE]... [--seed N] [--images N]\n\n"
       "Writes what the simulated camera sees while the robot drives, image by image, with "
       "truth.csv\n"
-      "(where each light is) and detection.yaml (what a detector must be told of this scene)");
+      "(where each light is) and detection.yaml (what a detector needs to know of this scene)");
   std::string folder;
   auto add = description.add_options();
   add("help,h", "print this");
@@ -86,7 +86,7 @@ std::ofstream open(const std::filesystem::path& file) {
 /// What of config/detection.yaml depends on the scene.
 void writeDetection(const core::RendererConfig& renderer, const std::filesystem::path& file) {
   std::ofstream stream = open(file);
-  stream << "# What the light detection must be told of this scene, in place of the values of\n"
+  stream << "# What the light detection needs to know of this scene, in place of the values of\n"
             "# config/detection.yaml.\n"
          << "time:\n  row_time: " << std::fixed << std::setprecision(9)
          << renderer.shutter.row_time_s << "\nmask:\n  posts: [";

@@ -90,7 +90,7 @@ struct TimeOffset : NoEffect {
   static constexpr std::array<double, 1> kPriorWeights = {1.0};
   static constexpr std::array<bool, 1> kLasts = {false};
   static constexpr const char* kWhenHeld =
-      "the stamps' offset is as configured: only turns of changing speed tell it";
+      "the stamps' offset is as configured: only turns of changing speed determine it";
 
   using NoEffect::correct;
   /// The base was where the wheels put it q seconds before the stamp (doc/model.md, eq. 16).
@@ -122,7 +122,7 @@ struct WheelScales : NoEffect {
   static constexpr std::array<double, 2> kPriorWeights = {1.0, 1.0};
   static constexpr std::array<bool, 2> kLasts = {true, true};
   static constexpr const char* kWhenHeld =
-      "the wheels' radii are as configured: longer ways and more turns tell them";
+      "the wheels' radii are as configured: longer drives and more turns determine them";
 
   template <class Q>
   static void addTo(WheelFactors& wheels, const Q& q) {
@@ -218,7 +218,8 @@ struct MirrorHarmonic : NoEffect {
   static constexpr std::array<double, 3> kPriorWeights = {1.0, 1.0, 0.0};
   static constexpr std::array<bool, 3> kLasts = {true, true, true};
   static constexpr const char* kWhenHeld =
-      "a tilted mirror looks like a shifted camera: drive at several distances from the light";
+      "a tilted mirror has the effect of a shifted camera: drive at several distances from the "
+      "light";
 
   using NoEffect::correct;
   template <int At, class Q, int K>
@@ -272,8 +273,8 @@ struct SensorTilt : NoEffect {
   static constexpr std::array<double, 3> kPriorWeights = {1.0, 1.0, 10.0};
   static constexpr std::array<bool, 3> kLasts = {true, true, false};
   static constexpr const char* kWhenHeld =
-      "a tilted sensor looks like a shifted one: bearings with elevations tell them apart, after "
-      "turns at several distances";
+      "a tilted sensor has the effect of a shifted one: bearings with elevations distinguish them, "
+      "after turns at several distances";
 
   using NoEffect::correct;
   template <int At, class Q, int K>

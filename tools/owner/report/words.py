@@ -5,11 +5,11 @@ import math
 import numpy as np
 
 STATES = {
-    'CONVERGED': ('good', 'The mount is known as well as you asked for.'),
-    'CONVERGING': ('fair', 'The mount is found and its uncertainty is honest, but larger than you '
-                           'asked for.'),
-    'DEGENERATE_MOTION': ('bad', 'The robot moved in a way that cannot tell the mount.'),
-    'INITIALISING': ('bad', 'The record is too short to tell the mount.'),
+    'CONVERGED': ('good', 'The standard deviations of the mount are below your targets.'),
+    'CONVERGING': ('fair', 'The mount is found, but its standard deviations are larger than your '
+                           'targets.'),
+    'DEGENERATE_MOTION': ('bad', 'The mount is not observable with this motion.'),
+    'INITIALISING': ('bad', 'The record is too short to determine the mount.'),
     'INCONSISTENT': ('bad', 'The bearings do not fit the motion: do not use this result.'),
     'WAITING_FOR_TICKS': ('bad', 'There were no wheel readings that could be used.'),
     'WAITING_FOR_LIGHT': ('bad', 'There was no bearing that could be used.'),
@@ -64,12 +64,12 @@ def warningsOf(record):
         found.append('The bearings scatter less than their sensor says (mean NIS %.1f): the '
                      'standard deviations given here are too large.' % meanNis(record))
     if details['bearing_correlation'] > HIGH_CORRELATION:
-        found.append('Each bearing\'s error resembles the one before (correlation %.1f): they are '
-                     'worth fewer, and this was taken into account.'
+        found.append('The errors of successive bearings are correlated (%.1f); the standard '
+                     'deviations include this.'
                      % details['bearing_correlation'])
     if details['slips']:
-        found.append('%d motion(s) between two images look like a slipping wheel and were given '
-                     'up.' % details['slips'])
+        found.append('%d motion(s) between two images look like a slipping wheel and were '
+                     'disregarded.' % details['slips'])
     return found
 
 
@@ -91,8 +91,8 @@ def knownLeastText(record):
     if not parts:
         parts = ['no single quantity']
     together = ' together with '.join(parts)
-    return ('Known least is %s: \u00b1%s mm along that direction, with the light %.1f m away (a yaw '
-            'counts with that distance as its lever).'
+    return ('The least certain is %s: \u00b1%s mm along that direction, with the light %.1f m '
+            'away (a yaw counts with that distance as its lever).'
             % (together, decimals(1000 * least['stddev_m']), least['lever_m']))
 
 
@@ -134,8 +134,8 @@ def couldNotTell(record):
     separation = record.details['settings']['wheel_separation_m']
     mount = result['base_from_camera']
     offset = math.hypot(mount['x'], mount['y'])
-    untold.append('The scale: all lengths stand on the wheel separation of %.4g m. Were that wrong '
-                  'by 1 %%, the camera\'s place would be off by %s mm.'
+    untold.append('The scale: all lengths are proportional to the wheel separation of %.4g m. An '
+                  'error of 1 %% in it moves the camera by %s mm.'
                   % (separation, decimals(10 * offset)))
     if not result['paper_state']['phi_psi_determined']:
         untold.append('phi and psi one by one: the camera sits so near to the base\'s origin that '
