@@ -51,7 +51,7 @@ counter-clockwise; NaN means "not known".
 
 ## Topics and services of the calibration
 
-Those of the drive are in [driving.md](driving.md), those of the light detection in [detection.md](detection.md).
+Those of the drive are in [driving.md](driving.md).
 
 | topic or service | type | |
 |---|---|---|
@@ -69,6 +69,19 @@ Those of the drive are in [driving.md](driving.md), those of the light detection
 | `~reset` | std_srvs/Trigger | forgets everything and starts again |
 | `~pause` | std_srvs/SetBool | true pauses the calibration, false resumes it |
 | `~save` | std_srvs/Trigger | writes `result.yaml`, the URDF joint and more ([result.md](result.md)) |
+
+## Topics and services of the light detection
+
+| topic or service | type | |
+|---|---|---|
+| `image`, `camera_info` | sensor_msgs/Image, CameraInfo | in: raw, or `image/compressed` with `image_transport:=compressed` |
+| `predicted_bearing` | bearing_calibration/PredictedBearing | in: the calibration's `~predicted_bearing` |
+| `bearings` | bearing_calibration/LightBearings | out: the candidates for the light in each image |
+| `~annotated` | sensor_msgs/Image | out: the image with mask, light and rejected candidates, while somebody subscribes |
+| `~advice` | std_msgs/String | out: what to change about focus and exposure ([camera.md](camera.md)) |
+| `/diagnostics` | diagnostic_msgs/DiagnosticArray | out, once a second ([live.md](live.md)) |
+| `~find_mirror` | bearing_calibration/FindMirror | finds the mirror's rim in the newest image ([camera.md](camera.md)) |
+| `~thresholds` | dynamic_reconfigure | changes thresholds while it runs ([live.md](live.md)) |
 """
 
 GROUP = re.compile(r'^([a-z_]\w*):\s*(?:#\s*(.*))?$')
