@@ -80,11 +80,7 @@ void LightsVerdict::takeJoint(CalibrationResult* result) const {
     summary.in_estimate = true;
     summary.cartesian_state = joint->estimate.robot(static_cast<int>(k)).cartesian;
   }
-  const RobotEstimate robot = joint->estimate.robot(0);
-  result->cartesian_state = robot.cartesian;
-  result->robot_errors = robot.errors;
-  result->paper_state = paperFromCartesian(robot.cartesian);
-  result->base_from_sensor = mountFromCartesian(robot.cartesian);
+  sayEstimate(joint->estimate.robot(0), result);
   result->state = joint->judgement.state;
   result->advice = joint->judgement.advice;
   result->cause = joint->judgement.cause;

@@ -94,7 +94,7 @@ void MountCalibration::attemptStart() {
   record_fit_.beginAt({attempt.estimate.mean, observations.size() - 1, attempt.errors.mean},
                       observations);
   startTracker(withEarlier({attempt.estimate, attempt.errors}), attempt.bearing_correlation);
-  judge_.emplace(config_.converged);
+  judge_.emplace(config_.converged, config_.initializer.batch.errors.nearness_stddev_m);
   started_ = true;
 }
 
@@ -279,12 +279,14 @@ void MountCalibration::describe(CalibrationResult* result) const {
   result->correlation_time = correlation_time_;
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
+  std::optional<CartesianEstimate> own;
   if (const std::optional<MountTracker>& known = tracker_ ? tracker_ : search_.weak(); known) {
     const RobotEstimate robot = known->filter().robot();
-    result->cartesian_state = robot.cartesian;
-    result->robot_errors = robot.errors;
-    result->paper_state = known->filter().paper();
-    result->base_from_sensor = mountFromCartesian(*result->cartesian_state);
+    sayEstimate(robot, result);
+    if (config_.filter.parametrisation == FilterConfig::Parametrisation::kPaper) {
+      result->paper_state = known->filter().paper();
+    }
+    own = robot.cartesian;
     const Consistency consistency = known->consistency();
     result->nis = consistency.nis;
     result->nis_mean = consistency.nis_mean;
@@ -299,7 +301,7 @@ void MountCalibration::describe(CalibrationResult* result) const {
   } else {
     search_.describe(result);
   }
-  result->lights = {{lightId(), result->state, result->cartesian_state, true, bearings_used_, ""}};
+  result->lights = {{lightId(), result->state, own, true, bearings_used_, ""}};
   if (result->state == CalibrationState::kInconsistent && diagnosis_.fault != Fault::kNone) {
     result->advice = ::bearing_calibration::core::describe(diagnosis_);
     result->cause = diagnosis_.fault;

@@ -192,6 +192,9 @@ std::string jointNames(const sensor_msgs::JointState& message) {
 core::BearingSet bearingsFromMessage(const msg::LightBearings& message) {
   core::BearingSet bearings;
   bearings.stamp = stampFromRos(message.header.stamp);
+  const auto said = [](double value) { return std::isnan(value) ? 0.0 : value; };
+  bearings.geometry = {said(message.harmonic_stddev), said(message.near_per_far),
+                       said(message.nearness_stddev)};
   bearings.candidates.reserve(message.candidates.size());
   for (const msg::LightBearing& candidate : message.candidates) {
     core::Bearing bearing;

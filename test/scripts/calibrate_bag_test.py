@@ -101,7 +101,7 @@ class CalibrateBag(Drives):
         self.assertEqual([(block['name'], block['status']) for block in result['blocks']],
                          [('time_offset', 'estimated'), ('wheel_scales', 'estimated'),
                           ('wheel_separation', 'held at its prior'), ('mirror_harmonic', 'off'),
-                          ('mirror_near', 'off'), ('sensor_tilt', 'off'),
+                          ('sensor_tilt', 'off'),
                           ('bearing_noise', 'estimated'), ('wheel_noise', 'estimated'),
                           ('bearing_correlation', 'off')])
         self.assertIn('drive_1.bag: /wheel_ticks, /bearings', result['provenance']['source'])

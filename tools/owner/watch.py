@@ -39,8 +39,6 @@ ERRORS = {'time_offset': ('time offset', 'ms', 1e3),
           'mirror_harmonic_cos': ('mirror, cos', 'deg', DEGREES),
           'mirror_harmonic_sin': ('mirror, sin', 'deg', DEGREES),
           'mirror_near_per_far': ('mirror, near per far', 'm', 1),
-          'mirror_near_cos': ('mirror, near cos', 'mm', 1e3),
-          'mirror_near_sin': ('mirror, near sin', 'mm', 1e3),
           'sensor_roll': ('sensor roll', 'deg', DEGREES),
           'sensor_pitch': ('sensor pitch', 'deg', DEGREES),
           'light_height': ('light above sensor', 'mm', 1e3)}

@@ -66,6 +66,10 @@ struct CalibrationResult {
   InputCounts tick_inputs;
 };
 
+/// Fills in mount, light and the robot's errors, the mount as uncertain as the sensor's nearness in
+/// error_priors leaves it.
+void sayEstimate(const RobotEstimate& estimate, CalibrationResult* result);
+
 /// Adds to the advice that the calibration has begun again since the mount has moved, until it has
 /// converged.
 void sayRestarted(CalibrationResult* result);
