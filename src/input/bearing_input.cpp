@@ -56,9 +56,7 @@ InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& 
 }
 
 CheckedBearings checkBearings(const BearingSet& bearings, const BearingInputConfig& config) {
-  /// A misaligned mirror follows its law to some percent (mirror_misalignment_test).
-  constexpr double kBeyondTheLaw = 0.03;
-  const double unmodelled_rad = kBeyondTheLaw * bearings.geometry.harmonic_stddev_rad;
+  const double unmodelled_rad = bearings.geometry.unmodelledStddev();
   CheckedBearings checked;
   checked.bearings.stamp = bearings.stamp - durationFromSeconds(config.latency_s);
   checked.bearings.candidates.reserve(bearings.candidates.size());

@@ -39,6 +39,9 @@ struct SensorGeometry {
   double harmonic_stddev_rad = 0.0;  ///< of the harmonic's cosine and sine, for a far light
   double near_per_far_m = 0.0;       ///< over the range: times so much it is larger for a near one
   double nearness_stddev_rad_m = 0.0;  ///< over the range: what a near light may show beyond that
+
+  /// What the law leaves out [rad]: a mirror follows it to some percent (mirror_misalignment_test).
+  double unmodelledStddev() const { return 0.03 * harmonic_stddev_rad; }
 };
 
 /// All candidates of one image; none says that the sensor looked and saw nothing.
