@@ -200,7 +200,7 @@ TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   const BatchEstimate batch = BatchEstimator(config).estimate(
       run.observations, {run.truth.back(), run.observations.size() - 1});
   const std::vector<BlockReport> reports = reportBlocks(config.errors, batch.errors);
-  ASSERT_EQ(reports.size(), 6U);
+  ASSERT_EQ(reports.size(), 5U);
   EXPECT_EQ(reports[0].status, BlockStatus::kEstimated) << reports[0].name;
   EXPECT_EQ(reports[1].status, BlockStatus::kEstimated) << reports[1].name;
   EXPECT_EQ(reports[2].status, BlockStatus::kHeldAtPrior) << reports[2].name;
