@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/mount_quality.h"
+
 namespace bearing_calibration_ros {
 namespace {
 
@@ -243,6 +245,7 @@ msg::CalibrationEstimate messageFromResult(const core::CalibrationResult& result
   message.cause = static_cast<std::uint8_t>(result.cause);
   if (result.cause != core::Fault::kNone) message.cause_text = core::nameOf(result.cause);
   fillMount(result.base_from_sensor, &message);
+  message.quality = core::qualityInWords(result);
   fillCartesianState(result.cartesian_state, &message);
   fillPaperState(result.paper_state, &message);
   fillRobotErrors(result, &message);

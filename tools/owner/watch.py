@@ -92,6 +92,11 @@ def mountRows(estimate, history, targets):
     return rows
 
 
+def qualityRows(estimate, width):
+    return [('  ' + line, 'plain') for sentence in estimate.quality
+            for line in textwrap.wrap(sentence, max(20, width - 4), subsequent_indent='  ')]
+
+
 def paperRow(estimate):
     if not estimate.phi_psi_determined:
         return '  rho %.1f mm: phi and psi mean nothing by themselves' % (1e3 * estimate.rho_m)
@@ -156,7 +161,7 @@ def viewOf(topic, estimate, history, targets, width):
     rows += [('  ' + line, 'plain') for line in textwrap.wrap(advice, max(20, width - 4))]
     rows.append(('', 'plain'))
     if math.isfinite(estimate.x_m):
-        rows += mountRows(estimate, history, targets)
+        rows += mountRows(estimate, history, targets) + qualityRows(estimate, width)
         plain = ['', paperRow(estimate), lightRow(estimate)]
     else:
         plain = ['  no estimate yet']
