@@ -106,7 +106,7 @@ MountQuality qualityOf(const RobotEstimate& robot) {
 PartingMotion motionThatParts(const MountQuality::Pair& pair) {
   if (pair.second < kMountSize) return PartingMotion::kNearer;
   const std::string& block = blockOf(pair.second - kMountSize).name;
-  if (block == MirrorNear::kName || block == SensorTilt::kName) return PartingMotion::kNone;
+  if (block == SensorTilt::kName) return PartingMotion::kNone;
   if (block == MirrorHarmonic::kName) return PartingMotion::kDistances;
   const bool is_of_wheels = block == WheelScales::kName || block == WheelSeparation::kName;
   const bool is_of_position = pair.first < 2;

@@ -256,25 +256,5 @@ TEST(MountQuality, TheNamedMotionPartsThePair) {
   EXPECT_EQ(kinds, 4);
 }
 
-// The near part of a mirror's harmonic is to a bearing a shifted sensor.
-TEST(MountQuality, NoMotionPartsTheNearPartOfAMirrorsHarmonic) {
-  ErrorPriors looked_for = usualErrors();
-  looked_for.setBlock(WheelSeparation::kName, 0.0);
-  looked_for.setBlock(MirrorNear::kName, 0.005);
-  std::map<PartingMotion, std::vector<double>> after;
-  for (const CorrelatedDrive& drive : correlatedDrives(looked_for)) {
-    if (motionThatParts(drive.pair) != PartingMotion::kNone) continue;
-    for (const PartingMotion motion :
-         {PartingMotion::kTurns, PartingMotion::kNearer, PartingMotion::kDistances}) {
-      after[motion].push_back(drive.sizeAfter(motion));
-    }
-  }
-  ASSERT_EQ(after.size(), 3U);
-  for (const auto& [motion, sizes] : after) {
-    EXPECT_GE(sizes.size(), 5U);
-    EXPECT_GT(median(sizes), 0.9) << static_cast<int>(motion);
-  }
-}
-
 }  // namespace
 }  // namespace bearing_calibration::core
