@@ -81,6 +81,7 @@ void MountCalibration::work() {
 
 void MountCalibration::attemptStart() {
   const StartAttempt& attempt = search_.attempt(initializer_);
+  rival_ = attempt.rival;
   if (search_.isInVain()) diagnose();
   if (!attempt.ready()) return;
   noise_ = attempt.noise;
@@ -151,7 +152,7 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
 void MountCalibration::noteSolution(const SlipAverage& settled, const RobotEstimate& estimate) {
   const std::vector<Observation>& observations = initializer_.record().observations();
   const bool tells_one =
-      !settled.is_disputed && tellsOneMount(*tracker_, observations, settled.best);
+      !settled.rival.isOpen() && tellsOneMount(*tracker_, observations, settled.best);
   answer_ = LandmarkSolution{
       {},    settled.best, estimate, tells_one, motionOf(observations, settled.best.beginning),
       noise_};
@@ -173,6 +174,7 @@ void MountCalibration::refineAndJudge() {
   const std::optional<SlipAverage> settled =
       record_fit_.fit(observations, robot, record.beginning());
   if (settled) {
+    rival_ = settled->rival;
     const RobotEstimate estimate = withItsNoise(*settled);
     if (!tracker_->isSearching()) {
       tracker_->rebase(withEarlier(widened(estimate, scatterOf(settled->best).widening())),
@@ -277,6 +279,7 @@ void MountCalibration::describe(CalibrationResult* result) const {
   result->noise_priors = config_.initializer.noise;
   result->noise = noise_;
   result->correlation_time = correlation_time_;
+  result->rival = rival_;
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
   std::optional<CartesianEstimate> own;

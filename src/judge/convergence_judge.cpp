@@ -231,10 +231,10 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
     return {CalibrationState::kConverging,
             "known well enough, but the light was lost: drive on until it is seen again"};
   }
-  if (settled->is_disputed) {
+  if (settled->rival.isOpen()) {
     return {CalibrationState::kConverging,
-            "known well enough, unless a wheel has slipped: the bearings do not yet tell where one "
-            "did; drive on"};
+            "known well enough, but another mount explains the bearings nearly as well, as where a "
+            "wheel may have slipped: drive straight and turn once more"};
   }
   if (!bothHalvesTell(record, settled->best)) {
     return {CalibrationState::kConverging,

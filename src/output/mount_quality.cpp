@@ -85,6 +85,17 @@ std::string howToPart(const MountQuality::Pair& pair) {
   return "no motion parts them: " + blockOf(pair.second - kMountSize).when_held;
 }
 
+std::string inWords(const RivalMount& rival) {
+  const std::string search = formatted(
+      "of %d fits from yaws all around and %d with a slip elsewhere", rival.minima, rival.slips);
+  if (!std::isfinite(rival.gap)) return "no other mount came up: none " + search;
+  const Eigen::Vector3d& mount = rival.mount;
+  return formatted(
+      "the next best mount, (%.3f m, %.3f m, %.1f deg), is behind by %.1f of "
+      "log-likelihood (open below %.0f): the best other one %s",
+      mount.x(), mount.y(), degreesFromRadians(mount.z()), rival.gap, kOpenGap, search.c_str());
+}
+
 }  // namespace
 
 MountQuality qualityOf(const RobotEstimate& robot) {
@@ -130,6 +141,7 @@ std::vector<std::string> qualityInWords(const CalibrationResult& result) {
                               nameOf(pair.second).c_str(), pair.correlation,
                               howToPart(pair).c_str()));
   }
+  words.push_back(inWords(result.rival));
   return words;
 }
 

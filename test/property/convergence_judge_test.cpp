@@ -18,7 +18,7 @@ CalibrationState judgeFirst(std::size_t count, double sigmas, const ObservationR
       run.observations.begin(), run.observations.begin() + static_cast<std::ptrdiff_t>(count));
   const BatchEstimate fit =
       BatchEstimator(BatchConfig()).estimate(record, {run.truth[count - 1], count - 1});
-  SlipAverage settled{fit, fit, fit.robot()};
+  SlipAverage settled{fit, fit, fit.robot(), {}};
   double& x = settled.estimate.cartesian.mean(CartesianIndex::kSensorX);
   x += sigmas * std::sqrt(fit.at_last_observation.covariance(CartesianIndex::kSensorX,
                                                              CartesianIndex::kSensorX));

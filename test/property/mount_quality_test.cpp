@@ -84,10 +84,19 @@ TEST(MountQuality, OnlyWhatMayBeTrustedIsPraised) {
   EXPECT_TRUE(qualityInWords(result).empty());
   result.cartesian_state = mountOf({0.0, 0.0, 1.0}, diagonal(0.001, 0.004, 0.001)).cartesian;
   const std::vector<std::string> words = qualityInWords(result);
-  ASSERT_EQ(words.size(), 2U);
+  ASSERT_EQ(words.size(), 3U);
   EXPECT_EQ(words[0], "a light 3 m ahead is placed within 5.0 mm (68 %) along any axis");
   EXPECT_EQ(words[1],
             "the position is known least along 90 deg (0: forward, 90: left), to 4.0 mm (68 %)");
+  EXPECT_EQ(words[2],
+            "no other mount came up: none of 0 fits from yaws all around and 0 with a slip "
+            "elsewhere");
+  result.rival.offer(12.345, {0.1, -0.2, 0.5 * kPi});
+  result.rival.minima = 8;
+  EXPECT_EQ(qualityInWords(result)[2],
+            "the next best mount, (0.100 m, -0.200 m, 90.0 deg), is behind by 12.3 of "
+            "log-likelihood (open below 7): the best other one of 8 fits from yaws all around and "
+            "0 with a slip elsewhere");
   result.state = CalibrationState::kInconsistent;
   EXPECT_TRUE(qualityInWords(result).empty());
 }

@@ -206,6 +206,7 @@ void Replay::finish() {
   for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
   if (!outcome_->review.estimate || restsOnSeveral(result)) return;
   if (!result.cartesian_state) {
+    result.rival = outcome_->review.start.rival;
     result.state = CalibrationState::kConverging;
     result.advice =
         "found in the record as a whole only: drive longer, so that it can be confirmed";

@@ -15,6 +15,7 @@
 #include "bearing_calibration/judge/fault.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/solve/noise_levels.h"
+#include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
 
@@ -52,6 +53,7 @@ struct CalibrationResult {
   NoisePriors noise_priors;          ///< which levels of the noise are looked for
   NoiseLevels noise;
   CorrelationTime correlation_time;  ///< of the bearings' noise
+  RivalMount rival;                  ///< of several lights, by the one that is surest
 
   double nis = 0.0;       ///< of the last fused bearing
   double nis_mean = 0.0;  ///< running mean, 1 for a consistent filter
