@@ -1,6 +1,5 @@
 #include "bearing_calibration/solve/slip_hypotheses.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
