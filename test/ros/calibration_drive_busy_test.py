@@ -20,15 +20,14 @@ from drivable_robot import DrivableRobot
 
 CONTROL_PERIOD_S = 0.05  # 1 / drive/control_rate
 MEASURED_S = 10.0
-SCATTER = 8.0            # of the bearings, over what they state
 LONG_S = 0.5             # ten commands: what a fit must take for this test to say anything
 FITS = 3                 # of which the mean is taken
 SECOND_S = 0.05          # in which the other nodelet is shown a second of its record
 
 
 class Busy:
-    """A calibration whose bearings no mount explains: its attempts at a start take long, one after
-    the other."""
+    """A calibration whose bearings point anywhere, so that no mount and no level of noise explains
+    them: its attempts at a start take long, one after the other."""
 
     def __init__(self):
         self.node = Node('busy', 'busy/wheel_ticks', 'busy/bearings')
@@ -58,7 +57,7 @@ class Busy:
                 world.advance()
                 self.node.wheels.publish(world.ticks())
                 if world.step % World.TICKS_PER_BEARING == 0:
-                    azimuth = world.azimuth() + self.random.gauss(0.0, SCATTER * world.bearing_stddev)
+                    azimuth = self.random.uniform(-math.pi, math.pi)
                     self.node.bearings.publish(world.bearings(world.candidate(azimuth=azimuth)))
             time.sleep(SECOND_S)
 
