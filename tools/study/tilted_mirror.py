@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The mount under a mirror that leans and stands beside the lens' axis, from images to the result.
+"""The mount under a mirror that is tilted and stands beside the lens' axis, from images to the result.
 
 Renders drives of the simulated robot whose mirror is tilted and decentred in random directions,
 calibrates with nothing told, or as find_mirror says of the rim, and prints a table of the errors:

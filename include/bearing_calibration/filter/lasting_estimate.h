@@ -10,7 +10,7 @@
 namespace bearing_calibration::core {
 
 /// What is still true when a robot starts anew: the mount, and those errors that are the robot's
-/// own for good (its wheels, its mirror, how its sensor leans), as they hang together.
+/// own for good (its wheels, its mirror, how its sensor is tilted), as they hang together.
 struct LastingEstimate {
   static constexpr int kMountSize = 3;
   static constexpr int kSize = kMountSize + kErrorCount;
