@@ -24,7 +24,6 @@ BLUE, RED, GREEN, LIGHT, GREY = '#1d6fb8', '#b3271e', '#1a7f1a', '#e8a200', '#4b
 SIZE_IN = (10.0, 4.3)
 DPI = 200  # twice the size at which a page shows it
 SIGMAS = 3
-INSET_M = 0.004  # half the width of what is enlarged
 FONT_PT = 11  # 12 px and more where the picture is shown 850 px wide
 CONE_HALF_ANGLE = math.radians(52.5)  # that of config/simulation.yaml
 METADATA = {'Software': None}  # no version: the same picture has the same bytes
@@ -158,7 +157,7 @@ def drawEstimate(axes, truth, result):
 
 
 def drawMount(axes, truth, result, details):
-    """From above, to scale, in the base frame; x is up."""
+    """From above, to scale, in the base frame."""
     clean(axes, 'The result: the mount')
     mount, stddev = result['base_from_camera'], result['stddev']
     separation = details['settings']['wheel_separation_m']
@@ -167,14 +166,6 @@ def drawMount(axes, truth, result, details):
         axes.annotate('', length, (0, 0), arrowprops=dict(arrowstyle='->', color='black'), zorder=5)
         axes.text(*at, name, fontsize=FONT_PT, zorder=6)
     drawEstimate(axes, truth, result)
-    inset = axes.inset_axes([0.155, -0.14, 0.105, 0.105], transform=axes.transData)
-    drawEstimate(inset, truth, result)
-    inset.set_xlim(truth['x'] - INSET_M, truth['x'] + INSET_M)
-    inset.set_ylim(truth['y'] - INSET_M, truth['y'] + INSET_M)
-    inset.set_xticks([])
-    inset.set_yticks([])
-    inset.set_title('%.0f mm wide' % (2000 * INSET_M), fontsize=FONT_PT)
-    axes.indicate_inset_zoom(inset, edgecolor=GREY)
     lines = ['%-4s%6.2f ± %.2f cm   (%.2f)' % (name, 100 * mount[name], 100 * stddev[name],
                                                100 * truth[name]) for name in ('x', 'y')]
     lines.append('yaw %6.2f ± %.2f °    (%.2f)' % tuple(
