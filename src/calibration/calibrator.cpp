@@ -65,6 +65,8 @@ class Calibrator::Impl {
     const InputOutcome stamp = checkStamp(bearings.stamp, received, config_.bearings.max_future_s);
     if (!stamp.accepted()) return countBearings(stamp);
     if (paused_) return countBearings({InputStatus::kIgnoredPaused, 0.0});
+    const InputOutcome geometry = judgeGeometry(bearings.geometry);
+    if (!geometry.accepted()) return countBearings(geometry);
     CheckedBearings checked = checkBearings(bearings, config_.bearings);
     const std::optional<Stamp> last = std::max(last_fused_, passed_twice_);
     if (last && checked.bearings.stamp <= *last) {
@@ -72,6 +74,7 @@ class Calibrator::Impl {
           {InputStatus::kStampNotAfterLast, secondsFromDuration(*last - checked.bearings.stamp)});
     }
     InputOutcome worst;
+    if (isLessKnown(bearings.geometry)) checked.remarks.push_back(assume(bearings.geometry));
     for (const InputOutcome& remark : checked.remarks) {
       countBearings(remark);
       if (!worst.isBadInput()) worst = remark;
@@ -102,7 +105,10 @@ class Calibrator::Impl {
     return BasePlace{newest, start_from_fused_ * track_.motionTo(newest).start_from_end};
   }
 
-  void resume(const LastingEstimate& earlier) { calibration_->resume(earlier); }
+  void resume(const LastingEstimate& earlier) {
+    earlier_ = earlier;
+    calibration_->resume(earlier);
+  }
 
   void takeOverFit() {
     calibration_->takeOver();
@@ -111,7 +117,7 @@ class Calibrator::Impl {
   FitsReport fits() const { return calibration_->report(); }
   /// With all forgotten; nothing else may be called afterwards.
   std::unique_ptr<FitsBeside> release() {
-    calibration_->forget();
+    calibration_->forget(config_);
     return std::move(calibration_);
   }
 
@@ -143,6 +149,32 @@ class Calibrator::Impl {
   }
 
  private:
+  InputOutcome judgeGeometry(const SensorGeometry& stated) const {
+    const bool has_errors =
+        config_.filter.parametrisation == FilterConfig::Parametrisation::kCartesian;
+    if (!has_errors && stated.harmonic_stddev_rad > 0.0) {
+      return {InputStatus::kGeometryUnmodelled, stated.harmonic_stddev_rad};
+    }
+    return checkGeometry(stated);
+  }
+
+  /// Whether a sensor knows its geometry less well than is assumed.
+  bool isLessKnown(const SensorGeometry& stated) const {
+    constexpr double kSame = 1.001;
+    const SensorGeometry assumed = config_.initializer.batch.errors.geometry();
+    return stated.harmonic_stddev_rad > kSame * assumed.harmonic_stddev_rad ||
+           stated.nearness_stddev_rad_m > kSame * assumed.nearness_stddev_rad_m;
+  }
+
+  /// Begins again with a sensor of this geometry: nothing that was made of its bearings holds.
+  InputOutcome assume(const SensorGeometry& stated) {
+    config_.initializer.batch.errors.setGeometry(stated);
+    calibration_->forget(config_);
+    if (earlier_) calibration_->resume(*earlier_);
+    if (!last_fused_) return {};
+    return {InputStatus::kGeometryChanged, stated.harmonic_stddev_rad};
+  }
+
   /// The left readings give the pairs their stamps.
   void noteLate(WheelSide side, Stamp stamp) {
     if (side == WheelSide::kLeft) odometer_.noteLate(stamp);
@@ -206,6 +238,7 @@ class Calibrator::Impl {
   OdometryTrack track_;
   BearingQueue queue_;
   std::unique_ptr<FitsBeside> calibration_;
+  std::optional<LastingEstimate> earlier_;
   std::optional<WheelTravel> last_travel_;
   std::optional<Stamp> last_fused_;  ///< on the encoders' clock
   /// The encoders' clock has stepped back from here: what is stamped earlier may be of either time.

@@ -13,8 +13,7 @@ constexpr std::size_t kMostFrames = 6000;
 }  // namespace
 
 FitsBeside::FitsBeside(const CalibratorConfig& config, FitsRun fits_run)
-    : config_(config),
-      fits_run_(fits_run),
+    : fits_run_(fits_run),
       live_(std::make_unique<SeveralLights>(config, fits_run)) {
   if (fits_run_ == FitsRun::kAtOnce) return;
   copy_ = std::make_unique<SeveralLights>(*live_);
@@ -92,9 +91,9 @@ void FitsBeside::drop() {
   ++epoch_;
 }
 
-void FitsBeside::forget() {
+void FitsBeside::forget(const CalibratorConfig& config) {
   drop();
-  live_ = std::make_unique<SeveralLights>(config_, fits_run_);
+  live_ = std::make_unique<SeveralLights>(config, fits_run_);
   const std::lock_guard<std::mutex> lock(mutex_);
   error_ = nullptr;
 }

@@ -235,9 +235,11 @@ std::size_t JointCalibration::mostContradicted(
 }
 
 Judgement JointCalibration::judge(const LightsEstimate& estimate, bool is_clear) const {
-  const Eigen::Vector3d stddev = estimate.mount().covariance.diagonal().cwiseSqrt();
+  const MountEstimate mount = mountFromCartesian(withNearness(
+      estimate.robot(0).cartesian, config_.initializer.batch.errors.nearness_stddev_m));
+  const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
   char text[256];
-  if (!meetsTargets(estimate.mount(), config_.converged)) {
+  if (!meetsTargets(mount, config_.converged)) {
     std::snprintf(
         text, sizeof(text),
         "position known to %.3f m and yaw to %.2f deg by %d lights: keep driving straight "

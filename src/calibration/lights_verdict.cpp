@@ -80,11 +80,13 @@ void LightsVerdict::takeJoint(CalibrationResult* result) const {
     summary.in_estimate = true;
     summary.cartesian_state = joint->estimate.robot(static_cast<int>(k)).cartesian;
   }
-  const RobotEstimate robot = joint->estimate.robot(0);
-  result->cartesian_state = robot.cartesian;
-  result->robot_errors = robot.errors;
-  result->paper_state = paperFromCartesian(robot.cartesian);
-  result->base_from_sensor = mountFromCartesian(robot.cartesian);
+  // a rival of all of them is at least as far behind as with any one
+  const auto gapOf = [this](std::size_t light) { return lights_[light].calibration().rival().gap; };
+  const std::size_t surest =
+      *std::max_element(joint->lights.begin(), joint->lights.end(),
+                        [&](std::size_t a, std::size_t b) { return gapOf(a) < gapOf(b); });
+  result->rival = lights_[surest].calibration().rival();
+  sayEstimate(joint->estimate.robot(0), result);
   result->state = joint->judgement.state;
   result->advice = joint->judgement.advice;
   result->cause = joint->judgement.cause;

@@ -81,6 +81,7 @@ void MountCalibration::work() {
 
 void MountCalibration::attemptStart() {
   const StartAttempt& attempt = search_.attempt(initializer_);
+  rival_ = attempt.rival;
   if (search_.isInVain()) diagnose();
   if (!attempt.ready()) return;
   noise_ = attempt.noise;
@@ -94,7 +95,7 @@ void MountCalibration::attemptStart() {
   record_fit_.beginAt({attempt.estimate.mean, observations.size() - 1, attempt.errors.mean},
                       observations);
   startTracker(withEarlier({attempt.estimate, attempt.errors}), attempt.bearing_correlation);
-  judge_.emplace(config_.converged);
+  judge_.emplace(config_.converged, config_.initializer.batch.errors.nearness_stddev_m);
   started_ = true;
 }
 
@@ -151,7 +152,7 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
 void MountCalibration::noteSolution(const SlipAverage& settled, const RobotEstimate& estimate) {
   const std::vector<Observation>& observations = initializer_.record().observations();
   const bool tells_one =
-      !settled.is_disputed && tellsOneMount(*tracker_, observations, settled.best);
+      !settled.rival.isOpen() && tellsOneMount(*tracker_, observations, settled.best);
   answer_ = LandmarkSolution{
       {},    settled.best, estimate, tells_one, motionOf(observations, settled.best.beginning),
       noise_};
@@ -173,6 +174,7 @@ void MountCalibration::refineAndJudge() {
   const std::optional<SlipAverage> settled =
       record_fit_.fit(observations, robot, record.beginning());
   if (settled) {
+    rival_ = settled->rival;
     const RobotEstimate estimate = withItsNoise(*settled);
     if (!tracker_->isSearching()) {
       tracker_->rebase(withEarlier(widened(estimate, scatterOf(settled->best).widening())),
@@ -277,14 +279,17 @@ void MountCalibration::describe(CalibrationResult* result) const {
   result->noise_priors = config_.initializer.noise;
   result->noise = noise_;
   result->correlation_time = correlation_time_;
+  result->rival = rival_;
   result->bearings_used = bearings_used_;
   result->bearings_gated = bearings_gated_;
+  std::optional<CartesianEstimate> own;
   if (const std::optional<MountTracker>& known = tracker_ ? tracker_ : search_.weak(); known) {
     const RobotEstimate robot = known->filter().robot();
-    result->cartesian_state = robot.cartesian;
-    result->robot_errors = robot.errors;
-    result->paper_state = known->filter().paper();
-    result->base_from_sensor = mountFromCartesian(*result->cartesian_state);
+    sayEstimate(robot, result);
+    if (config_.filter.parametrisation == FilterConfig::Parametrisation::kPaper) {
+      result->paper_state = known->filter().paper();
+    }
+    own = robot.cartesian;
     const Consistency consistency = known->consistency();
     result->nis = consistency.nis;
     result->nis_mean = consistency.nis_mean;
@@ -299,7 +304,7 @@ void MountCalibration::describe(CalibrationResult* result) const {
   } else {
     search_.describe(result);
   }
-  result->lights = {{lightId(), result->state, result->cartesian_state, true, bearings_used_, ""}};
+  result->lights = {{lightId(), result->state, own, true, bearings_used_, ""}};
   if (result->state == CalibrationState::kInconsistent && diagnosis_.fault != Fault::kNone) {
     result->advice = ::bearing_calibration::core::describe(diagnosis_);
     result->cause = diagnosis_.fault;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bearing_calibration/init/other_answers.h"
+#include "bearing_calibration/init/start_candidates.h"
 #include "bearing_calibration/solve/fit_scatter.h"
 
 namespace bearing_calibration::core {
@@ -15,7 +17,11 @@ std::optional<SlipAverage> RecordFit::fit(const std::vector<Observation>& observ
                                           const std::optional<RecordBeginning>& beginning) {
   const BatchEstimate batch = fitOnce(observations, running, beginning);
   if (!hasSettled(batch)) return std::nullopt;
-  SlipAverage settled = averageOverSlips(observations, batch, batch_config_);
+  SlipAverage settled = averageOverSlips(observations, batch, config_.batch);
+  // What was given away rests on the answer that stood when no rival was open.
+  if (!beginning) other_minimum_ = otherMinimum(observations, settled);
+  settled.rival.offer(other_minimum_.gap, other_minimum_.mount);
+  settled.rival.minima = other_minimum_.minima;
   beginAt(surestStart(settled.best), observations);
   return settled;
 }
@@ -39,14 +45,27 @@ BatchEstimate RecordFit::fitOnce(const std::vector<Observation>& observations,
                          beginning);
 }
 
+/// The best other minimum that is another mount.
+RivalMount RecordFit::otherMinimum(const std::vector<Observation>& observations,
+                                   const SlipAverage& settled) const {
+  const MountEstimate mount = mountFromCartesian(settled.estimate.cartesian);
+  RivalMount rival;
+  rival.minima = kYawsAround;
+  for (const OtherAnswer& other : findOtherAnswers(observations, settled.best, config_)) {
+    if (isAnotherMount({other.mount, Eigen::Matrix3d::Zero()}, mount))
+      rival.offer(other.gap, other.mount);
+  }
+  return rival;
+}
+
 bool RecordFit::hasSettled(const BatchEstimate& batch) const {
-  return batch.converged && batch.inlierFraction() >= min_inlier_fraction_;
+  return batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
 }
 
 std::optional<RecordPart> RecordFit::oldestPart(const std::vector<Observation>& observations,
                                                 const SlipAverage& settled,
                                                 std::size_t most) const {
-  if (settled.is_disputed) return std::nullopt;
+  if (settled.rival.isOpen()) return std::nullopt;
   const BatchEstimate& fit = settled.trusting;
   std::size_t count = most;
   // not within a slip, which nobody could look for any more

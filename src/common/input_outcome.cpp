@@ -22,6 +22,8 @@ const char* nameOf(InputStatus status) {
       return "ignored while paused";
     case InputStatus::kVarianceRaised:
       return "variance raised to that of bearings/min_stddev";
+    case InputStatus::kGeometryChanged:
+      return "sensor's geometry known less well than before";
     case InputStatus::kNoStamp:
       return "stamp is zero";
     case InputStatus::kStampInFuture:
@@ -38,6 +40,10 @@ const char* nameOf(InputStatus status) {
       return "variance too large";
     case InputStatus::kProbabilityOutOfRange:
       return "probability not in 0 to 1";
+    case InputStatus::kGeometryAbsurd:
+      return "sensor's geometry impossible";
+    case InputStatus::kGeometryUnmodelled:
+      return "sensor's geometry not in the paper's filter";
     case InputStatus::kCounterReset:
       return "counter reset";
     case InputStatus::kTicksTooFast:
@@ -69,6 +75,9 @@ std::string describe(const InputOutcome& outcome) {
       return "a stated variance of " + value +
              " rad^2 is below that of bearings/min_stddev: raised to it; state the spread that is "
              "seen while the robot stands";
+    case InputStatus::kGeometryChanged:
+      return "the sensor now states a harmonic's standard deviation of " + value +
+             " rad, more than before: the calibration begins again";
     case InputStatus::kNoStamp:
       return "the stamp is zero: left out";
     case InputStatus::kStampInFuture:
@@ -87,6 +96,14 @@ std::string describe(const InputOutcome& outcome) {
              " rad^2 is above the largest allowed: candidate left out";
     case InputStatus::kProbabilityOutOfRange:
       return "probability " + value + " is not in 0 to 1: candidate left out";
+    case InputStatus::kGeometryAbsurd:
+      return "the sensor states " + value +
+             " of its geometry (harmonic_stddev, near_per_far, nearness_stddev), which no mirror "
+             "has: message left out";
+    case InputStatus::kGeometryUnmodelled:
+      return "the sensor states a harmonic's standard deviation of " + value +
+             " rad (alignment/harmonic_stddev), for which the paper's filter has no state: message "
+             "left out";
     case InputStatus::kCounterReset:
       return "the counters jumped by " + value +
              " m to near zero: taken as a reset by the driver, followed from there";

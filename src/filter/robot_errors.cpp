@@ -93,10 +93,22 @@ void ErrorPriors::setLightHeight(double mean_m, double stddev_m) {
   stddev(kHeight) = stddev_m;
 }
 
-void ErrorPriors::setMirrorNearPerFar(double near_per_far_m) {
+void ErrorPriors::setGeometry(const SensorGeometry& geometry) {
+  setBlock(MirrorHarmonic::kName, geometry.harmonic_stddev_rad);
+  nearness_stddev_m = geometry.nearness_stddev_rad_m;
+  mean(placeOf<MirrorHarmonic>() + MirrorHarmonic::kNearPerFar) =
+      geometry.harmonic_stddev_rad > 0.0 ? geometry.near_per_far_m : 0.0;
+}
+
+SensorGeometry ErrorPriors::geometry() const {
   constexpr int kHarmonic = placeOf<MirrorHarmonic>();
-  mirror_near_per_far_m = near_per_far_m;
-  if (stddev(kHarmonic) > 0.0) mean(kHarmonic + MirrorHarmonic::kNearPerFar) = near_per_far_m;
+  return {stddev(kHarmonic), mean(kHarmonic + MirrorHarmonic::kNearPerFar), nearness_stddev_m};
+}
+
+CartesianEstimate withNearness(CartesianEstimate estimate, double nearness_stddev_m) {
+  estimate.covariance.diagonal().segment<2>(CartesianIndex::kSensorX).array() +=
+      nearness_stddev_m * nearness_stddev_m;
+  return estimate;
 }
 
 std::vector<std::string> ErrorPriors::validate() const {
@@ -113,8 +125,6 @@ std::vector<std::string> ErrorPriors::validate() const {
   });
   require.between("errors/light_height", light_height_m, -kLargestHeight_m, kLargestHeight_m);
   require.between("errors/light_height_stddev", light_height_stddev_m, 0.0, kLargestHeight_m);
-  require.between("errors/mirror_near_per_far", mirror_near_per_far_m, -kLargestHeight_m,
-                  kLargestHeight_m);
   require.that(mean.allFinite(), "the errors' means must be finite");
   const auto tilt = stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>());
   require.that(
@@ -234,7 +244,8 @@ const std::vector<ErrorBlockInfo>& errorBlocks() {
     std::vector<ErrorBlockInfo> blocks;
     forEachBlock<kErrorCount>([&](auto block, auto at) {
       using Block = decltype(block);
-      blocks.push_back({Block::kName, at.value, Block::kSize, Block::kWhenHeld});
+      blocks.push_back(
+          {Block::kName, at.value, Block::kSize, Block::kSaidBySensor, Block::kWhenHeld});
     });
     return blocks;
   }();

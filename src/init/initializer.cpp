@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
-#include "bearing_calibration/init/closed_form.h"
+#include "bearing_calibration/init/other_answers.h"
 #include "bearing_calibration/init/start_candidates.h"
 #include "bearing_calibration/init/start_obstacle.h"
 #include "bearing_calibration/solve/noise_review.h"
@@ -16,14 +15,10 @@
 namespace bearing_calibration::core {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// The search runs on so many observations at most, whatever the record's length.
-constexpr std::size_t kObservationsOfSearch = 150;
-
-/// The best answer that the thinned record gives, and how much worse the next one is.
+/// The best answer that the thinned record gives, and the next one.
 struct SearchResult {
   std::optional<BatchEstimate> best;
-  double runner_up_margin = kInfinity;
+  RivalMount rival;
 };
 
 /// Robots to begin a search with: as believed, or with a late camera and wheels that turn it by
@@ -54,25 +49,18 @@ std::vector<ErrorVector> errorHypotheses(const ErrorPriors& priors, double turn_
 class Search {
  public:
   Search(const std::vector<Observation>& observations, const InitializerConfig& config)
-      : observations_(thinned(observations, kObservationsOfSearch)),
-        config_(config),
-        estimator_(config.batch) {}
+      : observations_(thinned(observations, kObservationsOfSearch)), config_(config) {}
 
   SearchResult run() {
     for (const ObservationWindow& window : startWindows(observations_.size())) {
       considerAll(window);
       if (result_.best && fitsWell(*result_.best, config_)) break;
     }
-    if (result_.best) challenge();
+    if (result_.best) compare();
     return result_;
   }
 
  private:
-  std::vector<PosedObservation> pose(const ErrorVector& errors) const {
-    return poseObservations(errors.isZero(0.0) ? observations_
-                                               : withoutErrors(observations_, errors));
-  }
-
   std::vector<ErrorVector> hypothesesFor(const ObservationWindow& window) const {
     if (!config_.search_errors) return {ErrorVector::Zero()};
     double turn_rad = 0.0;
@@ -87,76 +75,52 @@ class Search {
     constexpr std::size_t kMostRefined = 3;
     struct Start {
       ErrorVector errors;
-      std::vector<PosedObservation> posed;
       FixedPathFit fit;
     };
     std::vector<Start> starts;
     const std::vector<ErrorVector> hypotheses = hypothesesFor(window);
     for (const ErrorVector& errors : hypotheses) {
-      Start start{errors, pose(errors), {}};
-      start.fit = findConsensus(start.posed, window, config_.seed, hypotheses.size() > 1);
-      if (!start.fit.state_at_first.isZero()) starts.push_back(std::move(start));
+      const FixedPathFit fit = findConsensus(poseWithout(observations_, errors), window,
+                                             config_.seed, hypotheses.size() > 1);
+      if (!fit.state_at_first.isZero()) starts.push_back({errors, fit});
     }
     std::sort(starts.begin(), starts.end(),
               [](const Start& a, const Start& b) { return a.fit.capped_cost < b.fit.capped_cost; });
     if (starts.size() > kMostRefined) starts.resize(kMostRefined);
     for (const Start& start : starts) {
       BatchEstimate batch =
-          refine(start.posed, start.fit.state_at_first, window.middle(), start.errors);
+          refine(observations_, start.fit.state_at_first, window.middle(), start.errors, config_);
       if (!batch.at_last_observation.mean.allFinite()) continue;
       if (!result_.best || batch.cost < result_.best->cost) result_.best = std::move(batch);
     }
   }
 
-  BatchEstimate refine(const std::vector<PosedObservation>& posed, const Vector5& state_at_first,
-                       std::size_t observation, const ErrorVector& errors) const {
-    Vector5 state = stateAt(posed[observation], state_at_first);
-    state.head<2>() =
-        stampFromMoment(observations_[observation], errors) * Eigen::Vector2d(state.head<2>());
-    return estimator_.estimate(observations_, {state, observation, errors});
-  }
-
-  /// Compares the best answer with every other minimum. Those that a sound record rules out at once
-  /// are not refined.
-  void challenge() {
-    constexpr int kMostRefined = 3;
-    const ErrorVector errors = result_.best->errors.mean;
-    const std::vector<PosedObservation> posed = pose(errors);
-    const Vector5 last = result_.best->at_last_observation.mean;
-    Vector5 found = last;
-    found.head<2>() =
-        posed.back().first_from_base *
-        (stampFromMoment(observations_.back(), errors).inverse() * Eigen::Vector2d(last.head<2>()));
-    // fitted again, as the others are, to the path that the odometry alone gives
-    const double found_cost = fitOnFixedPath(posed, found, FixedPathWeight{posed.size() / 2}).cost;
-    const double within_m = sameMountWithin(summariseMotion(observations_).extent_m);
-    int refined = 0;
-    for (const FixedPathFit& other : findOtherMinima(posed, found, within_m)) {
-      double margin = other.cost - found_cost;
-      if (margin < config_.min_runner_up_margin && refined < kMostRefined) {
-        ++refined;
-        const BatchEstimate batch = refine(posed, other.state_at_first, posed.size() / 2, errors);
-        if (isSameMount(batch.at_last_observation.mean, last, within_m)) continue;
-        margin = batch.cost - result_.best->cost;
-        if (margin < 0.0) {
-          result_.best = batch;
-          margin = -margin;
-        }
-      }
-      result_.runner_up_margin = std::min(result_.runner_up_margin, margin);
+  /// Takes the best of all minima, with the next one as its rival.
+  void compare() {
+    std::vector<OtherAnswer> others = findOtherAnswers(observations_, *result_.best, config_);
+    result_.rival.minima = kYawsAround;
+    double ahead = 0.0;  // of what was found
+    if (!others.empty() && others.front().gap < 0.0) {
+      ahead = others.front().gap;
+      const Vector5& found = result_.best->at_last_observation.mean;
+      result_.rival.offer(-ahead, found.tail<3>());
+      result_.best = std::move(others.front().fit);
+      others.erase(others.begin());
+    }
+    for (const OtherAnswer& other : others) {
+      result_.rival.offer(other.fit ? other.gap - ahead : other.gap, other.mount);
     }
   }
 
   std::vector<Observation> observations_;
   const InitializerConfig& config_;
-  BatchEstimator estimator_;
   SearchResult result_;
 };
 
 /// The best fit of a whole record, by the noise as it is in there.
 struct Answer {
   std::optional<BatchEstimate> fit;
-  double runner_up_margin = kInfinity;
+  RivalMount rival;
 };
 
 Answer findAnswer(const std::vector<Observation>& observations, const InitializerConfig& config) {
@@ -165,7 +129,7 @@ Answer findAnswer(const std::vector<Observation>& observations, const Initialize
   Answer answer{BatchEstimator(config.batch)
                     .estimate(observations, {search.best->at_last_observation.mean,
                                              observations.size() - 1, search.best->errors.mean}),
-                search.runner_up_margin};
+                search.rival};
   if (answer.fit->path.points.empty()) answer.fit.reset();
   return answer;
 }
@@ -189,7 +153,7 @@ void describe(const Answer& answer, StartAttempt* attempt) {
   attempt->chi_square = fit.chi_square;
   attempt->degrees_of_freedom = fit.degrees_of_freedom;
   attempt->inlier_fraction = fit.inlierFraction();
-  attempt->runner_up_margin = answer.runner_up_margin;
+  attempt->rival = answer.rival;
   attempt->slips = static_cast<int>(fit.slips.size());
   attempt->bearing_correlation = fit.correlation;
 }

@@ -109,13 +109,12 @@ FixedPathFit findConsensus(const std::vector<PosedObservation>& all,
 
 std::vector<FixedPathFit> findOtherMinima(const std::vector<PosedObservation>& observations,
                                           const Vector5& found, double within_m) {
-  constexpr int kYaws = 8;
   const FixedPathWeight weight{observations.size() / 2};
   ClosedForm form;
   for (const PosedObservation& observation : observations) form.add(observation, 1.0);
   std::vector<FixedPathFit> minima;
-  for (int i = 0; i < kYaws; ++i) {
-    const std::optional<Vector5> start = form.solveFor(2.0 * kPi * i / kYaws);
+  for (int i = 0; i < kYawsAround; ++i) {
+    const std::optional<Vector5> start = form.solveFor(2.0 * kPi * i / kYawsAround);
     if (!start) continue;
     const FixedPathFit fit = fitOnFixedPath(observations, *start, weight);
     const bool known = isSameMount(fit.state_at_first, found, within_m) ||

@@ -55,7 +55,7 @@ StartObstacle answerObstacle(const StartAttempt& attempt, const BatchEstimate& b
   }
   if (!isWellKnown(attempt.estimate, range, attempt.motion.extent_m, config))
     return StartObstacle::kWeakDirection;
-  if (attempt.runner_up_margin < config.min_runner_up_margin) return StartObstacle::kAmbiguous;
+  if (2.0 * attempt.rival.gap < config.min_runner_up_margin) return StartObstacle::kAmbiguous;
   return StartObstacle::kNone;
 }
 

@@ -25,6 +25,15 @@ InputOutcome checkStamp(Stamp stamp, Stamp received, double max_future_s) {
   return {};
 }
 
+InputOutcome checkGeometry(const SensorGeometry& geometry) {
+  constexpr double kMost = 1.0;  // rad, m, rad m: far beyond any mirror that shows a light
+  for (const double value : {geometry.harmonic_stddev_rad, geometry.nearness_stddev_rad_m,
+                             std::abs(geometry.near_per_far_m)}) {
+    if (!(value >= 0.0 && value <= kMost)) return {InputStatus::kGeometryAbsurd, value};
+  }
+  return {};
+}
+
 InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& config) {
   constexpr double kTurn_rad = 2.0 * kPi * (1.0 + 1e-6);  // 2 pi as a float is a little more
   const double variance = candidate.azimuth_variance_rad2;
@@ -47,6 +56,7 @@ InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& 
 }
 
 CheckedBearings checkBearings(const BearingSet& bearings, const BearingInputConfig& config) {
+  const double unmodelled_rad = bearings.geometry.unmodelledStddev();
   CheckedBearings checked;
   checked.bearings.stamp = bearings.stamp - durationFromSeconds(config.latency_s);
   checked.bearings.candidates.reserve(bearings.candidates.size());
@@ -60,7 +70,8 @@ CheckedBearings checkBearings(const BearingSet& bearings, const BearingInputConf
     const double least_rad2 = config.min_stddev_rad * config.min_stddev_rad;
     raiseVariance(least_rad2, &candidate.azimuth_variance_rad2, &checked.remarks);
     raiseVariance(least_rad2, &candidate.elevation_variance_rad2, &checked.remarks);
-    candidate.azimuth_variance_rad2 += config.extra_stddev_rad * config.extra_stddev_rad;
+    candidate.azimuth_variance_rad2 +=
+        config.extra_stddev_rad * config.extra_stddev_rad + unmodelled_rad * unmodelled_rad;
     checked.bearings.candidates.push_back(candidate);
   }
   return checked;

@@ -152,7 +152,8 @@ bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& 
          bothHalvesTell(record, settled);
 }
 
-ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config) : config_(config) {}
+ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config, double nearness_stddev_m)
+    : config_(config), nearness_stddev_m_(nearness_stddev_m) {}
 
 bool ConvergenceJudge::isDoubted(const MountTracker& tracker) {
   return inconsistency(tracker.consistency()).has_value();
@@ -218,7 +219,8 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
     mount_moved_ = mountMoved(*jump);
     return *mount_moved_;
   }
-  if (!meetsTargets(mountFromCartesian(estimate), config_)) return stillConverging(estimate);
+  const MountEstimate mount = mountFromCartesian(withNearness(estimate, nearness_stddev_m_));
+  if (!meetsTargets(mount, config_)) return stillConverging(estimate);
   if (jump) {
     return {CalibrationState::kInconsistent,
             "two parts of the drive give different mounts: check the latency and the wheels' "
@@ -229,10 +231,10 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
     return {CalibrationState::kConverging,
             "known well enough, but the light was lost: drive on until it is seen again"};
   }
-  if (settled->is_disputed) {
+  if (settled->rival.isOpen()) {
     return {CalibrationState::kConverging,
-            "known well enough, unless a wheel has slipped: the bearings do not yet tell where one "
-            "did; drive on"};
+            "known well enough, but another mount explains the bearings nearly as well, as where a "
+            "wheel may have slipped: drive straight and turn once more"};
   }
   if (!bothHalvesTell(record, settled->best)) {
     return {CalibrationState::kConverging,
@@ -250,7 +252,9 @@ Judgement ConvergenceJudge::mountMoved(const DisplacementTest& jump) {
 }
 
 Judgement ConvergenceJudge::stillConverging(const CartesianEstimate& estimate) const {
-  const Eigen::Vector3d stddev = mountFromCartesian(estimate).covariance.diagonal().cwiseSqrt();
+  const Eigen::Vector3d stddev = mountFromCartesian(withNearness(estimate, nearness_stddev_m_))
+                                     .covariance.diagonal()
+                                     .cwiseSqrt();
   return {CalibrationState::kConverging,
           format("position known to %.3f m and yaw to %.2f deg: keep driving straight lines and "
                  "turns; the light is %.1f m away, nearer is better",

@@ -53,6 +53,17 @@ void noteTilt(const ErrorPriors& priors, const ErrorEstimate& estimate, double t
                  (is_held ? "" : ", which x_stddev and y_stddev leave out");
 }
 
+/// What near lights may show of a misaligned mirror shifts the sensor.
+void noteNearness(const ErrorPriors& priors, BlockReport& report) {
+  if (!(priors.nearness_stddev_m > 0.0)) return;
+  constexpr double kMillimetres = 1e3;
+  if (!report.note.empty()) report.note += "; ";
+  report.note += "x and y are uncertain by " +
+                 formatted("%.1f", kMillimetres * priors.nearness_stddev_m) +
+                 " mm that no bearing tells: find_mirror with the lens' principal point takes most "
+                 "of it away";
+}
+
 /// Of a logarithm with a prior.
 BlockStatus statusOf(double prior_stddev, const NoiseFactor& factor) {
   if (!(prior_stddev > 0.0)) return BlockStatus::kOff;
@@ -97,6 +108,7 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
                                 std::sqrt(estimate.covariance(i, i))});
     }
     if (report.status == BlockStatus::kHeldAtPrior) report.note = block.when_held;
+    if (block.name == MirrorHarmonic::kName) noteNearness(priors, report);
     if (block.name == SensorTilt::kName) noteTilt(priors, estimate, tilt_stddev_rad, report);
     reports.push_back(report);
   }

@@ -134,7 +134,9 @@ void OfflineReport::add(const AssociationOutcome& outcome) {
   motion_since_observation_ = {};
 }
 
-Review OfflineReport::conclude(const std::optional<RobotEstimate>& running) const {
+Review OfflineReport::conclude(const std::optional<RobotEstimate>& running,
+                               const ErrorPriors& errors) {
+  config_.batch.errors = errors;
   Review review;
   const std::vector<Observation>& observations = record_.observations();
   review.motion = summariseMotion(observations);
@@ -153,7 +155,7 @@ Review OfflineReport::conclude(const std::optional<RobotEstimate>& running) cons
     batch = estimator.estimate(
         observations, {at_last_observation, observations.size() - 1, review.estimate->errors.mean});
     const auto reviewed = [&] {
-      return reviewNoise(observations, batch, config_.batch.errors, config_.noise, review.noise);
+      return reviewNoise(observations, batch, errors, config_.noise, review.noise);
     };
     if (config_.noise.any() && batch.converged) {
       review.noise = reviewed().levels;

@@ -2,6 +2,15 @@
 
 namespace bearing_calibration::core {
 
+void sayEstimate(const RobotEstimate& estimate, CalibrationResult* result) {
+  const CartesianEstimate cartesian =
+      withNearness(estimate.cartesian, result->error_priors.nearness_stddev_m);
+  result->cartesian_state = cartesian;
+  result->robot_errors = estimate.errors;
+  result->paper_state = paperFromCartesian(cartesian);
+  result->base_from_sensor = mountFromCartesian(cartesian);
+}
+
 void sayRestarted(CalibrationResult* result) {
   if (result->state == CalibrationState::kConverged) return;
   result->advice = "the mount has moved and is calibrated anew: " +

@@ -170,6 +170,14 @@ void emitTexts(YAML::Emitter& out, const char* key,
   out << YAML::EndMap;
 }
 
+void emitQuality(YAML::Emitter& out, const SavedCalibration& calibration) {
+  out << YAML::Key << "quality" << YAML::Value;
+  if (calibration.quality.empty()) out << YAML::Flow;
+  out << YAML::BeginSeq;
+  for (const std::string& sentence : calibration.quality) out << YAML::DoubleQuoted << sentence;
+  out << YAML::EndSeq;
+}
+
 void emitOrigin(YAML::Emitter& out, const SavedCalibration& calibration) {
   beginGroup(out, "record");
   emit(out, "nis_mean", calibration.nis_mean);
@@ -227,6 +235,7 @@ std::string resultText(const SavedCalibration& calibration) {
   emit(out, "advice", calibration.advice);
   out << YAML::Key << "stamp_ns" << YAML::Value << calibration.stamp.time_since_epoch().count();
   emitMount(out, calibration);
+  emitQuality(out, calibration);
   emitStates(out, calibration);
   emitLasting(out, calibration.lasting);
   emitBlocks(out, calibration.robot_errors);

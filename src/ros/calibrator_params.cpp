@@ -59,11 +59,11 @@ core::FilterConfig readFilter(ParamReader& params) {
 core::ErrorPriors readErrors(ParamReader& params) {
   core::ErrorPriors priors;
   for (const core::ErrorBlockInfo& block : core::errorBlocks()) {
+    if (block.said_by_sensor) continue;
     priors.setBlock(block.name, params.number("errors/" + block.name + "_stddev"));
   }
   priors.setLightHeight(params.number("errors/light_height"),
                         params.number("errors/light_height_stddev"));
-  priors.setMirrorNearPerFar(params.number("errors/mirror_near_per_far"));
   return priors;
 }
 

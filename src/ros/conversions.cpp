@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/mount_quality.h"
+
 namespace bearing_calibration_ros {
 namespace {
 
@@ -192,6 +194,9 @@ std::string jointNames(const sensor_msgs::JointState& message) {
 core::BearingSet bearingsFromMessage(const msg::LightBearings& message) {
   core::BearingSet bearings;
   bearings.stamp = stampFromRos(message.header.stamp);
+  const auto said = [](double value) { return std::isnan(value) ? 0.0 : value; };
+  bearings.geometry = {said(message.harmonic_stddev), said(message.near_per_far),
+                       said(message.nearness_stddev)};
   bearings.candidates.reserve(message.candidates.size());
   for (const msg::LightBearing& candidate : message.candidates) {
     core::Bearing bearing;
@@ -240,6 +245,7 @@ msg::CalibrationEstimate messageFromResult(const core::CalibrationResult& result
   message.cause = static_cast<std::uint8_t>(result.cause);
   if (result.cause != core::Fault::kNone) message.cause_text = core::nameOf(result.cause);
   fillMount(result.base_from_sensor, &message);
+  message.quality = core::qualityInWords(result);
   fillCartesianState(result.cartesian_state, &message);
   fillPaperState(result.paper_state, &message);
   fillRobotErrors(result, &message);

@@ -25,6 +25,9 @@ msg::LightBearings messageFromBearings(const core::BearingSet& set,
   msg::LightBearings message;
   message.header.stamp = rosFromStamp(set.stamp);
   message.header.frame_id = sensor_frame;
+  message.harmonic_stddev = set.geometry.harmonic_stddev_rad;
+  message.near_per_far = set.geometry.near_per_far_m;
+  message.nearness_stddev = set.geometry.nearness_stddev_rad_m;
   message.candidates.reserve(set.candidates.size());
   for (const core::Bearing& bearing : set.candidates) {
     message.candidates.push_back(messageFromBearing(bearing));

@@ -98,7 +98,9 @@ core::DetectorConfig readDetector(ParamReader& params) {
   detector.light = readLight(params);
   detector.gates = readGates(params);
   detector.alignment.centre_stddev_px = params.number("alignment/centre_stddev");
-  detector.alignment.azimuth_stddev_rad = params.number("alignment/azimuth_stddev");
+  detector.alignment.geometry = {params.number("alignment/harmonic_stddev"),
+                                 params.number("alignment/near_per_far"),
+                                 params.number("alignment/nearness_stddev")};
   detector.alignment.elevation_stddev_rad = params.number("alignment/elevation_stddev");
   detector.defocus_sigma_px = params.number("defocus/sigma");
   detector.max_candidates = params.integer("gates/max_candidates");

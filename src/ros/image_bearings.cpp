@@ -34,6 +34,7 @@ core::BearingSet ImageBearings::detect(const sensor_msgs::ImageConstPtr& image,
   core::BearingSet bearings =
       core::bearingsFromLights(result_->lights, config_.shutter, stampFromRos(image->header.stamp),
                                config_.detector.sensor.height_px);
+  bearings.geometry = config_.detector.alignment.geometry;
   seen_ = prediction ? core::seenRadius(bearings, *prediction) : std::nullopt;
   if (blink_) blink_->identify(core::brightnessOf(result_->lights), &bearings);
   if (config_.colour.use) {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "bearing_calibration/output/mount_quality.h"
 #include "bearing_calibration/output/result_store.h"
 #include "bearing_calibration/output/saving_rule.h"
 #include "bearing_calibration_ros/result_saving.h"
@@ -42,6 +43,10 @@ void ResultSaver::check() {
   was_converged_ = is_converged;
   const std::optional<SavingOutcome> outcome = has_converged ? saveUnasked() : std::nullopt;
   if (outcome) report("CONVERGED", *outcome);
+  if (!has_converged) return;
+  for (const std::string& sentence : core::qualityInWords(seen_)) {
+    ROS_INFO_NAMED(name_, "CONVERGED: %s", sentence.c_str());
+  }
 }
 
 SavingOutcome ResultSaver::save() {

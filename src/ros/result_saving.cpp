@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 
+#include "bearing_calibration/output/mount_quality.h"
 #include "bearing_calibration/output/result_store.h"
 #include "bearing_calibration/output/saving_rule.h"
 #include "bearing_calibration_ros/conversions.h"
@@ -60,6 +61,7 @@ std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& r
       result.error_priors, result.robot_errors,
       std::max(saved.unestimated.roll_stddev_rad, saved.unestimated.pitch_stddev_rad));
   saved.lights = result.lights;
+  saved.quality = core::qualityInWords(result);
   for (const core::BlockReport& report :
        core::reportNoise(result.noise_priors, result.noise, result.correlation_time)) {
     saved.robot_errors.push_back(report);

@@ -292,21 +292,31 @@ RobotEstimate averageOver(const LinearRecord& record, const Likeliest& levels,
   return RobotEstimate::from<kErrorCount>(average);
 }
 
+/// Below it the bearings' level is not looked for.
+double leastBearingLevel(const std::vector<Observation>& observations, const ErrorPriors& errors) {
+  /// Of how neighbours differ, which wheels hardly touch: else noise that lasts is laid to them.
+  constexpr double kShareOfDifferences = 0.7;
+  double stated_rad2 = 0.0;
+  for (const Observation& observation : observations) {
+    stated_rad2 += observation.azimuth_variance_rad2 / static_cast<double>(observations.size());
+  }
+  // What a mirror's law leaves out is no noise: no scatter shows it.
+  return std::max(kShareOfDifferences * bearingLevelFromDifferences(observations),
+                  errors.geometry().unmodelledStddev() / std::sqrt(stated_rad2));
+}
+
 }  // namespace
 
 NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
                         const ErrorPriors& errors, const NoisePriors& priors,
                         const NoiseLevels& used) {
   constexpr double kCostOfSlip = 10.0;  // half the chi-square for which a fit gives a motion up
-  /// Of how neighbours differ, which wheels hardly touch: else noise that lasts is laid to them.
-  constexpr double kShareOfDifferences = 0.7;
   const LinearRecord record(observations, fit, errors);
   Unknowns start;
   start << std::log(used.bearing.value), std::log(used.wheel.value), kShareMean, kCorrelationMean;
-  const double least_log_bearing =
-      priors.bearing_stddev > 0.0
-          ? std::log(kShareOfDifferences * bearingLevelFromDifferences(observations))
-          : start(kBearing);
+  const double least_log_bearing = priors.bearing_stddev > 0.0
+                                       ? std::log(leastBearingLevel(observations, errors))
+                                       : start(kBearing);
   bool gives_up_slips = true;
   Likeliest likeliest = Levels(record, priors, least_log_bearing, gives_up_slips).find(start);
   if (!fit.slips.empty()) {

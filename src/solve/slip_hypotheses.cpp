@@ -1,6 +1,5 @@
 #include "bearing_calibration/solve/slip_hypotheses.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -16,10 +15,6 @@ namespace {
 /// cost of a slip (BatchConfig::slip_gain, 20) it then weighs 1/250.
 constexpr double kSuspicion = 9.0;
 
-/// Costs within which a supposition is still open, a thousandth as likely as the best one, and the
-/// chi-square of the mount that one right answer in a thousand has.
-constexpr double kOpenCost = 14.0;
-constexpr double kAgreement = 16.3;
 /// What a slip must gain beyond its cost to be beyond doubt. A jump that may be anything within
 /// some decimetres fits what chance does, too: that it is told to a centimetre in two directions
 /// counts for 2 ln 30^2 = 14 against it, of which a fit's own cost of a slip has a part.
@@ -49,7 +44,11 @@ class Rivals {
  public:
   Rivals(const std::vector<Observation>& observations, const BatchEstimate& batch,
          const BatchConfig& config)
-      : observations_(observations), estimator_(config), start_(surestStart(batch)), fits_{batch} {}
+      : observations_(observations),
+        estimator_(config),
+        start_(surestStart(batch)),
+        fits_{batch},
+        answers_{answerOf(batch)} {}
 
   /// Tries all suppositions in turn, again and again while they go on finding something.
   void findAll(std::vector<SlipHypothesis> suppositions) {
@@ -67,13 +66,27 @@ class Rivals {
 
   const std::vector<BatchEstimate>& fits() const { return fits_; }
 
+  /// The best of all that were tried, ruled out or not, which gives another mount.
+  /// @param cost  of the best one
+  RivalMount rivalOf(const RobotEstimate& average, double cost) const;
+
  private:
+  struct Answer {
+    double cost;
+    MountEstimate mount;
+  };
+  static Answer answerOf(const BatchEstimate& fit) {
+    return {fit.cost, mountFromCartesian(fit.at_last_observation)};
+  }
+
   /// Fits the best place for what a supposition leaves open, and trusts that place from then on.
   /// @returns whether the next best place is worth a fit
   bool tryBestPlace(SlipHypothesis& supposition) {
     BatchEstimate rival =
         estimator_.estimate(observations_, start_, supposition, fits_.front().beginning);
-    if (!rival.converged || rival.cost > fits_.front().cost + kOpenCost) return false;
+    if (!rival.converged) return false;
+    answers_.push_back(answerOf(rival));
+    if (rival.cost > fits_.front().cost + 2.0 * kOpenGap) return false;
     const std::size_t trusted = supposition.trusted.size();
     const std::vector<std::size_t>& given_up = supposition.given_up;
     std::copy_if(
@@ -92,6 +105,7 @@ class Rivals {
   BatchEstimator estimator_;
   RecordStart start_;
   std::vector<BatchEstimate> fits_;  ///< the first is the one that is rivalled
+  std::vector<Answer> answers_;      ///< of every fit, ruled out or not
 };
 
 /// Mean and covariance of the mixture of all fits.
@@ -117,28 +131,23 @@ RobotEstimate mixture(const std::vector<BatchEstimate>& fits, const BatchEstimat
   return RobotEstimate::from<kErrorCount>(average);
 }
 
-/// What a mount's chi-square would be on the average if the truth were as a rival says.
-double chiSquareIf(const MountEstimate& rival, const MountEstimate& mount) {
-  const Eigen::LDLT<Eigen::Matrix3d> covariance(mount.covariance);
-  Eigen::Vector3d off = rival.mean - mount.mean;
-  off.z() = wrapAngle(off.z());
-  return off.dot(covariance.solve(off)) + covariance.solve(rival.covariance).trace();
-}
-
-bool isDisputed(const std::vector<BatchEstimate>& fits, const BatchEstimate& best,
-                const RobotEstimate& average) {
+RivalMount Rivals::rivalOf(const RobotEstimate& average, double cost) const {
   const MountEstimate mount = mountFromCartesian(average.cartesian);
-  return std::any_of(fits.begin(), fits.end(), [&](const BatchEstimate& fit) {
-    return fit.cost < best.cost + kOpenCost &&
-           chiSquareIf(mountFromCartesian(fit.at_last_observation), mount) > kAgreement;
-  });
+  RivalMount rival;
+  rival.slips = static_cast<int>(answers_.size()) - 1;
+  for (const Answer& answer : answers_) {
+    if (isAnotherMount(answer.mount, mount)) {
+      rival.offer(0.5 * (answer.cost - cost), answer.mount.mean);
+    }
+  }
+  return rival;
 }
 
 }  // namespace
 
 SlipAverage averageOverSlips(const std::vector<Observation>& observations,
                              const BatchEstimate& batch, const BatchConfig& config) {
-  if (config.slip_gain <= 0.0) return {batch, batch, batch.robot()};  // the owner: nothing slips
+  if (config.slip_gain <= 0.0) return {batch, batch, batch.robot(), {}};  // nothing slips
   std::vector<SlipHypothesis> suppositions;
   if (batch.suspicion > kSuspicion) suppositions.push_back(withOneMore(batch));
   for (std::size_t slip : batch.slips) suppositions.push_back(withSlipElsewhere(batch, slip));
@@ -155,7 +164,7 @@ SlipAverage averageOverSlips(const std::vector<Observation>& observations,
   };
   const auto best = leastWith(0.0);
   const RobotEstimate average = mixture(fits, *best);
-  return {*best, *leastWith(kDoubt), average, isDisputed(fits, *best, average)};
+  return {*best, *leastWith(kDoubt), average, rivals.rivalOf(average, best->cost)};
 }
 
 }  // namespace bearing_calibration::core

@@ -123,8 +123,7 @@ Bearing bearingFromPixel(const DetectorConfig& config, const MirrorPixel& centre
   Bearing bearing;
   bearing.azimuth_rad = centre.azimuth_rad;
   bearing.azimuth_variance_rad2 =
-      (variance.tangential_px2 + centre_variance) / std::pow(centre.image_radius_px, 2) +
-      std::pow(config.alignment.azimuth_stddev_rad, 2);
+      variance.tangential_px2 / std::pow(centre.image_radius_px, 2);
   bearing.image_radius_px = centre.image_radius_px;
   bearing.image_radius_variance_px2 = variance.radial_px2 + centre_variance;
   bearing.probability = probability;

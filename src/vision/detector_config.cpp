@@ -95,7 +95,10 @@ std::vector<std::string> DetectorConfig::validate() const {
       "mask/inner_radius must be less than the mirror's rim, which lens and mirror put at " +
           std::to_string(rimRadiusPx(mirror)) + " px");
   require.between("alignment/centre_stddev", alignment.centre_stddev_px, 0.0, kLargestSide_px);
-  require.between("alignment/azimuth_stddev", alignment.azimuth_stddev_rad, 0.0, kPi);
+  const SensorGeometry& geometry = alignment.geometry;
+  require.between("alignment/harmonic_stddev", geometry.harmonic_stddev_rad, 0.0, 1.0);
+  require.between("alignment/near_per_far", geometry.near_per_far_m, -1.0, 1.0);
+  require.between("alignment/nearness_stddev", geometry.nearness_stddev_rad_m, 0.0, 1.0);
   require.between("alignment/elevation_stddev", alignment.elevation_stddev_rad, 0.0, kPi);
   require.between("defocus/sigma", defocus_sigma_px, 0.0, kMaxDefocus_px);
   require.between("gates/max_candidates", max_candidates, 1.0, kMaxCandidates);

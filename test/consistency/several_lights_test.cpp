@@ -84,6 +84,8 @@ TEST(SeveralLights, ConvergeSoonerThanOneAndToTheTruth) {
   EXPECT_LT(two.first_claim_s, one.first_claim_s);
   EXPECT_LT(two.worst_claim, kWrongChiSquare);
   EXPECT_EQ(lightsInEstimate(two.result), 2);
+  EXPECT_GT(two.result.rival.minima, 0);
+  EXPECT_FALSE(two.result.rival.isOpen());
   EXPECT_EQ(two.result.lights[0].light_id, 0);
   EXPECT_EQ(two.result.lights[1].light_id, 1);
   // both lights are where they are, seen from the base at the end: by their own ellipses

@@ -18,7 +18,7 @@ CalibrationState judgeFirst(std::size_t count, double sigmas, const ObservationR
       run.observations.begin(), run.observations.begin() + static_cast<std::ptrdiff_t>(count));
   const BatchEstimate fit =
       BatchEstimator(BatchConfig()).estimate(record, {run.truth[count - 1], count - 1});
-  SlipAverage settled{fit, fit, fit.robot()};
+  SlipAverage settled{fit, fit, fit.robot(), {}};
   double& x = settled.estimate.cartesian.mean(CartesianIndex::kSensorX);
   x += sigmas * std::sqrt(fit.at_last_observation.covariance(CartesianIndex::kSensorX,
                                                              CartesianIndex::kSensorX));
@@ -31,7 +31,7 @@ CalibrationState judgeFirst(std::size_t count, double sigmas, const ObservationR
 TEST(ConvergenceJudge, AnAnswerThatLeapsIsConfirmedAnew) {
   constexpr double kLeap = 10.0;
   const ObservationRun run = simulate(paperCase(3));
-  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)});
+  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);
   for (std::size_t count : {700, 850, 860}) judgeFirst(count, 0.0, run, &judge);
   ASSERT_EQ(judge.last().state, CalibrationState::kConverged);
   EXPECT_EQ(judgeFirst(865, kLeap, run, &judge), CalibrationState::kConverging);

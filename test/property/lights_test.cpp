@@ -121,8 +121,7 @@ TEST(JointFit, DoesNotDependOnTheLightsOrder) {
 TEST(JointFit, KeepsTheMeanOfAPrior) {
   constexpr double kNearPerFar_m = -0.63;
   SimulatedCase simulated = danceWith(2, 7);
-  simulated.looked_for.setBlock("mirror_harmonic", 0.03);
-  simulated.looked_for.setMirrorNearPerFar(kNearPerFar_m);
+  simulated.looked_for.setGeometry({0.03, kNearPerFar_m, 0.0});
   const BatchEstimate fit = fitFromTruth(simulated, simulate(simulated));
   ASSERT_TRUE(fit.converged);
   EXPECT_EQ(fit.errors.mean(placeOf<MirrorHarmonic>() + MirrorHarmonic::kNearPerFar),

@@ -200,7 +200,7 @@ TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   const BatchEstimate batch = BatchEstimator(config).estimate(
       run.observations, {run.truth.back(), run.observations.size() - 1});
   const std::vector<BlockReport> reports = reportBlocks(config.errors, batch.errors);
-  ASSERT_EQ(reports.size(), 6U);
+  ASSERT_EQ(reports.size(), 5U);
   EXPECT_EQ(reports[0].status, BlockStatus::kEstimated) << reports[0].name;
   EXPECT_EQ(reports[1].status, BlockStatus::kEstimated) << reports[1].name;
   EXPECT_EQ(reports[2].status, BlockStatus::kHeldAtPrior) << reports[2].name;
@@ -209,8 +209,7 @@ TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   ASSERT_EQ(reports[3].numbers.size(), 3U);
   for (const ReportedNumber& number : reports[3].numbers) EXPECT_EQ(number.value, 0.0);
   EXPECT_EQ(reports[4].status, BlockStatus::kOff) << reports[4].name;
-  EXPECT_EQ(reports[5].status, BlockStatus::kOff) << reports[5].name;
-  EXPECT_TRUE(reports[5].note.empty());
+  EXPECT_TRUE(reports[4].note.empty());
 }
 
 TEST(RobotErrors, PriorsAreNamedAndChecked) {

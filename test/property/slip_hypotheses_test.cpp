@@ -49,7 +49,7 @@ TEST(SlipHypotheses, ARecordWithoutSuspicionIsLeftAsItIs) {
   const SlipAverage average = averageOverSlips(run.observations, batch, BatchConfig());
   EXPECT_TRUE(average.estimate.cartesian.mean.isApprox(batch.at_last_observation.mean));
   EXPECT_TRUE(average.estimate.cartesian.covariance.isApprox(batch.at_last_observation.covariance));
-  EXPECT_FALSE(average.is_disputed);
+  EXPECT_FALSE(average.rival.isOpen());
 }
 
 // The prior of a slip is proportional to the time in which it may have happened.

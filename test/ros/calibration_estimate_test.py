@@ -53,6 +53,7 @@ class CalibrationEstimateTest(unittest.TestCase):
                                    errors_in_stddevs(self.estimate, self.world)):
             self.assertLess(error, 3.0, '%s is off by %.2f standard deviations\n%s'
                             % (quantity, error, self.estimate))
+        self.assertIn('a light 3 m ahead is placed within', self.estimate.quality[0])
         # The start's own standard deviations are 0.2 m and 20 deg: something must be learnt.
         self.assertLess(self.estimate.x_stddev_m, 0.02)
         self.assertLess(self.estimate.y_stddev_m, 0.02)

@@ -101,9 +101,17 @@ class CalibrateBag(Drives):
         self.assertEqual([(block['name'], block['status']) for block in result['blocks']],
                          [('time_offset', 'estimated'), ('wheel_scales', 'estimated'),
                           ('wheel_separation', 'held at its prior'), ('mirror_harmonic', 'off'),
-                          ('mirror_near', 'off'), ('sensor_tilt', 'off'),
+                          ('sensor_tilt', 'off'),
                           ('bearing_noise', 'estimated'), ('wheel_noise', 'estimated'),
                           ('bearing_correlation', 'off')])
+        covariance, mount = result['covariance_x_y_yaw'], result['base_from_camera']
+        levers = ((1, 0, mount['y']), (0, 1, 3.0 - mount['x']))  # of a light 3 m ahead
+        (a, b), (_, c) = [[sum(u[i] * covariance[i][j] * v[j] for i in range(3) for j in range(3))
+                           for v in levers] for u in levers]
+        worst_m = math.sqrt(0.5 * (a + c) + math.hypot(0.5 * (a - c), b))
+        self.assertIn('within %.1f mm (68 %%)' % (1e3 * worst_m), result['quality'][0])
+        for sentence in result['quality']:
+            self.assertIn('\n  %s\n' % sentence, done.stdout)
         self.assertIn('drive_1.bag: /wheel_ticks, /bearings', result['provenance']['source'])
         self.assertEqual(result['parameters']['frames/base'], 'base_link')
         self.assertEqual(result['parameters']['wheels/noise_independent'], 1e-6)

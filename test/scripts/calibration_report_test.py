@@ -121,7 +121,7 @@ class CalibrationReport(unittest.TestCase):
         text = Page(self.pages[self.single]).text
         self.assertIn('CONVERGED', text)
         self.assertRegex(text, r'\u00b1 0\.\d\d deg')
-        self.assertRegex(text, r'Known least is the light')
+        self.assertRegex(text, r'A light 3 m ahead is placed within \d+\.\d mm \(68 %\)')
         self.assertIn('Height, roll and pitch of the camera', text)
         self.assertIn('<joint name="camera_joint" type="fixed">', text)
         self.assertRegex(text, r'Warnings\s+None\.')

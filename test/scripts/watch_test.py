@@ -57,6 +57,10 @@ class View(unittest.TestCase):
         self.assertIn('120 used', text)
         self.assertNotIn('time offset', text)
 
+    def testTheQualityStandsBelowTheMount(self):
+        text = textOf(estimateOf(quality=['a light 3 m ahead is placed ' + 9 * 'somewhere ']))
+        self.assertRegex(text, r'yaw.*\n  a light 3 m ahead is placed (somewhere ?)+\n    somewhere')
+
     def testReachedTargetsAndStatesHaveTheirTone(self):
         tones = {text.split()[0]: tone for text, tone in rowsOf(estimateOf()) if text.strip()}
         self.assertEqual((tones['x'], tones['yaw'], tones['CONVERGING']), ('good', 'plain', 'fair'))

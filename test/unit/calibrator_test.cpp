@@ -406,6 +406,89 @@ TEST(TakenUp, IsForgottenWhenTheObservationsContradictIt) {
             chiSquareQuantile(0.999, 3.0));
 }
 
+// ---- a sensor that says how well it knows its own geometry ----
+
+/// A robot under a mirror that leans by 1 deg, and what it records.
+struct UnderAMisalignedMirror {
+  static constexpr SensorGeometry kUnmeasured{0.03, 0.0, 0.004};
+
+  explicit UnderAMisalignedMirror(const SensorGeometry& stated) {
+    robot.sensor.harmonic_cos_rad = 0.025;
+    robot.sensor.harmonic_sin_rad = -0.01;
+    record = simulate(robot, 100.0);
+    for (BearingSet& image : record.bearings) image.geometry = stated;
+  }
+
+  RobotConfig robot = paperRobot(2);
+  SimulatedRecord record;
+};
+
+TEST(SensorGeometry, IsLookedForAsFarAsTheSensorSays) {
+  const UnderAMisalignedMirror unmeasured(UnderAMisalignedMirror::kUnmeasured);
+  Calibrator calibrator(calibratorConfig());
+  const CalibrationResult result = play(unmeasured.record, &calibrator);
+  ASSERT_TRUE(result.base_from_sensor.has_value());
+  EXPECT_LT(mountChiSquare(*result.base_from_sensor, unmeasured.robot.base_from_sensor),
+            chiSquareQuantile(0.999, 3.0));
+  constexpr int kHarmonic = placeOf<MirrorHarmonic>();
+  const Eigen::Vector2d found = result.robot_errors.mean.segment<2>(kHarmonic);
+  const Eigen::Matrix2d covariance =
+      result.robot_errors.covariance.block<2, 2>(kHarmonic, kHarmonic);
+  const Eigen::Vector2d off = found - Eigen::Vector2d(0.025, -0.01);
+  EXPECT_LT(off.dot(covariance.inverse() * off), chiSquareQuantile(0.999, 2.0)) << found;
+  EXPECT_LT(std::sqrt(covariance(0, 0)),
+            0.5 * UnderAMisalignedMirror::kUnmeasured.harmonic_stddev_rad);
+  EXPECT_EQ(result.bearing_inputs[InputStatus::kGeometryChanged], 0U) << "known from the first on";
+
+  const UnderAMisalignedMirror unsaid{{}};
+  Calibrator trusting(calibratorConfig());
+  const CalibrationResult wrong = play(unsaid.record, &trusting);
+  ASSERT_TRUE(wrong.base_from_sensor.has_value());
+  EXPECT_GT(mountChiSquare(*wrong.base_from_sensor, unsaid.robot.base_from_sensor), 100.0);
+}
+
+// Exactly what no bearing tells is in what is said, and in nothing else.
+TEST(SensorGeometry, NearnessIsInThePositionsVariance) {
+  SensorGeometry apex_in_place = UnderAMisalignedMirror::kUnmeasured;
+  apex_in_place.nearness_stddev_rad_m = 0.0;
+  Calibrator known(calibratorConfig());
+  Calibrator unknown(calibratorConfig());
+  const MountEstimate a =
+      *play(UnderAMisalignedMirror(apex_in_place).record, &known).base_from_sensor;
+  const MountEstimate b =
+      *play(UnderAMisalignedMirror(UnderAMisalignedMirror::kUnmeasured).record, &unknown)
+           .base_from_sensor;
+  EXPECT_EQ((a.mean - b.mean).norm(), 0.0);
+  Eigen::Matrix3d expected = a.covariance;
+  expected.diagonal().head<2>().array() +=
+      std::pow(UnderAMisalignedMirror::kUnmeasured.nearness_stddev_rad_m, 2);
+  EXPECT_LT((b.covariance - expected).norm(), 1e-12);
+}
+
+TEST(SensorGeometry, KnownLessWellThanBeforeBeginsTheCalibrationAgain) {
+  UnderAMisalignedMirror later(UnderAMisalignedMirror::kUnmeasured);
+  for (std::size_t i = 0; i < later.record.bearings.size() / 2; ++i) {
+    later.record.bearings[i].geometry = {};
+  }
+  Calibrator calibrator(calibratorConfig());
+  const CalibrationResult result = play(later.record, &calibrator);
+  EXPECT_EQ(result.bearing_inputs[InputStatus::kGeometryChanged], 1U);
+  EXPECT_LE(result.bearings_used, later.record.bearings.size() / 2 + 1);
+  ASSERT_TRUE(result.base_from_sensor.has_value());
+  EXPECT_LT(mountChiSquare(*result.base_from_sensor, later.robot.base_from_sensor),
+            chiSquareQuantile(0.999, 3.0));
+}
+
+// The paper's state has no place for it: taken for noise, it would make a wrong mount look sure.
+TEST(SensorGeometry, IsRefusedByThePapersFilter) {
+  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kPaper));
+  BearingSet bearings = bearingsAt(stampFromSeconds(1.0), 0.0);
+  bearings.geometry = UnderAMisalignedMirror::kUnmeasured;
+  const InputOutcome outcome = calibrator.addBearings(bearings, bearings.stamp);
+  EXPECT_EQ(outcome.status, InputStatus::kGeometryUnmodelled);
+  EXPECT_NE(describe(outcome).find("alignment/harmonic_stddev"), std::string::npos);
+}
+
 // ---- bad input: refused, counted, and without any other effect ----
 
 class BadInput : public ::testing::Test {
@@ -464,6 +547,16 @@ TEST_F(BadInput, QualityOutOfRange) {
   BearingSet bearings = bearingsAt(last_ + Duration(1), 0.0);
   bearings.candidates[0].probability = 1.5;
   expectRefused(bearings, InputStatus::kProbabilityOutOfRange);
+}
+TEST_F(BadInput, GeometryThatNoMirrorHas) {
+  BearingSet bearings = bearingsAt(last_ + Duration(1), 0.0);
+  bearings.geometry.harmonic_stddev_rad = -0.01;
+  expectRefused(bearings, InputStatus::kGeometryAbsurd);
+  bearings.geometry = {0.01, 0.0, 5.0};
+  EXPECT_EQ(calibrator_.addBearings(bearings, last_).status, InputStatus::kGeometryAbsurd);
+  bearings.geometry = {0.01, INFINITY, 0.0};
+  EXPECT_EQ(calibrator_.addBearings(bearings, last_).status, InputStatus::kGeometryAbsurd);
+  expectNothingChanged();
 }
 TEST_F(BadInput, StampZero) { expectRefused(bearingsAt(Stamp(), 0.0), InputStatus::kNoStamp); }
 TEST_F(BadInput, StampInTheFuture) {

@@ -86,6 +86,9 @@ TEST(JointStates, SayWhichJointsAreThere) {
 TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
   bearing_calibration::LightBearings message;
   message.header.stamp = ros::Time(7, 8);
+  message.harmonic_stddev = 0.02;
+  message.near_per_far = -0.6;
+  message.nearness_stddev = kNaN;
   message.candidates.resize(2);
   message.candidates[0].azimuth = kNaN;
   message.candidates[0].azimuth_variance = -kInfinity;
@@ -100,6 +103,9 @@ TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
   second.probability = 0.5F;
   const core::BearingSet bearings = bearingsFromMessage(message);
   EXPECT_EQ(bearings.stamp, core::stampFromNanoseconds(7000000008));
+  EXPECT_EQ(bearings.geometry.harmonic_stddev_rad, 0.02);
+  EXPECT_EQ(bearings.geometry.near_per_far_m, -0.6);
+  EXPECT_EQ(bearings.geometry.nearness_stddev_rad_m, 0.0) << "not said";
   ASSERT_EQ(bearings.candidates.size(), 2U);
   EXPECT_TRUE(std::isnan(bearings.candidates[0].azimuth_rad));
   EXPECT_EQ(bearings.candidates[0].azimuth_variance_rad2, -kInfinity);

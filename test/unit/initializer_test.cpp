@@ -51,7 +51,7 @@ TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
     const StartAttempt attempt = findStart(run.observations, InitializerConfig());
     ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
     EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
-    EXPECT_GT(attempt.runner_up_margin, InitializerConfig().min_runner_up_margin);
+    EXPECT_GT(2.0 * attempt.rival.gap, InitializerConfig().min_runner_up_margin);
   }
 }
 

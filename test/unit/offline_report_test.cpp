@@ -28,8 +28,8 @@ struct Reviewed {
     result = play(record, &calibrator, {0.0}, 0.0, to_s);
     std::optional<RobotEstimate> running;
     if (result.cartesian_state) running = {*result.cartesian_state, result.robot_errors};
-    review = looked.conclude(running);
-    from_nothing = looked.conclude(std::nullopt);
+    review = looked.conclude(running, result.error_priors);
+    from_nothing = looked.conclude(std::nullopt, result.error_priors);
   }
 
   CalibrationResult result;
@@ -117,7 +117,7 @@ TEST(OfflineReport, ALostLightStartsItAnew) {
     outcome.lost_light = i == 2;
     review.add(outcome);
   }
-  EXPECT_EQ(review.conclude(std::nullopt).images.size(), 1U);
+  EXPECT_EQ(review.conclude(std::nullopt, {}).images.size(), 1U);
 }
 
 }  // namespace

@@ -201,21 +201,19 @@ void Replay::finish() {
   if (!result.lights.empty() && result.lights.front().cartesian_state) {
     running = {*result.lights.front().cartesian_state, result.robot_errors};
   }
-  outcome_->review = review_.conclude(running);
+  outcome_->review = review_.conclude(running, result.error_priors);
   outcome_->history = history_.take();
   for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
   if (!outcome_->review.estimate || restsOnSeveral(result)) return;
   if (!result.cartesian_state) {
+    result.rival = outcome_->review.start.rival;
     result.state = CalibrationState::kConverging;
     result.advice =
         "found in the record as a whole only: drive longer, so that it can be confirmed";
   }
-  result.cartesian_state = outcome_->review.estimate->cartesian;
-  result.robot_errors = outcome_->review.estimate->errors;
+  sayEstimate(*outcome_->review.estimate, &result);
   result.noise = outcome_->review.noise;
   result.correlation_time = outcome_->review.correlation_time;
-  result.paper_state = paperFromCartesian(*result.cartesian_state);
-  result.base_from_sensor = mountFromCartesian(*result.cartesian_state);
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "bearing_calibration/output/result_file.h"
-#include "bearing_calibration/solve/observability.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/result_saving.h"
 
@@ -101,19 +100,6 @@ void emitLight(YAML::Emitter& out, const Review& review) {
   }
 }
 
-void emitKnownLeast(YAML::Emitter& out, const CartesianEstimate& estimate) {
-  const WeakestDirection weakest = weakestDirection(estimate);
-  beginGroup(out, "known_least");
-  emit(out, "stddev_m", weakest.stddev_m);
-  emit(out, "lever_m", weakest.lever_m);
-  emit(out, "light_x", weakest.direction(CartesianIndex::kLightX));
-  emit(out, "light_y", weakest.direction(CartesianIndex::kLightY));
-  emit(out, "camera_x", weakest.direction(CartesianIndex::kSensorX));
-  emit(out, "camera_y", weakest.direction(CartesianIndex::kSensorY));
-  emit(out, "camera_yaw", weakest.direction(CartesianIndex::kSensorYaw));
-  out << YAML::EndMap;
-}
-
 void emitReview(YAML::Emitter& out, const Review& review) {
   emit(out, "has_estimate", review.estimate.has_value());
   emit(out, "settled", review.settled);
@@ -127,7 +113,6 @@ void emitReview(YAML::Emitter& out, const Review& review) {
   out << YAML::EndMap;
   if (!review.estimate) return;
   emitLight(out, review);
-  emitKnownLeast(out, review.estimate->cartesian);
 }
 
 std::string detailsYaml(const BagJob& job, const BagSetup& setup, const BagOutcome& outcome) {

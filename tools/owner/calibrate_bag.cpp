@@ -8,6 +8,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/owned_folder.h"
+#include "bearing_calibration/output/mount_quality.h"
 #include "tools/common/command_line.h"
 #include "tools/common/parallel.h"
 #include "tools/owner/bag_calibration.h"
@@ -132,6 +133,9 @@ void print(const Done& done) {
   const CalibrationResult& result = outcome.result;
   std::printf("%s: %s: %s\n", done.job.name.c_str(), nameOf(result.state), result.advice.c_str());
   if (result.base_from_sensor) printMount(*result.base_from_sensor);
+  for (const std::string& sentence : qualityInWords(result)) {
+    std::printf("  %s\n", sentence.c_str());
+  }
   std::printf("  %u bearings used, %u gated, in %.1f m and %.1f rad\n", result.bearings_used,
               result.bearings_gated, result.distance_travelled_m, result.rotation_travelled_rad);
   const BagTimes& times = outcome.times;

@@ -161,11 +161,10 @@ void print(const MirrorRim& rim, const BestCentre& best) {
       kPercent * rim.visible_part, rim.scatter_px, std::floor(rim.circle.radius_px));
   if (!best.bend) return;
   std::printf(
-      "errors:  # the centre above is %.2f of the way from the principal point to the rim's "
+      "alignment:  # the centre above is %.2f of the way from the principal point to the rim's "
       "centre\n"
-      "  mirror_harmonic_stddev: 0.03  # [rad] lean and offset of the mirror are estimated\n"
-      "  mirror_near_per_far: %.3f  # [m] so much of it is nearness, about that centre\n"
-      "  mirror_near_stddev: 0.001  # [rad m] beyond that, for a light's height known to 1 cm\n",
+      "  near_per_far: %.3f  # [m] so much more a misaligned mirror does to near lights, about that centre\n"
+      "  nearness_stddev: 0.001  # [rad m] beyond that, for a light's height known to 1 cm\n",
       best.bend->centre_part, best.bend->near_per_far_m);
 }
 

@@ -39,8 +39,6 @@ ERRORS = {'time_offset': ('time offset', 'ms', 1e3),
           'mirror_harmonic_cos': ('mirror, cos', 'deg', DEGREES),
           'mirror_harmonic_sin': ('mirror, sin', 'deg', DEGREES),
           'mirror_near_per_far': ('mirror, near per far', 'm', 1),
-          'mirror_near_cos': ('mirror, near cos', 'mm', 1e3),
-          'mirror_near_sin': ('mirror, near sin', 'mm', 1e3),
           'sensor_roll': ('sensor roll', 'deg', DEGREES),
           'sensor_pitch': ('sensor pitch', 'deg', DEGREES),
           'light_height': ('light above sensor', 'mm', 1e3)}
@@ -92,6 +90,11 @@ def mountRows(estimate, history, targets):
         rows.append(('  %-6s%8.2f %-3s%10.2f %-3s%14s   %s' % (
             name, scale * value, unit, scale * stddev, unit, wanted, history.curve(i)), tone))
     return rows
+
+
+def qualityRows(estimate, width):
+    return [('  ' + line, 'plain') for sentence in estimate.quality
+            for line in textwrap.wrap(sentence, max(20, width - 4), subsequent_indent='  ')]
 
 
 def paperRow(estimate):
@@ -158,7 +161,7 @@ def viewOf(topic, estimate, history, targets, width):
     rows += [('  ' + line, 'plain') for line in textwrap.wrap(advice, max(20, width - 4))]
     rows.append(('', 'plain'))
     if math.isfinite(estimate.x_m):
-        rows += mountRows(estimate, history, targets)
+        rows += mountRows(estimate, history, targets) + qualityRows(estimate, width)
         plain = ['', paperRow(estimate), lightRow(estimate)]
     else:
         plain = ['  no estimate yet']

@@ -23,7 +23,6 @@ namespace options = boost::program_options;
 constexpr int kBarMissed = 1;
 // What doc/imperfect.md says to try.
 constexpr double kUsualHarmonic_rad = 0.03;
-constexpr double kUsualNear_rad_m = 0.0015;
 constexpr double kUsualTilt_rad = 0.035;
 
 struct Arguments {
@@ -118,7 +117,6 @@ options::options_description describeOptions(Arguments* arguments) {
   add("light-height", options::value(&arguments->light_height_m)->default_value(0.0),
       "of the light over the sensor [m]");
   add("look-for-harmonic", "of the mirror");
-  add("look-for-far-harmonic", "of a mirror whose apex is known to be in place");
   add("look-for-tilt", "of the sensor, and for the light's height");
   add("whole-record", options::bool_switch(&arguments->fit_whole_record),
       "compare the calibrator's estimates with fits of the whole record, which it does not keep");
@@ -239,11 +237,9 @@ int run(int argc, char** argv) {
   if (values->count("known-separation") > 0) {
     arguments.looked_for.setBlock(WheelSeparation::kName, 0.0);
   }
-  const bool near_too = values->count("look-for-harmonic") > 0;
-  if (near_too || values->count("look-for-far-harmonic") > 0) {
+  if (values->count("look-for-harmonic") > 0) {
     arguments.looked_for.setBlock(MirrorHarmonic::kName, kUsualHarmonic_rad);
   }
-  if (near_too) arguments.looked_for.setBlock(MirrorNear::kName, kUsualNear_rad_m);
   if (values->count("look-for-tilt") > 0) {
     arguments.looked_for.setBlock(SensorTilt::kName, kUsualTilt_rad);
   }

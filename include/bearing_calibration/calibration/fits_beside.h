@@ -44,7 +44,7 @@ class FitsBeside {
   /// A fit that is under way was begun on what no longer holds: nothing of it is taken over.
   void drop();
   /// Begins again from nothing.
-  void forget();
+  void forget(const CalibratorConfig& config);
   /// See SeveralLights::resume().
   void resume(const LastingEstimate& earlier);
 
@@ -62,7 +62,6 @@ class FitsBeside {
   std::vector<Frame> takeFrames();
   void seeAll(const std::vector<Frame>& frames);
 
-  const CalibratorConfig config_;
   const FitsRun fits_run_;
   std::unique_ptr<SeveralLights> live_;
   std::unique_ptr<SeveralLights> copy_;  ///< see above whose it is

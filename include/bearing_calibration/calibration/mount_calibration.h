@@ -62,6 +62,8 @@ class MountCalibration {
   /// What the judge says; none before the start.
   const Judgement* judgement() const { return judge_ ? &judge_->last() : nullptr; }
   const std::optional<LastingEstimate>& earlier() const { return earlier_; }
+  /// Of the last attempt to start, or of the last fit.
+  const RivalMount& rival() const { return rival_; }
 
   /// Fills in what the observations have told: state, advice, estimates, consistency, counts of
   /// bearings.
@@ -109,6 +111,7 @@ class MountCalibration {
   /// Once CONVERGED: what would take more is not noise, but a change.
   std::optional<NoiseLevels> most_noise_;
   CorrelationTime correlation_time_;
+  RivalMount rival_;
   std::optional<std::int32_t> light_id_;
   std::uint32_t bearings_used_ = 0;
   std::uint32_t bearings_gated_ = 0;

@@ -13,10 +13,7 @@ namespace bearing_calibration::core {
 /// then the filter may have followed something else.
 class RecordFit {
  public:
-  explicit RecordFit(const InitializerConfig& config)
-      : batch_config_(config.batch),
-        min_inlier_fraction_(config.min_inlier_fraction),
-        batch_(config.batch) {}
+  explicit RecordFit(const InitializerConfig& config) : config_(config), batch_(config.batch) {}
 
   /// Where the next fit begins.
   /// @param start  at one of `observations`
@@ -29,8 +26,8 @@ class RecordFit {
                                  const RobotEstimate& running,
                                  const std::optional<RecordBeginning>& beginning);
 
-  /// What the record's oldest observations say, to be given away for it: none while the bearings do
-  /// not tell where a wheel has slipped. So much is weighed with hindsight.
+  /// What the record's oldest observations say, to be given away for it: none while a rival is
+  /// open. So much is weighed with hindsight.
   /// @param settled  the last fit, of all `observations`
   /// @param most  of them
   std::optional<RecordPart> oldestPart(const std::vector<Observation>& observations,
@@ -39,16 +36,18 @@ class RecordFit {
  private:
   BatchEstimate fitOnce(const std::vector<Observation>& observations, const RobotEstimate& running,
                         const std::optional<RecordBeginning>& beginning) const;
+  RivalMount otherMinimum(const std::vector<Observation>& observations,
+                          const SlipAverage& settled) const;
   bool hasSettled(const BatchEstimate& batch) const;
 
-  BatchConfig batch_config_;
-  double min_inlier_fraction_;
+  InitializerConfig config_;
   BatchEstimator batch_;
   struct Settled {
     Stamp stamp;        ///< of the observation
     RecordStart start;  ///< there; `observation` as the record was then
   };
   std::optional<Settled> settled_;  ///< the last fit
+  RivalMount other_minimum_;        ///< of the record while it was whole
 };
 
 }  // namespace bearing_calibration::core

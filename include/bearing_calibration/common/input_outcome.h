@@ -14,6 +14,7 @@ enum class InputStatus : std::uint8_t {
   kAccepted,           ///< taken; bearings may still wait for the ticks that cover them
   kIgnoredPaused,      ///< the calibration is paused (ticks are still followed)
   kVarianceRaised,     ///< a stated variance was below the least: taken with that one
+  kGeometryChanged,    ///< the sensor knows its geometry less well: the calibration begins again
   kNoStamp,            ///< the stamp is zero
   kStampInFuture,      ///< the stamp lies after the time of receipt by more than allowed
   kStampNotAfterLast,  ///< the stamp is not later than the last one of its stream
@@ -22,6 +23,8 @@ enum class InputStatus : std::uint8_t {
   kVarianceNotPositive,    ///< zero, negative or not finite
   kVarianceAbsurd,         ///< larger than the largest allowed, no information
   kProbabilityOutOfRange,  ///< not in [0, 1]
+  kGeometryAbsurd,         ///< a misalignment that is negative, or that no mirror has
+  kGeometryUnmodelled,     ///< the paper's filter has no place for a misaligned mirror
   kCounterReset,     ///< the counters were reset by their driver: followed from the new value on
   kTicksTooFast,     ///< the wheels cannot have turned that far: refused, followed if it persists
   kTicksGap,         ///< no readings for so long that the counter may have wrapped unseen

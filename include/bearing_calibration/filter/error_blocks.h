@@ -69,6 +69,7 @@ struct WheelFactors {
 /// A block without any effect: what each one below changes, it says anew. `q` is the block's own
 /// part of the errors, `At` its place among them.
 struct NoEffect {
+  static constexpr bool kSaidBySensor = false;  ///< see ErrorBlockInfo
   template <class Q>
   static void addTo(WheelFactors&, const Q& /*q*/) {}
   template <int At, class Q, int K>
@@ -210,6 +211,7 @@ struct Harmonic {
 /// image's centre is put as that says, and known beforehand (doc/model.md, eq. 19).
 struct MirrorHarmonic : NoEffect {
   static constexpr const char* kName = "mirror_harmonic";
+  static constexpr bool kSaidBySensor = true;
   static constexpr std::array<Quantity, 3> kNumbers = {{{"mirror_harmonic_cos", "rad"},
                                                         {"mirror_harmonic_sin", "rad"},
                                                         {"mirror_near_per_far", "m"}}};
@@ -231,32 +233,6 @@ struct MirrorHarmonic : NoEffect {
     Harmonic{q(0) * factor, q(1) * factor, q(0) * by_range, q(1) * by_range}.bend(azimuth);
     azimuth.J_azimuth_errors.template segment<kSize>(At) << factor * c, factor * s,
         nearness * (q(0) * c + q(1) * s);
-  }
-};
-
-/// What a misaligned mirror does to near lights beyond that: a first harmonic of q(0), q(1) [rad m]
-/// over the range. It looks like a shifted sensor, so that only its prior holds it.
-struct MirrorNear : NoEffect {
-  static constexpr const char* kName = "mirror_near";
-  static constexpr std::array<Quantity, 2> kNumbers = {
-      {{"mirror_near_cos", "rad m"}, {"mirror_near_sin", "rad m"}}};
-  static constexpr int kSize = 2;
-  static constexpr std::array<double, 2> kPriorWeights = {1.0, 1.0};
-  static constexpr std::array<bool, 2> kLasts = {true, true};
-  static constexpr const char* kWhenHeld =
-      "a misaligned mirror shifts the sensor by as many metres: know the lens' principal point, "
-      "and put "
-      "the image's centre where find_mirror says";
-
-  using NoEffect::correct;
-  template <int At, class Q, int K>
-  static void correct(CorrectedAzimuth<K>& azimuth, const Q& q) {
-    const double c = std::cos(azimuth.azimuth_rad);
-    const double s = std::sin(azimuth.azimuth_rad);
-    const double nearness = nearnessOf(azimuth.range_m);
-    const double by_range = -nearness * nearness;
-    Harmonic{q(0) * nearness, q(1) * nearness, q(0) * by_range, q(1) * by_range}.bend(azimuth);
-    azimuth.J_azimuth_errors.template segment<kSize>(At) << nearness * c, nearness * s;
   }
 };
 
@@ -305,6 +281,6 @@ struct SensorTilt : NoEffect {
 /// beginning of this list that holds all blocks in use: the most used ones come first. Light passes
 /// the blocks of the sensor from the last one to the first.
 using ErrorBlocks =
-    std::tuple<TimeOffset, WheelScales, WheelSeparation, MirrorHarmonic, MirrorNear, SensorTilt>;
+    std::tuple<TimeOffset, WheelScales, WheelSeparation, MirrorHarmonic, SensorTilt>;
 
 }  // namespace bearing_calibration::core

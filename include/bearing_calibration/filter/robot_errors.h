@@ -42,7 +42,9 @@ struct ErrorPriors {
   ErrorVector mean = ErrorVector::Zero();    ///< zero but for what is looked for about it
   double light_height_m = 0.0;               ///< as stated, looked for or not
   double light_height_stddev_m = 0.0;        ///< the same
-  double mirror_near_per_far_m = 0.0;        ///< the same
+  /// How far a misaligned mirror may shift the sensor, to every side: no bearing tells it, so that it
+  /// is no error in the state, but a part of what is said of the mount (withNearness()).
+  double nearness_stddev_m = 0.0;
 
   /// Sets the standard deviation of a whole block, times its weights for each of its numbers.
   /// @throws std::invalid_argument when no block is called so
@@ -52,9 +54,10 @@ struct ErrorPriors {
   /// sensor is looked for.
   void setLightHeight(double mean_m, double stddev_m);
 
-  /// What near lights show of the mirror's harmonic beyond far ones [m]
-  /// (optics/mirror_misalignment): without effect where no harmonic is looked for.
-  void setMirrorNearPerFar(double near_per_far_m);
+  /// Looks for the misaligned mirror that a sensor's geometry leaves room for.
+  void setGeometry(const SensorGeometry& geometry);
+  /// What of it is looked for.
+  SensorGeometry geometry() const;
 
   /// Whether elevations of the light tell anything that is looked for.
   bool usesElevations() const {
@@ -64,6 +67,9 @@ struct ErrorPriors {
   /// One sentence for each value that cannot be; empty when all is well.
   std::vector<std::string> validate() const;
 };
+
+/// The mount with what the sensor's nearness leaves open of it.
+CartesianEstimate withNearness(CartesianEstimate estimate, double nearness_stddev_m);
 
 /// What is known of the robot's errors now.
 struct ErrorEstimate {
@@ -166,6 +172,7 @@ struct ErrorBlockInfo {
   std::string name;
   int begin = 0;
   int size = 0;
+  bool said_by_sensor = false;  ///< its prior comes with the bearings (SensorGeometry)
   std::string when_held;  ///< what it means for the result when the data do not tell it
 };
 const std::vector<ErrorBlockInfo>& errorBlocks();

@@ -10,6 +10,7 @@
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "bearing_calibration/solve/noise_levels.h"
 #include "bearing_calibration/solve/observability.h"
+#include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
 
@@ -74,7 +75,7 @@ struct StartAttempt {
   double chi_square = 0.0;
   int degrees_of_freedom = 0;
   double inlier_fraction = 0.0;
-  double runner_up_margin = 0.0;  ///< infinite when no second minimum was found
+  RivalMount rival;
   int slips = 0;
   double bearing_correlation = 0.0;
   NoiseLevels noise;  ///< against the stated one, where it is looked for

@@ -34,6 +34,9 @@ FixedPathFit findConsensus(const std::vector<PosedObservation>& observations,
 /// less where the path is small.
 double sameMountWithin(double extent_m);
 
+/// Fits that findOtherMinima() begins.
+inline constexpr int kYawsAround = 8;
+
 /// Other local minima of the cost than those near `found`: fits from yaws all around, best first.
 /// @param within_m  see isSameMount()
 std::vector<FixedPathFit> findOtherMinima(const std::vector<PosedObservation>& observations,

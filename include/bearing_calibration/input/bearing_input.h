@@ -29,10 +29,14 @@ struct BearingInputConfig {
 /// Whether a stamp can be that of a message received at `received`.
 InputOutcome checkStamp(Stamp stamp, Stamp received, double max_future_s);
 
+/// Whether a mirror can be so.
+InputOutcome checkGeometry(const SensorGeometry& geometry);
+
 /// Whether a candidate is a bearing at all.
 InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& config);
 
-/// The good candidates of a message, with the configured noise added and on the encoders' clock.
+/// The good candidates of a message on the encoders' clock, with the configured noise added, and
+/// what the sensor's geometry does that no error of the robot describes.
 struct CheckedBearings {
   BearingSet bearings;
   std::vector<InputOutcome> remarks;  ///< what was wrong with the others, and changed in these

@@ -44,7 +44,8 @@ bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& 
 /// displacement is noticed; a displaced mount stays inconsistent.
 class ConvergenceJudge {
  public:
-  explicit ConvergenceJudge(const ConvergenceConfig& config);
+  /// @param nearness_stddev_m  what no bearing tells of the mount (ErrorPriors)
+  ConvergenceJudge(const ConvergenceConfig& config, double nearness_stddev_m);
 
   /// @param record  the observations so far, thinned or not, or the latest of them
   /// @param settled  the batch over them with its rivals, which the tracker has just taken up; none
@@ -63,6 +64,7 @@ class ConvergenceJudge {
   bool staysWhereItWas(const MountEstimate& mount, double motion_m);
 
   ConvergenceConfig config_;
+  double nearness_stddev_m_;
   Judgement last_;
   std::optional<double> good_since_m_;    ///< motion of the record when nothing more was amiss
   bool confirmed_ = false;                ///< it was called converged

@@ -33,10 +33,22 @@ struct Bearing {
 /// The elevation of a bearing that has one: both numbers finite, the variance positive.
 std::optional<Elevation> elevationOf(const Bearing& bearing);
 
+/// How well a sensor knows its own geometry: what bends all its azimuths alike, by a first harmonic
+/// that is larger for near lights (doc/model.md, eq. 19). Zero: there is nothing to know.
+struct SensorGeometry {
+  double harmonic_stddev_rad = 0.0;  ///< of the harmonic's cosine and sine, for a far light
+  double near_per_far_m = 0.0;       ///< over the range: times so much it is larger for a near one
+  double nearness_stddev_rad_m = 0.0;  ///< over the range: what a near light may show beyond that
+
+  /// What the law leaves out [rad]: a mirror follows it to some percent (mirror_misalignment_test).
+  double unmodelledStddev() const { return 0.03 * harmonic_stddev_rad; }
+};
+
 /// All candidates of one image; none says that the sensor looked and saw nothing.
 struct BearingSet {
   Stamp stamp;  ///< mid-exposure
   std::vector<Bearing> candidates;
+  SensorGeometry geometry = {};  ///< the same in every image of a sensor
 };
 
 /// Where the calibration expects the light at a moment.

@@ -15,6 +15,7 @@
 #include "bearing_calibration/judge/fault.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/solve/noise_levels.h"
+#include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
 
@@ -52,6 +53,7 @@ struct CalibrationResult {
   NoisePriors noise_priors;          ///< which levels of the noise are looked for
   NoiseLevels noise;
   CorrelationTime correlation_time;  ///< of the bearings' noise
+  RivalMount rival;                  ///< of several lights, by the one that is surest
 
   double nis = 0.0;       ///< of the last fused bearing
   double nis_mean = 0.0;  ///< running mean, 1 for a consistent filter
@@ -65,6 +67,10 @@ struct CalibrationResult {
   InputCounts bearing_inputs;
   InputCounts tick_inputs;
 };
+
+/// Fills in mount, light and the robot's errors, the mount as uncertain as the sensor's nearness in
+/// error_priors leaves it.
+void sayEstimate(const RobotEstimate& estimate, CalibrationResult* result);
 
 /// Adds to the advice that the calibration has begun again since the mount has moved, until it has
 /// converged.

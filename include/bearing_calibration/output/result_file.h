@@ -41,6 +41,7 @@ struct SavedCalibration {
   CartesianEstimate cartesian_state;
   std::vector<BlockReport> robot_errors;  ///< written, not read
   std::vector<LightSummary> lights;       ///< written, not read
+  std::vector<std::string> quality;       ///< qualityInWords(); written, not read
   double nis_mean = 0.0;
   double distance_travelled_m = 0.0;
   double rotation_travelled_rad = 0.0;

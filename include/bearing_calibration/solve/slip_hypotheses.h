@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "bearing_calibration/solve/batch_estimator.h"
+#include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
 
@@ -15,8 +16,7 @@ struct SlipAverage {
   /// The best one that leaves out every slip which is not beyond doubt: what is made final.
   BatchEstimate trusting;
   RobotEstimate estimate;  ///< mean and covariance over all, weighted by exp(-cost / 2)
-  /// A supposition that cannot be ruled out gives another mount than `estimate`.
-  bool is_disputed = false;
+  RivalMount rival;        ///< of `estimate`, among all suppositions
 };
 
 /// Tries rivals of a fit: each of its slips in other places, and one slip more.

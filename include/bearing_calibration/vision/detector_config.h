@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/optics/conic_mirror.h"
 
 namespace bearing_calibration::core {
@@ -69,9 +70,9 @@ struct GateConfig {
 
 /// Errors that no single image shows. Parameter group `alignment`.
 struct AlignmentConfig {
+  SensorGeometry geometry;            ///< what lean, offset and centre do to azimuths
   double centre_stddev_px = 0.0;      ///< of the mirror's centre in the image
-  double azimuth_stddev_rad = 0.0;    ///< tilt and offset of the mirror: floor of the azimuth
-  double elevation_stddev_rad = 0.0;  ///< and of the elevation
+  double elevation_stddev_rad = 0.0;  ///< floor of the elevation: the mirror's angle
 };
 
 /// Everything that the light detector needs to know; the values worth running with stand in

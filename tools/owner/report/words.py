@@ -21,7 +21,6 @@ MEAN_NIS_RANGE = (0.6, 1.6)
 MANY = 0.05  # share of bearings that is worth a warning
 HIGH_CORRELATION = 0.2
 SECOND_CURVATURE_M = 0.15  # what the initialiser wants (init/initializer.h)
-NOTABLE_SHARE = 0.35  # of a unit vector
 
 
 def shareOf(words, *wanted):
@@ -79,23 +78,6 @@ def drivenText(record):
             % (motion['path_m'], motion['turn_rad'] / (2 * math.pi), motion['extent_m']))
 
 
-def knownLeastText(record):
-    """The direction of the largest uncertainty, in words."""
-    least = record.details['known_least']
-    parts = []
-    for name, key in (("the light's place", ('light_x', 'light_y')),
-                      ("the camera's x", ('camera_x',)), ("the camera's y", ('camera_y',)),
-                      ("the camera's yaw", ('camera_yaw',))):
-        if math.hypot(*[least[each] for each in key], 0.0) > NOTABLE_SHARE:
-            parts.append(name)
-    if not parts:
-        parts = ['no single quantity']
-    together = ' together with '.join(parts)
-    return ('Known least is %s: \u00b1%s mm along that direction, with the light %.1f m away (a yaw '
-            'counts with that distance as its lever).'
-            % (together, decimals(1000 * least['stddev_m']), least['lever_m']))
-
-
 def decimals(value):
     """Two significant digits for small numbers, none behind the point for large ones."""
     return '%.0f' % value if abs(value) >= 10 else '%.1f' % value if abs(value) >= 1 else (
@@ -114,7 +96,7 @@ def couldTell(record):
                     'instance: beside the main one there were %.2f m of another, %.2f m are wanted.'
                     % (second, SECOND_CURVATURE_M))
         return told
-    told.append(knownLeastText(record))
+    told += ['%s.' % (sentence[0].upper() + sentence[1:]) for sentence in record.result['quality']]
     return told
 
 
