@@ -137,7 +137,9 @@ DetectorConfig shippedDetector() {
   config.gates.min_pixels = 4;
   config.gates.max_pixels = 2000;
   config.gates.min_probability = 0.1;
-  config.alignment = {0.05, 0.0009, 0.01};
+  config.alignment.geometry = {0.03, 0.0, 0.005};
+  config.alignment.centre_stddev_px = 0.05;
+  config.alignment.elevation_stddev_rad = 0.01;
   config.max_candidates = 100;
   return config;
 }

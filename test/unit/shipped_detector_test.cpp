@@ -52,8 +52,10 @@ std::vector<double> numbersOf(const core::DetectorConfig& c) {
           static_cast<double>(c.gates.max_pixels),
           c.gates.min_probability,
           c.alignment.centre_stddev_px,
-          c.alignment.azimuth_stddev_rad,
           c.alignment.elevation_stddev_rad,
+          c.alignment.geometry.harmonic_stddev_rad,
+          c.alignment.geometry.near_per_far_m,
+          c.alignment.geometry.nearness_stddev_rad_m,
           c.defocus_sigma_px,
           static_cast<double>(c.max_candidates)};
 }
