@@ -234,9 +234,11 @@ double LightDetector::logPartOf(const std::vector<PixelStrip>& strips) const {
 
 void LightDetector::examine(const cv::Mat& image, const cv::Mat& sharp,
                             const std::vector<Blob>& blobs, bool with_rejected) {
+  const auto is_spot = [&](const Blob& blob) { return blob.pixels >= config_.gates.min_pixels; };
+  search_.spots = static_cast<int>(std::count_if(blobs.begin(), blobs.end(), is_spot));
   int measured = 0;
   for (const Blob& blob : blobs) {
-    if (blob.pixels < config_.gates.min_pixels) continue;  // specks of noise
+    if (!is_spot(blob)) continue;  // a speck of noise
     const BlobShape shape = shapeOf(blob);
     Detection detection;
     detection.ellipse = ellipseFrom(blob, shape, config_.view);

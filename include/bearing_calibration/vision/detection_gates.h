@@ -44,6 +44,7 @@ struct Search {
   bool opened = false;  ///< beside bright areas, which were taken away
   double threshold_levels = 0.0;
   int thresholds = 1;              ///< of which this is the last
+  int spots = 0;                   ///< over the threshold
   double log_part_searched = 0.0;  ///< logarithm of the part of the mask that was searched
 };
 
