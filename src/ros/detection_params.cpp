@@ -35,6 +35,15 @@ core::ConicMirror readMirror(ParamReader& params) {
   return mirror;
 }
 
+core::OpticsUncertainty readOpticsStddev(ParamReader& params) {
+  core::OpticsUncertainty stddev;
+  stddev.scale = params.number("lens/scale_stddev");
+  stddev.aperture = params.number("lens/aperture_stddev");
+  stddev.focus = params.number("lens/focus_stddev");
+  stddev.half_angle_rad = params.number("mirror/half_angle_stddev");
+  return stddev;
+}
+
 core::MirrorView readView(ParamReader& params) {
   core::MirrorView view;
   view.centre_u_px = params.number("mirror/centre_u");
@@ -60,10 +69,11 @@ core::LightModel readLight(ParamReader& params) {
   core::LightModel light;
   light.min_distance_m = params.number("light/min_distance");
   light.max_distance_m = params.number("light/max_distance");
+  light.min_radius_m = params.number("light/min_radius");
   light.radius_m = params.number("light/radius");
   light.half_height_m = params.number("light/half_height");
   light.brightness_spread = params.number("light/brightness_spread");
-  light.below_apex = params.boolean("light/below_apex");
+  light.max_height_m = params.number("light/max_height");
   return light;
 }
 
@@ -72,12 +82,7 @@ core::GateConfig readGates(ParamReader& params) {
   gates.mirror = params.boolean("gates/mirror");
   gates.min_pixels = params.integer("gates/min_pixels");
   gates.max_pixels = params.integer("gates/max_pixels");
-  gates.min_fill = params.number("gates/min_fill");
-  gates.max_fill = params.number("gates/max_fill");
-  gates.size_tolerance = params.number("gates/size_tolerance");
-  gates.kurtosis_tolerance = params.number("gates/kurtosis_tolerance");
   gates.min_probability = params.number("gates/min_probability");
-  gates.max_axis_error_rad = params.number("gates/max_axis_error");
   return gates;
 }
 
@@ -85,6 +90,7 @@ core::DetectorConfig readDetector(ParamReader& params) {
   core::DetectorConfig detector;
   detector.sensor = readSensor(params);
   detector.mirror = readMirror(params);
+  detector.optics_stddev = readOpticsStddev(params);
   detector.view = readView(params);
   detector.mask = readMask(params);
   detector.threshold.min_contrast_levels = params.number("threshold/min_contrast");

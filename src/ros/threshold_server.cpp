@@ -17,11 +17,6 @@ Config configFrom(const core::DetectorConfig& detector) {
   config.spreads = detector.threshold.spreads;
   config.min_pixels = detector.gates.min_pixels;
   config.max_pixels = detector.gates.max_pixels;
-  config.min_fill = detector.gates.min_fill;
-  config.max_fill = detector.gates.max_fill;
-  config.size_tolerance = detector.gates.size_tolerance;
-  config.kurtosis_tolerance = detector.gates.kurtosis_tolerance;
-  config.max_axis_error = detector.gates.max_axis_error_rad;
   config.min_probability = detector.gates.min_probability;
   return config;
 }
@@ -31,11 +26,6 @@ core::DetectorConfig detectorWith(const Config& config, core::DetectorConfig det
   detector.threshold.spreads = config.spreads;
   detector.gates.min_pixels = config.min_pixels;
   detector.gates.max_pixels = config.max_pixels;
-  detector.gates.min_fill = config.min_fill;
-  detector.gates.max_fill = config.max_fill;
-  detector.gates.size_tolerance = config.size_tolerance;
-  detector.gates.kurtosis_tolerance = config.kurtosis_tolerance;
-  detector.gates.max_axis_error_rad = config.max_axis_error;
   detector.gates.min_probability = config.min_probability;
   return detector;
 }

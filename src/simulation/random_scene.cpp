@@ -15,6 +15,7 @@ Light randomLight(const RandomSceneConfig& config, double azimuth_rad, SceneRand
   Light light;
   light.position_m = distance_m * Eigen::Vector2d(std::cos(azimuth_rad), std::sin(azimuth_rad));
   light.height_m = rendered.reference_height_m;
+  light.radius_m = config.light_radius_m;
   light.brightness = peak_levels / rendered.reference_value *
                      std::pow(distance_m / rendered.reference_distance_m, 2);
   return light;

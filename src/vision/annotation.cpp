@@ -34,8 +34,8 @@ void drawMask(cv::Mat* picture, const DetectorConfig& config) {
   cv::circle(*picture, centre, cvRound(config.mask.inner_radius_px), kMask);
   cv::circle(*picture, centre, cvRound(config.mask.outer_radius_px), kMask);
   cv::drawMarker(*picture, centre, kMask);
-  if (config.gates.mirror && config.light.below_apex) {
-    cv::circle(*picture, centre, cvRound(horizonRadiusPx(config.mirror)), kMask, 1, cv::LINE_AA);
+  if (config.gates.mirror) {
+    cv::circle(*picture, centre, cvRound(largestRadiusPx(config)), kMask, 1, cv::LINE_AA);
   }
   for (const MirrorPost& post : config.mask.posts) {
     for (double side : {-1.0, 1.0}) {

@@ -1,5 +1,6 @@
 #include "bearing_calibration/vision/detector_config.h"
 
+#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 
@@ -50,24 +51,26 @@ void checkLight(const LightModel& light, const ConicMirror& mirror, Requirements
                 "light/max_distance must be greater than light/min_distance");
   require->between("light/min_distance", light.min_distance_m, kShortest_m, kFarthest_m);
   require->between("light/max_distance", light.max_distance_m, kShortest_m, kFarthest_m);
+  require->between("light/min_radius", light.min_radius_m, 0.0, light.radius_m);
   require->between("light/radius", light.radius_m, 0.0, kLargestLight_m);
   require->between("light/half_height", light.half_height_m, 0.0, kLargestLight_m);
   require->between("light/brightness_spread", light.brightness_spread, 0.0, 1.0);
+  require->between("light/max_height", light.max_height_m, 0.0, kFarthest_m);
 }
 
 void checkGates(const GateConfig& gates, Requirements* require) {
-  constexpr double kLeastTolerance = 1e-6;
   require->between("gates/max_pixels", gates.max_pixels, 1.0, kMaxPixels);
   require->between("gates/min_pixels", gates.min_pixels, 1.0, gates.max_pixels);
-  require->between("gates/min_fill", gates.min_fill, 0.0, 1.0);
-  require->between("gates/max_fill", gates.max_fill, 1.0, 2.0);
-  require->that(gates.min_fill < 1.0, "gates/min_fill must be less than 1");
-  require->that(gates.max_fill > 1.0, "gates/max_fill must be greater than 1");
-  require->between("gates/size_tolerance", gates.size_tolerance, kLeastTolerance, kLargestRatio);
-  require->between("gates/kurtosis_tolerance", gates.kurtosis_tolerance, kLeastTolerance,
-                   kLargestRatio);
   require->between("gates/min_probability", gates.min_probability, 0.0, 1.0);
-  require->between("gates/max_axis_error", gates.max_axis_error_rad, kLeastAngle_rad, kPi);
+}
+
+void checkOptics(const OpticsUncertainty& stddev, Requirements* require) {
+  constexpr double kHalf = 0.5;  // beyond, an optics value says nothing
+  require->between("lens/scale_stddev", stddev.scale, 0.0, kHalf);
+  require->between("lens/aperture_stddev", stddev.aperture, 0.0, kHalf);
+  require->between("lens/focus_stddev", stddev.focus, 0.0, kHalf);
+  require->between("mirror/half_angle_stddev", stddev.half_angle_rad, 0.0,
+                   radiansFromDegrees(10.0));
 }
 
 }  // namespace
@@ -76,6 +79,7 @@ std::vector<std::string> DetectorConfig::validate() const {
   Requirements require;
   checkSensor(sensor, &require);
   require.add(mirror.validate());
+  checkOptics(optics_stddev, &require);
   require.between("mirror/centre_u", view.centre_u_px, -kLargestSide_px, 2.0 * kLargestSide_px);
   require.between("mirror/centre_v", view.centre_v_px, -kLargestSide_px, 2.0 * kLargestSide_px);
   require.that(view.handedness == 1 || view.handedness == -1,

@@ -26,6 +26,9 @@ double stddevOf(double variance_px2) { return std::sqrt(std::max(0.0, variance_p
 /// An evenly filled ellipse is four standard deviations wide.
 double widthOf(double stddev_px) { return 4.0 * stddev_px; }
 
+/// A spot that differs more from a point light's is another focus' rather.
+constexpr double kOutOfFocus = 0.25;
+
 double middleOf(const Range& range) { return 0.5 * (range.low + range.high); }
 
 /// How many times too large (or too small) a deviation is, less one.
@@ -94,7 +97,7 @@ FocusGuess guessFocus(const DetectorConfig& config, const LightEllipse& ellipse)
 }
 
 ImageAdviser::ImageAdviser(const DetectorConfig& config)
-    : config_(validated(config)), horizon_radius_px_(horizonRadiusPx(config.mirror)) {}
+    : config_(validated(config)), largest_radius_px_(largestRadiusPx(config)) {}
 
 std::optional<Advice> ImageAdviser::adviceFor(const DetectionResult& result) const {
   if (const Detection* light = likeliestLight(result.lights)) return onExposure(*light);
@@ -145,10 +148,9 @@ bool ImageAdviser::mayBeOutOfFocus(const Detection& spot) const {
   const bool cut = spot.rejection == Rejection::kMaskEdge;
   const bool round = ellipse.fill > kLeastFill - ellipse.fill_tolerance &&
                      ellipse.fill < kMostFill + ellipse.fill_tolerance;
-  const bool too_high =
-      config_.light.below_apex && imageRadiusOf(config_, ellipse) > horizon_radius_px_;
+  const bool too_high = imageRadiusOf(config_, ellipse) > largest_radius_px_;
   return config_.gates.mirror && !cut && round && !too_high &&
-         misfitOf(config_, ellipse) > config_.gates.size_tolerance;
+         misfitOf(config_, ellipse) > kOutOfFocus;
 }
 
 /// No light, but bright spots: if one of them is as the light would be at another focus, this is
@@ -157,7 +159,7 @@ Advice ImageAdviser::onRejected(const DetectionResult& result) const {
   constexpr int kMostGuesses = 10;  // each takes 0.1 ms; so many round spots are clutter
   int guesses = 0;
   const Detection* likeliest = nullptr;
-  FocusGuess best{0.0, config_.gates.size_tolerance};
+  FocusGuess best{0.0, kOutOfFocus};
   for (const Detection& spot : result.rejected) {
     if (!mayBeOutOfFocus(spot) || guesses++ >= kMostGuesses) continue;
     const FocusGuess guess = guessFocus(config_, spot.ellipse);

@@ -27,11 +27,11 @@ constexpr double kOpened_px = 0.3;
 // Just outside the disc: if the mask cuts there, it cuts the light.
 constexpr double kOutline = 2.1;
 
-/// Nothing wider and higher than this is a light.
+/// Nothing wider and higher than this is a light, unless that is a large one nearby.
 cv::Mat elementFor(const DetectorConfig& config, const ExpectedSpot& expected) {
   if (!config.gates.mirror) return {};
   constexpr double kDiameter = 4.0;  // standard deviations from outline to outline
-  const int largest = static_cast<int>(std::ceil(kDiameter * expected.largest_stddev_px()));
+  const int largest = static_cast<int>(std::ceil(kDiameter * expected.largest_point_stddev_px()));
   const int side = largest + 2;
   return cv::getStructuringElement(cv::MORPH_RECT, {side, side});
 }
@@ -41,6 +41,12 @@ DetectionResult emptyResult(std::size_t candidates) {
   result.lights.reserve(candidates);
   result.rejected.reserve(candidates);
   return result;
+}
+
+std::int64_t pixelsOf(const std::vector<PixelStrip>& strips) {
+  std::int64_t pixels = 0;
+  for (const PixelStrip& strip : strips) pixels += strip.end - strip.begin;
+  return pixels;
 }
 
 Eigen::Vector2d mirrorCentre(const MirrorView& view) {
@@ -71,10 +77,11 @@ void takeOver(const SpotMeasurement& spot, LightEllipse* ellipse) {
   ellipse->background_levels = spot.background.plane.at_centre;
 }
 
-/// Whether a spot so refused has the size of a light.
+/// Whether a spot so refused may be a light all the same.
 bool mayBeLitUnevenly(Rejection rejection) {
   return rejection == Rejection::kFill || rejection == Rejection::kKurtosis ||
-         rejection == Rejection::kUnlikely;
+         rejection == Rejection::kTangentialSize || rejection == Rejection::kRadialSize ||
+         rejection == Rejection::kAxis || rejection == Rejection::kUnlikely;
 }
 
 /// By which the centre of a light is off if it is a part of one of these spots and this is the
@@ -111,12 +118,14 @@ LightDetector::LightDetector(const DetectorConfig& config)
     : config_(validated(config)),
       mask_(config.mask, config.view, config.sensor),
       expected_(config),
-      horizon_radius_px_(horizonRadiusPx(config.mirror)),
+      largest_radius_px_(largestRadiusPx(config)),
       sampler_(config.sensor.saturation_level),
       wider_than_a_light_(elementFor(config, expected_)),
+      mask_px_(pixelsOf(mask_.strips())),
       result_(emptyResult(static_cast<std::size_t>(config.max_candidates))),
       other_result_(emptyResult(static_cast<std::size_t>(config.max_candidates))) {
   region_.reserve(2 * mask_.strips().size());
+  best_lights_.reserve(static_cast<std::size_t>(config.max_candidates));
 }
 
 const DetectionResult& LightDetector::detect(const cv::Mat& image,
@@ -138,18 +147,18 @@ const DetectionResult& LightDetector::detect(const cv::Mat& image,
   if (region) {
     mask_.clipToSector(region->sector, &region_);
     scan(*searched, image, region_);
-    if (result_.lights.empty()) searchBesideBrightAreas(*searched, image, region_);
+    if (!likely()) searchBesideBrightAreas(*searched, image, region_);
     if (!result_.lights.empty()) return result_;
   }
   result_.in_region = false;
   scan(*searched, image, mask_.strips());
-  if (result_.lights.empty()) searchBesideBrightAreas(*searched, image, mask_.strips());
+  if (!likely()) searchBesideBrightAreas(*searched, image, mask_.strips());
   return result_;
 }
 
 /// A light that touches a window is no spot of its own at any threshold. An opening keeps what is
-/// wider than a light; less that, the light stands alone. Where that shows none either, the result
-/// is that of the image itself.
+/// wider than a light; less that, the light stands alone. Where that shows none that is likelier,
+/// the result is that of the image itself.
 void LightDetector::searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp,
                                             const std::vector<PixelStrip>& strips) {
   if (!config_.gates.mirror) return;
@@ -161,7 +170,14 @@ void LightDetector::searchBesideBrightAreas(const cv::Mat& image, const cv::Mat&
   result_.in_region = other_result_.in_region;
   result_.opened = true;
   scan(opened_, sharp, strips);
-  if (result_.lights.empty()) std::swap(result_, other_result_);
+  if (probabilityOfBest(result_) <= probabilityOfBest(other_result_)) {
+    std::swap(result_, other_result_);
+  }
+}
+
+double LightDetector::probabilityOfBest(const DetectionResult& result) {
+  const Detection* best = likeliestLight(result.lights);
+  return best == nullptr ? 0.0 : best->bearing.probability;
 }
 
 void LightDetector::requireImage(const cv::Mat& image) const {
@@ -186,25 +202,43 @@ void LightDetector::scan(const cv::Mat& image, const cv::Mat& sharp,
   result_.lights.clear();
   result_.rejected.clear();
   result_.rejections.fill(0);
+  best_lights_.clear();
   result_.background = sampler_.measure(image, strips);
   const ThresholdLadder ladder(result_.background, config_.threshold, config_.sensor);
-  for (int step = 0; step < ThresholdLadder::kSteps; ++step) {
-    result_.threshold_levels = ladder.at(step);
-    const std::vector<Blob>& blobs = segmenter_.segment(image, strips, result_.threshold_levels);
+  search_.opened = result_.opened;
+  search_.log_part_searched = logPartOf(strips);
+  double best = 0.0;
+  for (int step = 0; step < ThresholdLadder::kSteps && best < kLikely; ++step) {
+    const int threshold = ladder.at(step);
+    const std::vector<Blob>& blobs = segmenter_.segment(image, strips, threshold);
     const bool first = step == 0;
-    raised_ = !first;
+    search_.threshold_levels = threshold;
+    search_.thresholds = step + 1;
     if (first) result_.too_cluttered = !segmenter_.complete();
+    result_.lights.clear();
     if (segmenter_.complete()) examine(image, sharp, blobs, first);
-    if (!result_.lights.empty()) return;
+    if (!first && probabilityOfBest(result_) <= best) continue;
+    best = probabilityOfBest(result_);
+    result_.threshold_levels = threshold;
+    std::swap(result_.lights, best_lights_);
   }
-  result_.threshold_levels = ladder.at(0);  // of the rejections
+  std::swap(result_.lights, best_lights_);
+}
+
+/// The less of the mask is searched, the less of what is found there is clutter.
+double LightDetector::logPartOf(const std::vector<PixelStrip>& strips) const {
+  constexpr double kLeastPart = 0.05;  // clutter stands in groups
+  const double part = static_cast<double>(pixelsOf(strips)) / static_cast<double>(mask_px_);
+  return std::log(std::max(kLeastPart, part));
 }
 
 void LightDetector::examine(const cv::Mat& image, const cv::Mat& sharp,
                             const std::vector<Blob>& blobs, bool with_rejected) {
+  const auto is_spot = [&](const Blob& blob) { return blob.pixels >= config_.gates.min_pixels; };
+  search_.spots = static_cast<int>(std::count_if(blobs.begin(), blobs.end(), is_spot));
   int measured = 0;
   for (const Blob& blob : blobs) {
-    if (blob.pixels < config_.gates.min_pixels) continue;  // specks of noise
+    if (!is_spot(blob)) continue;  // a speck of noise
     const BlobShape shape = shapeOf(blob);
     Detection detection;
     detection.ellipse = ellipseFrom(blob, shape, config_.view);
@@ -231,7 +265,7 @@ void LightDetector::listRejected(const Detection& detection) {
 void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
                             Detection* detection) {
   const SpotWindow window = windowFor(shape);
-  const SpotLevels levels{static_cast<double>(result_.threshold_levels), result_.background.median,
+  const SpotLevels levels{search_.threshold_levels, result_.background.median,
                           levelNoise(config_.sensor)};
   const std::optional<SpotMeasurement> spot =
       measureSpot(image, sharp, window, levels, mirrorCentre(config_.view));
@@ -249,22 +283,21 @@ void LightDetector::measure(const cv::Mat& image, const cv::Mat& sharp, const Bl
   const MirrorPixel seen =
       mirrorPixelFromImage(config_.view, spot->centre_px.x(), spot->centre_px.y());
   const SpotSize& expected = expected_.at(seen.image_radius_px);
-  if (config_.gates.mirror && config_.light.below_apex &&
-      seen.image_radius_px > horizon_radius_px_) {
+  if (config_.gates.mirror && seen.image_radius_px > largest_radius_px_) {
     detection->rejection = Rejection::kHorizon;
     return;
   }
-  const PartsOfGates parts = partsOfGates(detection->ellipse, expected, config_.gates);
-  detection->rejection = rejectionOf(parts);
-  if (!detection->accepted()) return;
-  const double probability = probabilityOf(parts, config_.gates);
+  const Doubts doubts = doubtsAbout(detection->ellipse, expected, search_, config_.gates);
+  const double probability = probabilityOf(doubts, search_);
   if (probability < config_.gates.min_probability) {
-    detection->rejection = Rejection::kUnlikely;
+    detection->rejection = largestOf(doubts);
     return;
   }
   CentreVariance variance = centreVariance(config_, *spot, expected);
   if (result_.opened) variance += {kOpened_px * kOpened_px, kOpened_px * kOpened_px};
-  if (raised_) variance += varianceAsPart(spot->centre_px, result_.rejected, config_.view);
+  if (search_.thresholds > 1) {
+    variance += varianceAsPart(spot->centre_px, result_.rejected, config_.view);
+  }
   detection->bearing = bearingFromPixel(config_, seen, variance, probability);
 }
 
@@ -277,11 +310,16 @@ SpotWindow LightDetector::windowFor(const BlobShape& shape) const {
   const Eigen::Vector2d mirror_centre = mirrorCentre(config_.view);
   const MirrorAxes axes(shape.centre_px, mirror_centre);
   const SpotSize& expected = expected_.at((shape.centre_px - mirror_centre).norm());
-  const auto stddev = [&](const Eigen::Vector2d& axis, const Range& allowed) {
-    return std::clamp(std::sqrt(axis.dot(shape.covariance_px2 * axis)), allowed.low, allowed.high);
+  const auto stddev = [&](const Eigen::Vector2d& axis, const Range& usual, const Range& allowed) {
+    constexpr double kByThreshold = 1.03;  // a bright spot gains a pixel all round
+    const double seen = std::sqrt(axis.dot(shape.covariance_px2 * axis));
+    const double likely = std::clamp(seen, usual.low, usual.high);
+    const double near = std::clamp(likely, seen / kByThreshold, seen * kByThreshold);
+    return std::clamp(near, allowed.low, allowed.high);
   };
-  double radial = stddev(axes.radial, expected.radial_stddev_px);
-  double tangential = stddev(axes.tangential, expected.tangential_stddev_px);
+  double radial = stddev(axes.radial, expected.radial_stddev_px, expected.possibleRadial_px());
+  double tangential =
+      stddev(axes.tangential, expected.tangential_stddev_px, expected.possibleTangential_px());
   // What the lens defocuses is an evenly filled ellipse; all else is taken for a Gaussian.
   if (config_.defocus_sigma_px == 0.0 && std::min(radial, tangential) >= kLeastDiscStddev_px) {
     window.size = kDiscWindow;

@@ -61,12 +61,12 @@ cv::Rect boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot
   constexpr double kDisc = 2.0;  // standard deviations to an evenly filled ellipse's outline
   const double radius_px = place.centre.image_radius_px;
   const SpotSize& expected = expected_spot.at(radius_px);
-  const double largest = kDisc * (1.0 + config.gates.size_tolerance);
+  const Eigen::Vector2d largest = kDisc * expected.pointStddev_px(1.0);
   const double bow = 0.5 * radius_px * place.half_width_rad * place.half_width_rad;  // of an arc
   const double along = place.half_height_px + bow;
   const double across = radius_px * place.half_width_rad;
-  const double radial = largest * expected.radial_stddev_px.high;
-  const double tangential = largest * expected.tangential_stddev_px.high;
+  const double tangential = largest(0);
+  const double radial = largest(1);
   const Eigen::Vector2d centre = imageFromMirrorPixel(config.view, place.centre);
   const double cosine = std::abs(std::cos(place.centre.azimuth_rad));
   const double sine = std::abs(std::sin(place.centre.azimuth_rad));

@@ -24,14 +24,19 @@ using test::Observation;
 
 constexpr int kObservations = 12;
 
+/// Lens and mirror are known well: else a light out of focus is one all the same.
+DetectorConfig knownOptics() {
+  DetectorConfig config = test::detectorOf(test::renderedRig());
+  config.optics_stddev = {};
+  return config;
+}
+
 /// What is said of rendered images by a detector that believes in the default rig.
 class Observations {
  public:
   explicit Observations(const RendererConfig& rendered,
                         const RadianceFunction& surroundings = test::plainWall)
-      : renderer_(rendered, surroundings),
-        detector_(test::detectorOf(test::renderedRig())),
-        adviser_(detector_.config()) {}
+      : renderer_(rendered, surroundings), detector_(knownOptics()), adviser_(detector_.config()) {}
 
   /// The advice that stands after images of observations all around.
   std::optional<Advice> advice(double brightness) {

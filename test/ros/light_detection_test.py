@@ -345,7 +345,7 @@ class LightDetectionTest(unittest.TestCase):
         thresholds = self.thresholds()
         for wrong, sentence in (
                 ({'min_pixels': 50, 'max_pixels': 40, 'spreads': 3.0}, 'gates/min_pixels must lie in'),
-                ({'min_fill': 1.0}, 'gates/min_fill must be less than 1'),
+                ({'min_probability': -0.1}, 'gates/min_probability must lie in'),
                 ({'min_contrast': float('nan'), 'min_probability': 2.0},
                  'gates/min_probability must lie in')):
             before = thresholds.get_configuration(timeout=DEADLINE_S)

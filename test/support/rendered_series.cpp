@@ -7,6 +7,7 @@
 
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration_ros/image_conversion.h"
+#include "support/synthetic_spot.h"
 
 namespace bearing_calibration::core {
 namespace test {
@@ -23,6 +24,7 @@ RenderedSeries point(const std::string& name) {
   series.name = name;
   series.rendered = renderedRig();
   series.detector = detectorOf(series.rendered);
+  series.detector.threshold = shippedDetector().threshold;
   return series;
 }
 
@@ -40,6 +42,7 @@ RenderedSeries ringOfLeds(const std::string& name, double brightness_spread) {
   RenderedSeries series = point(name);
   series.rendered.rays_per_light = 1 << 13;  // for each LED
   series.ring = {kLeds, kRadius_m, brightness_spread};
+  series.detector.light.min_radius_m = kRadius_m;
   series.detector.light.radius_m = kRadius_m;
   series.detector.light.brightness_spread = brightness_spread;
   return series;

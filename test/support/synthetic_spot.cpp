@@ -111,10 +111,11 @@ double azimuthBound(const DetectorConfig& config, const SpotDrawing& spot,
   return tangent.dot(covariance * tangent);
 }
 
-DetectorConfig defaultDetector() {
+DetectorConfig shippedDetector() {
   DetectorConfig config;
   config.mirror = defaultMirror();
-  config.view = {319.5, 239.5, 1};
+  config.optics_stddev = {0.04, 0.25, 0.15, 0.026};
+  config.view = {319.5, 239.5, -1};
   config.sensor.width_px = 640;
   config.sensor.height_px = 480;
   config.sensor.electrons_per_level = 12000.0 / 255.0;
@@ -124,21 +125,33 @@ DetectorConfig defaultDetector() {
   config.mask.outer_radius_px = 250.0;
   config.mask.first_row = 0;
   config.mask.last_row = config.sensor.height_px - 1;
-  config.threshold.min_contrast_levels = 25.0;
+  config.threshold.min_contrast_levels = 12.0;
   config.threshold.spreads = 6.0;
   config.light.min_distance_m = 0.25;
   config.light.max_distance_m = 10.0;
-  config.light.below_apex = true;
+  config.light.radius_m = 0.02;
+  config.light.half_height_m = 0.02;
+  config.light.brightness_spread = 0.3;
+  config.light.max_height_m = 0.1;
   config.gates.mirror = true;
   config.gates.min_pixels = 4;
   config.gates.max_pixels = 2000;
-  config.gates.min_fill = 0.93;
-  config.gates.max_fill = 1.04;
-  config.gates.size_tolerance = 0.2;
-  config.gates.kurtosis_tolerance = 0.04;
   config.gates.min_probability = 0.1;
-  config.gates.max_axis_error_rad = radiansFromDegrees(15.0);
+  config.alignment.geometry = {0.03, 0.0, 0.005};
+  config.alignment.centre_stddev_px = 0.05;
+  config.alignment.elevation_stddev_rad = 0.01;
   config.max_candidates = 100;
+  return config;
+}
+
+DetectorConfig defaultDetector() {
+  DetectorConfig config = shippedDetector();
+  config.view.handedness = 1;
+  config.threshold.min_contrast_levels = 25.0;
+  config.light.radius_m = 0.0;
+  config.light.half_height_m = 0.0;
+  config.light.brightness_spread = 0.0;
+  config.alignment = {};
   return config;
 }
 

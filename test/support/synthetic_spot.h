@@ -35,7 +35,11 @@ cv::Mat expose(const cv::Mat& expected_levels, const ImageSensor& sensor, std::m
 double azimuthBound(const DetectorConfig& config, const SpotDrawing& spot,
                     double background_levels);
 
-/// The default rig, as config/detection.yaml has it, with a perfectly known alignment.
+/// What config/detection.yaml says (detection_params_test holds it).
+DetectorConfig shippedDetector();
+
+/// The same for a bright point light and a perfectly known alignment, in an image that is not
+/// flipped.
 DetectorConfig defaultDetector();
 
 }  // namespace test

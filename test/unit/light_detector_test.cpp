@@ -102,8 +102,16 @@ TEST(LightDetector, SixteenBitsGiveTheSameBearing) {
               narrow_result.lights.front().bearing.azimuth_rad, 1e-9);
 }
 
+/// A rig that is known well: what is off by more than its optics explain is no light.
+DetectorConfig knownOptics() {
+  DetectorConfig config = defaultDetector();
+  config.optics_stddev = {};
+  return config;
+}
+
 TEST(LightDetector, SaysWhyASpotIsNotTheLight) {
-  const DetectorConfig config = defaultDetector();
+  DetectorConfig config = knownOptics();
+  config.light.max_height_m = 0.0;
   LightDetector detector(config);
   const SpotDrawing light = lightAt(config, 1.0, 0.7);
   const auto rejection = [&](const SpotDrawing& spot) {
@@ -119,7 +127,7 @@ TEST(LightDetector, SaysWhyASpotIsNotTheLight) {
   spot.minor_diameter_px *= 1.5;
   EXPECT_EQ(rejection(spot), "wrong size along the azimuth");
   spot = light;
-  spot.major_diameter_px *= 1.4;
+  spot.major_diameter_px *= 1.5;
   EXPECT_EQ(rejection(spot), "wrong size along the radius");
   spot = light;
   spot.major_angle_rad += radiansFromDegrees(20.0);
@@ -139,10 +147,10 @@ TEST(LightDetector, ASpotBelowTheLeastQualityIsRefused) {
 
 /// A lamp's soft reflection: bright in the middle, of the size that a light would have.
 TEST(LightDetector, ASpotThatIsNotEvenlyFilledIsRefused) {
-  const DetectorConfig config = defaultDetector();
+  const DetectorConfig config = knownOptics();
   const SpotDrawing light = lightAt(config, 1.0, 0.7);
   cv::Mat expected = test::flatImage(config.sensor.width_px, config.sensor.height_px, 20.0);
-  for (const double part : {0.6, 1.0, 1.35}) {  // discs on each other, together as wide as one
+  for (const double part : {0.4, 0.7, 1.2}) {  // discs on each other, together as wide as one
     SpotDrawing disc = light;
     disc.major_diameter_px *= part;
     disc.minor_diameter_px *= part;
@@ -167,11 +175,11 @@ TEST(LightDetector, ASpotCutByAPostOrByTheRowsIsRefused) {
   EXPECT_EQ(onlyRejection(below_row.detect(image)), "cut by the mask");
 }
 
-TEST(LightDetector, ARectangleIsNoEllipse) {
-  DetectorConfig config = defaultDetector();
-  config.gates.min_fill = 0.97;  // a rectangle has 3 / pi = 0.955
+TEST(LightDetector, ACrossIsNoEllipse) {
+  const DetectorConfig config = defaultDetector();
   cv::Mat image(config.sensor.height_px, config.sensor.width_px, CV_8UC1, cv::Scalar(20));
-  image(cv::Rect(480, 230, 19, 11)).setTo(180);
+  image(cv::Rect(470, 237, 19, 5)).setTo(180);
+  image(cv::Rect(477, 230, 5, 19)).setTo(180);
   LightDetector detector(config);
   EXPECT_EQ(onlyRejection(detector.detect(image)), "not an ellipse");
 }

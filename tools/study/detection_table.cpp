@@ -1,15 +1,20 @@
-// How often the light is found among clutter, by this detector and by others on the same images:
+// How often the light is found among clutter, by this detector as it is shipped and by others on
+// the same images, how often one is found where there is none, and what the probabilities are
+// worth:
 //
 //     detection_table [SCENES [FIRST_SEED [FOLDER FOR PICTURES OF WRONG ANSWERS]]]
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <functional>
+#include <limits>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -23,31 +28,34 @@
 namespace bearing_calibration::core {
 namespace {
 
-constexpr double kRight_rad = 1.0 / kDegreesPerRadian;  // an answer so near the truth is right
-constexpr double kPredicted_rad = 10.0 / kDegreesPerRadian;
+constexpr double kRight_rad = radiansFromDegrees(0.5);  // an answer so near the truth is right
+constexpr double kPredicted_rad = radiansFromDegrees(10.0);
+constexpr double kPredictedStddev_rad = 0.25 * kPredicted_rad;
+constexpr double kTaken = 0.5;  // an answer of a lower probability is none
 
 RandomSceneConfig sceneConfig(int lights) {
   RandomSceneConfig config;
   config.rendered.reference_distance_m = 1.0;
   config.rendered.reference_height_m = -0.03;
   config.lights = lights;
+  config.light_radius_m = 0.004;
   return config;
 }
 
 struct Observation {
   cv::Mat image;
   double light_azimuth_rad = 0.0;
+  double predicted_azimuth_rad = 0.0;
 };
 
 /// config/detection.yaml for this scene's rig, the mirror's holders masked with a degree more.
 DetectorConfig detectorFor(const CameraRig& rig, const RandomScene& scene) {
   constexpr double kMaskMargin_rad = radiansFromDegrees(1.0);
-  DetectorConfig config = test::defaultDetector();
+  DetectorConfig config = test::shippedDetector();
   config.view = {rig.centre_px.x(), rig.centre_px.y(), rig.handedness};
   for (const MirrorHolder& holder : scene.holders) {
     config.mask.posts.push_back({holder.azimuth_rad, holder.half_width_rad + kMaskMargin_rad});
   }
-  config.threshold.min_contrast_levels = 12.0;
   return config;
 }
 
@@ -60,27 +68,33 @@ std::optional<double> azimuthOf(const DetectorConfig& config, const cv::Point2d&
 
 using Answer = std::optional<double>;  ///< azimuth [rad]
 
-Answer likeliest(const DetectionResult& result) {
-  const Detection* best = likeliestLight(result.lights);
-  return best == nullptr ? Answer() : Answer(best->bearing.azimuth_rad);
+Answer answerFrom(const Detection* light) {
+  const bool taken = light != nullptr && light->bearing.probability >= kTaken;
+  return taken ? Answer(light->bearing.azimuth_rad) : Answer();
 }
 
-Answer shapeGates(DetectorConfig config, const Observation& scene) {
-  config.light.below_apex = false;
-  return likeliest(LightDetector(config).detect(scene.image));
-}
-
-Answer horizonGate(DetectorConfig config, const Observation& scene) {
-  return likeliest(LightDetector(config).detect(scene.image));
+Answer wholeImage(DetectorConfig config, const Observation& scene) {
+  return answerFrom(likeliestLight(LightDetector(config).detect(scene.image).lights));
 }
 
 /// Searches the predicted region; what the full scan finds elsewhere is no answer, as a filter with
-/// that prediction would not take it.
+/// that prediction would not take it. Of several it takes the one that fits the prediction best.
 Answer prediction(DetectorConfig config, const Observation& scene) {
   LightDetector detector(config);
   const DetectionResult& result = detector.detect(
-      scene.image, SearchRegion{std::nullopt, {scene.light_azimuth_rad, kPredicted_rad}});
-  return result.in_region ? likeliest(result) : Answer();
+      scene.image, SearchRegion{std::nullopt, {scene.predicted_azimuth_rad, kPredicted_rad}});
+  if (!result.in_region) return {};
+  const Detection* best = nullptr;
+  double most = 0.0;
+  for (const Detection& light : result.lights) {
+    const double off = wrapAngle(light.bearing.azimuth_rad - scene.predicted_azimuth_rad);
+    const double weight =
+        light.bearing.probability * std::exp(-0.5 * std::pow(off / kPredictedStddev_rad, 2));
+    if (weight <= most) continue;
+    most = weight;
+    best = &light;
+  }
+  return answerFrom(best);
 }
 
 /// The largest contour of a threshold at half of the image's brightest level.
@@ -150,29 +164,31 @@ void drawWhatWasSeen(const std::string& folder, const char* kind, const Detector
   cv::imwrite(folder + "/" + kind + "_" + std::to_string(seed) + ".png", picture);
 }
 
-int run(int scenes, std::uint64_t first_seed, const std::string& folder) {
-  std::vector<Row> rows{{"shape gates only", 1, shapeGates},
-                        {"with the horizon gate", 1, horizonGate},
-                        {"with horizon and a +-10 deg prediction", 1, prediction},
-                        {"two like lights, with that prediction", 2, prediction},
-                        {"threshold + findContours, largest", 1, largestContour},
-                        {"SimpleBlobDetector", 1, simpleBlob}};
-  for (int lights : {1, 2}) {
-    const RandomSceneConfig config_of_scenes = sceneConfig(lights);
-    for (int i = 0; i < scenes; ++i) {
-      const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(i);
-      const RandomScene rendered = randomScene(config_of_scenes, seed);
-      const DetectorConfig config = detectorFor(config_of_scenes.rendered.rig, rendered);
-      const Observation scene{encode(rendered.image, {}), rendered.light_azimuth_rad};
-      for (Row& row : rows) {
-        if (row.lights != lights) continue;
-        const Row before = row;
-        count(&row, row.find(config, scene), scene.light_azimuth_rad);
-        if (folder.empty() || row.find != horizonGate || row.right != before.right) continue;
-        drawWhatWasSeen(folder, row.wrong != before.wrong ? "wrong" : "none", config, scene, seed);
-      }
-    }
+/// Of all candidates of a probability, how many are the light.
+struct Bin {
+  int candidates = 0;
+  int right = 0;
+  double said = 0.0;
+};
+using Reliability = std::array<Bin, 5>;
+
+void addTo(Reliability* reliability, const DetectorConfig& config, const Observation& scene,
+           bool lit) {
+  LightDetector detector(config);
+  for (const Detection& light : detector.detect(scene.image).lights) {
+    const double probability = light.bearing.probability;
+    const std::size_t last = reliability->size() - 1;
+    Bin& bin = (*reliability)[std::min(
+        last, static_cast<std::size_t>(probability * static_cast<double>(reliability->size())))];
+    const double off = wrapAngle(light.bearing.azimuth_rad - scene.light_azimuth_rad);
+    ++bin.candidates;
+    bin.said += probability;
+    bin.right += lit && std::abs(off) <= kRight_rad ? 1 : 0;
   }
+}
+
+void print(const std::vector<Row>& rows, const Reliability& reliability, int scenes,
+           std::uint64_t first_seed) {
   std::printf(
       "| detector, %d scenes from seed %llu | right %% | wrong %% | none %% |\n|---|---|---|---|\n",
       scenes, static_cast<unsigned long long>(first_seed));
@@ -181,6 +197,53 @@ int run(int scenes, std::uint64_t first_seed, const std::string& folder) {
     std::printf("| %s | %.1f | %.1f | %.1f |\n", row.name, percent * row.right, percent * row.wrong,
                 percent * row.none);
   }
+  std::printf("\n| candidates | said | right |\n|---|---|---|\n");
+  for (const Bin& bin : reliability) {
+    const double share = 1.0 / std::max(1, bin.candidates);
+    std::printf("| %d | %.2f | %.2f |\n", bin.candidates, share * bin.said, share * bin.right);
+  }
+}
+
+/// One scene on all the rows of its number of lights.
+void look(const RandomSceneConfig& scenes, std::uint64_t seed, const std::string& folder,
+          std::vector<Row>* rows, Reliability* reliability) {
+  const RandomScene rendered = randomScene(scenes, seed);
+  const DetectorConfig config = detectorFor(scenes.rendered.rig, rendered);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> error(0.0, kPredictedStddev_rad);
+  const double azimuth_rad = rendered.light_azimuth_rad;
+  const Observation scene{encode(rendered.image, {}), azimuth_rad, azimuth_rad + error(random)};
+  if (scenes.lights < 2) addTo(reliability, config, scene, scenes.lights == 1);
+  for (Row& row : *rows) {
+    if (row.lights != scenes.lights) continue;
+    const Row before = row;
+    // Without a light no answer is right.
+    const double truth_rad =
+        scenes.lights > 0 ? azimuth_rad : std::numeric_limits<double>::quiet_NaN();
+    count(&row, row.find(config, scene), truth_rad);
+    if (folder.empty() || row.find != wholeImage || row.right != before.right) continue;
+    const bool wrong = row.wrong != before.wrong;
+    if (wrong || scenes.lights > 0) {
+      drawWhatWasSeen(folder, wrong ? "wrong" : "none", config, scene, seed);
+    }
+  }
+}
+
+int run(int scenes, std::uint64_t first_seed, const std::string& folder) {
+  std::vector<Row> rows{{"the whole image", 1, wholeImage},
+                        {"with a +-10 deg prediction", 1, prediction},
+                        {"two like lights, with that prediction", 2, prediction},
+                        {"no light, the whole image", 0, wholeImage},
+                        {"threshold + findContours, largest", 1, largestContour},
+                        {"SimpleBlobDetector", 1, simpleBlob}};
+  Reliability reliability;
+  for (int lights : {1, 2, 0}) {
+    const RandomSceneConfig config = sceneConfig(lights);
+    for (int i = 0; i < scenes; ++i) {
+      look(config, first_seed + static_cast<std::uint64_t>(i), folder, &rows, &reliability);
+    }
+  }
+  print(rows, reliability, scenes, first_seed);
   return EXIT_SUCCESS;
 }
 

@@ -16,6 +16,7 @@ struct RandomSceneConfig {
   Interval distance_m{0.3, 4.0};         ///< of the lights, evenly in the logarithm
   Interval peak_levels{90.0, 400.0};     ///< as left by an exposure control that does not know them
   int lights = 1;                        ///< like ones; the first is looked for
+  double light_radius_m = 0.0;
 };
 
 struct RandomScene {

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <optional>
 
 #include "bearing_calibration/vision/annulus_mask.h"
 #include "bearing_calibration/vision/blob_segmenter.h"
@@ -19,12 +19,12 @@ enum class Rejection : std::uint8_t {
   kFill,            ///< not an ellipse
   kMaskEdge,        ///< cut by the mask's edge or by a post
   kNoLight,         ///< nothing is left over the background
-  kHorizon,         ///< above the mirror's apex
+  kHorizon,         ///< higher than a light may be
   kTangentialSize,  ///< not the blur that the optics make
   kRadialSize,
   kAxis,          ///< not along the mirror's radius
   kKurtosis,      ///< brighter in the middle than what an open aperture makes of a light
-  kUnlikely,      ///< inside of every gate, but near too many of them
+  kUnlikely,      ///< by several small doubts
   kTooManySpots,  ///< not measured: the image has more spots than max_candidates
 };
 inline constexpr int kRejections = 13;
@@ -39,24 +39,29 @@ double fillTolerance(const BlobShape& shape);
 Rejection rejectionOf(const Blob& blob, const BlobShape& shape, const GateConfig& gates,
                       const Range& area_px);
 
-/// How far a measured ellipse is from a light's, each in units of its gate: 1 or -1 is on its edge.
-struct PartsOfGates {
-  double fill = 0.0;
-  double tangential = 0.0;  ///< this and the others only with the mirror's gates
-  double radial = 0.0;
-  double kurtosis = 0.0;
-  std::optional<double> axis;  ///< where a light has one
+/// How a spot was found: the more was tried, the less it says.
+struct Search {
+  bool opened = false;  ///< beside bright areas, which were taken away
+  double threshold_levels = 0.0;
+  int thresholds = 1;              ///< of which this is the last
+  int spots = 0;                   ///< over the threshold
+  double log_part_searched = 0.0;  ///< logarithm of the part of the mask that was searched
 };
-PartsOfGates partsOfGates(const LightEllipse& ellipse, const SpotSize& expected,
-                          const GateConfig& gates);
 
-/// The gates that need the measured ellipse.
-Rejection rejectionOf(const PartsOfGates& parts);
+/// By how much one measure of a spot lowers the logarithm of its odds to be a light.
+struct Doubt {
+  Rejection reason = Rejection::kUnlikely;
+  double log_odds = 0.0;
+};
+using Doubts = std::array<Doubt, 8>;
+Doubts doubtsAbout(const LightEllipse& ellipse, const SpotSize& expected, const Search& search,
+                   const GateConfig& gates);
 
-/// Probability in 0 to 1 that an ellipse which passed the gates is a light rather than clutter:
-/// a light's fill, sizes and axis scatter about the expected ones as a normal distribution with the
-/// gates at three sigma, clutter's are anything inside the gates; both equally likely beforehand.
-/// It says how much like a light the spot is, not which of several lights it is.
-double probabilityOf(const PartsOfGates& parts, const GateConfig& gates);
+/// Probability in 0 to 1 that a spot is a light rather than clutter. It says how much like a light
+/// the spot is, not which of several lights it is.
+double probabilityOf(const Doubts& doubts, const Search& search);
+
+/// The reason of the largest of them; kUnlikely where none is large.
+Rejection largestOf(const Doubts& doubts);
 
 }  // namespace bearing_calibration::core

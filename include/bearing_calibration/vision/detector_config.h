@@ -45,10 +45,19 @@ struct ThresholdConfig {
 struct LightModel {
   double min_distance_m = 0.0;  ///< horizontal, from the mirror's axis
   double max_distance_m = 0.0;
-  double radius_m = 0.0;           ///< of the glowing surface around its middle, 0 for a point
+  double min_radius_m = 0.0;       ///< of the glowing surface around its middle, 0 for a point
+  double radius_m = 0.0;           ///< the same at most
   double half_height_m = 0.0;      ///< of that surface above and below its middle
   double brightness_spread = 0.0;  ///< relative, over that surface
-  bool below_apex = false;         ///< so that it lies inside the horizon's circle
+  double max_height_m = 0.0;       ///< over the apex: how far outside of the horizon it may be seen
+};
+
+/// How well the optics are known: standard deviations. Parameter groups `lens` and `mirror`.
+struct OpticsUncertainty {
+  double scale = 0.0;     ///< relative, of the focal length in pixels
+  double aperture = 0.0;  ///< relative
+  double focus = 0.0;     ///< relative, of the focus distance
+  double half_angle_rad = 0.0;
 };
 
 /// What a candidate must fulfil. Parameter group `gates`.
@@ -56,12 +65,7 @@ struct GateConfig {
   bool mirror = false;  ///< compare size, axis and radius with the mirror's optics
   int min_pixels = 0;   ///< of the thresholded spot
   int max_pixels = 0;
-  double min_fill = 0.0;  ///< pixels over the area of the ellipse with the same second moments
-  double max_fill = 0.0;
-  double size_tolerance = 0.0;      ///< relative, beyond the range of expected standard deviations
-  double kurtosis_tolerance = 0.0;  ///< of the fourth moment over the squared second one
-  double max_axis_error_rad = 0.0;  ///< between the spot's axis and the mirror's radius
-  double min_probability = 0.0;     ///< probability of being a light, by all of these together
+  double min_probability = 0.0;  ///< of being a light
 };
 
 /// Errors that no single image shows. Parameter group `alignment`.
@@ -76,6 +80,7 @@ struct AlignmentConfig {
 struct DetectorConfig {
   ImageSensor sensor;
   ConicMirror mirror;
+  OpticsUncertainty optics_stddev;
   MirrorView view;
   MaskConfig mask;
   ThresholdConfig threshold;

@@ -43,7 +43,7 @@ class ImageAdviser {
   Advice onRejected(const DetectionResult& result) const;
 
   DetectorConfig config_;
-  double horizon_radius_px_;
+  double largest_radius_px_;
 };
 
 /// The focus distance at which the lens would make a spot of this size; all else as configured.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>
@@ -48,6 +49,9 @@ struct DetectionResult {
 /// intensity centroid, gates again, variance.
 class LightDetector {
  public:
+  /// What is as likely as this is not looked for elsewhere.
+  static constexpr double kLikely = 0.5;
+
   /// @throws std::invalid_argument with all the sentences of config.validate().
   explicit LightDetector(const DetectorConfig& config);
 
@@ -68,6 +72,9 @@ class LightDetector {
   void searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp,
                                const std::vector<PixelStrip>& strips);
   void scan(const cv::Mat& image, const cv::Mat& sharp, const std::vector<PixelStrip>& strips);
+  double logPartOf(const std::vector<PixelStrip>& strips) const;
+  bool likely() const { return probabilityOfBest(result_) >= kLikely; }
+  static double probabilityOfBest(const DetectionResult& result);
   void examine(const cv::Mat& image, const cv::Mat& sharp, const std::vector<Blob>& blobs,
                bool with_rejected);
   void measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
@@ -79,7 +86,7 @@ class LightDetector {
   DetectorConfig config_;
   AnnulusMask mask_;
   ExpectedSpot expected_;
-  double horizon_radius_px_;
+  double largest_radius_px_;
   BackgroundSampler sampler_;
   BlobSegmenter segmenter_;
   std::vector<PixelStrip> region_;
@@ -87,9 +94,11 @@ class LightDetector {
   cv::Mat wider_than_a_light_;  ///< element of the opening
   cv::Mat opened_;
   bool opened_is_of_image_ = false;
-  bool raised_ = false;  ///< the threshold is not the first one
+  std::int64_t mask_px_ = 0;  ///< pixels of the whole mask
+  Search search_;             ///< what was tried until now
   DetectionResult result_;
   DetectionResult other_result_;
+  std::vector<Detection> best_lights_;  ///< of the thresholds until now
 };
 
 }  // namespace bearing_calibration::core
