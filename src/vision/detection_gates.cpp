@@ -22,23 +22,21 @@ constexpr double kMostFill = 1.05;
 // An ellipse has an axis to compare when one deviation exceeds the other by so much.
 constexpr double kElongated = 1.25;
 
-// What a spot's measures take from the logarithm of its odds to be a light: logistic regression on
-// the spots of 1400 random scenes, half of them without light (doc/detection.md).
-constexpr double kPerfect = 12.8;  // of a spot without any doubt
-// For each squared standard deviation of the size.
-constexpr double kOfTangentialMisfit = 4.1;
-constexpr double kOfRadialMisfit = 2.3;
+// What a spot's measures take from the logarithm of its odds to be a light: chosen on 2000 random
+// scenes, half of them without light (doc/detection.md).
+constexpr double kPerfect = 16.4;  // of a spot without any doubt
+constexpr double kOfMisfit = 2.6;  // for each squared standard deviation of the size
 // For each e-fold that the light is larger than a point.
-constexpr double kOfTangentialExtent = 17.5;
-constexpr double kOfRadialExtent = 24.6;
-constexpr double kOfKurtosis = 50.0;
-constexpr double kOfOutline = 7.7;     // for each pixel that it lies elsewhere than the moments say
-constexpr double kOfSaturation = 3.1;  // of all pixels: nothing is left to tell it by
-constexpr double kOpened = 1.8;
-constexpr double kUsualSpots = 10.0;  // of an image; where there are more, more are like a light
+constexpr double kOfTangentialExtent = 11.0;
+constexpr double kOfRadialExtent = 28.0;
+constexpr double kOfKurtosis = 70.0;
+constexpr double kOfOutline = 11.0;    // for each pixel that it lies elsewhere than the moments say
+constexpr double kOfSaturation = 6.2;  // of all pixels: nothing is left to tell it by
+constexpr double kOpened = 1.4;
+constexpr double kUsualSpots = 20.0;  // of an image; where there are more, more are like a light
 constexpr double kKurtosisOfDisc = 4.0 / 3.0;
 // Normal errors.
-constexpr double kFillStddev = 0.05;
+constexpr double kFillStddev = 0.035;
 constexpr double kAxisStddev_rad = radiansFromDegrees(2.0);
 
 /// Angle between the ellipse's axis and the mirror's radius or tangent, whichever is nearer [rad].
@@ -146,9 +144,9 @@ Doubts doubtsAbout(const LightEllipse& ellipse, const SpotSize& expected, const 
   if (!gates.mirror) return doubts;
   const SizeFit size = fitSize(ellipse, expected);
   doubts[1] = {Rejection::kTangentialSize,
-               kOfTangentialMisfit * size.misfit2(0) + kOfTangentialExtent * size.extent(0)};
+               kOfMisfit * size.misfit2(0) + kOfTangentialExtent * size.extent(0)};
   doubts[2] = {Rejection::kRadialSize,
-               kOfRadialMisfit * size.misfit2(1) + kOfRadialExtent * size.extent(1)};
+               kOfMisfit * size.misfit2(1) + kOfRadialExtent * size.extent(1)};
   if (hasAxis(expected)) {
     doubts[3] = {Rejection::kAxis, halfSquare(axisError(ellipse) / kAxisStddev_rad)};
   }
