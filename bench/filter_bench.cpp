@@ -2,7 +2,7 @@
 // dynamic size, for its size.
 #include <benchmark/benchmark.h>
 
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bench/paper_run.h"
 #include "bench/reference/dynamic_ekf.h"

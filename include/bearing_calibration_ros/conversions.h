@@ -66,7 +66,7 @@ msg::CalibrationEstimate messageFromResult(const core::CalibrationResult& result
 
 /// Light and mount of such a message, with the errors of clock and wheels; none where it has no
 /// estimate yet.
-std::optional<core::RobotEstimate> robotFromMessage(const msg::CalibrationEstimate& message);
+std::optional<core::StateEstimate> robotFromMessage(const msg::CalibrationEstimate& message);
 
 /// A pose of the plane at a height above it.
 geometry_msgs::Pose poseFromPlane(const core::Pose2& pose, double z_m = 0.0);

@@ -19,7 +19,7 @@ std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& r
 
 /// What is in the configured folder's result.yaml to go on from.
 struct EarlierResult {
-  std::optional<core::LastingEstimate> lasting;
+  std::optional<core::StateEstimate> lasting;
   std::string message;  ///< what was taken up, or why nothing was
 };
 

@@ -105,7 +105,7 @@ class Calibrator::Impl {
     return BasePlace{newest, start_from_fused_ * track_.motionTo(newest).start_from_end};
   }
 
-  void resume(const LastingEstimate& earlier) {
+  void resume(const StateEstimate& earlier) {
     earlier_ = earlier;
     calibration_->resume(earlier);
   }
@@ -238,7 +238,7 @@ class Calibrator::Impl {
   OdometryTrack track_;
   BearingQueue queue_;
   std::unique_ptr<FitsBeside> calibration_;
-  std::optional<LastingEstimate> earlier_;
+  std::optional<StateEstimate> earlier_;
   std::optional<WheelTravel> last_travel_;
   std::optional<Stamp> last_fused_;  ///< on the encoders' clock
   /// The encoders' clock has stepped back from here: what is stamped earlier may be of either time.
@@ -292,7 +292,7 @@ FitsReport Calibrator::fits() const { return impl_->fits(); }
 
 std::optional<BasePlace> Calibrator::place() const { return impl_->place(); }
 
-void Calibrator::resume(const LastingEstimate& earlier) { impl_->resume(earlier); }
+void Calibrator::resume(const StateEstimate& earlier) { impl_->resume(earlier); }
 
 void Calibrator::observe(OutcomeObserver observer) { impl_->observe(std::move(observer)); }
 

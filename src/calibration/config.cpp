@@ -2,7 +2,7 @@
 
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/filter/lights_state.h"
+#include "bearing_calibration/filter/motion_model.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration::core {

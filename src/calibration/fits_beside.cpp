@@ -98,7 +98,7 @@ void FitsBeside::forget(const CalibratorConfig& config) {
   error_ = nullptr;
 }
 
-void FitsBeside::resume(const LastingEstimate& earlier) {
+void FitsBeside::resume(const StateEstimate& earlier) {
   drop();
   live_->resume(earlier);
 }

@@ -75,10 +75,11 @@ std::vector<LightSummary> LightsVerdict::summarise(std::size_t leading,
 void LightsVerdict::takeJoint(CalibrationResult* result) const {
   const auto& joint = joint_.joint();
   if (!joint) return;
+  const StateEstimate estimate = joint->filter.estimate();
   for (std::size_t k = 0; k < joint->lights.size(); ++k) {
     LightSummary& summary = result->lights[joint->lights[k]];
     summary.in_estimate = true;
-    summary.cartesian_state = joint->estimate.robot(static_cast<int>(k)).cartesian;
+    summary.cartesian_state = estimate.cartesian(static_cast<int>(k));
   }
   // a rival of all of them is at least as far behind as with any one
   const auto gapOf = [this](std::size_t light) { return lights_[light].calibration().rival().gap; };
@@ -86,7 +87,7 @@ void LightsVerdict::takeJoint(CalibrationResult* result) const {
       *std::max_element(joint->lights.begin(), joint->lights.end(),
                         [&](std::size_t a, std::size_t b) { return gapOf(a) < gapOf(b); });
   result->rival = lights_[surest].calibration().rival();
-  sayEstimate(joint->estimate.robot(0), result);
+  sayEstimate(estimate, result);
   result->state = joint->judgement.state;
   result->advice = joint->judgement.advice;
   result->cause = joint->judgement.cause;

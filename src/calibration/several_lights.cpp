@@ -36,7 +36,7 @@ SeveralLights::SeveralLights(const CalibratorConfig& config, FitsRun fits_run)
   if (!isMany()) lights_.emplace_back(config_, fits_run_);
 }
 
-void SeveralLights::resume(const LastingEstimate& earlier) {
+void SeveralLights::resume(const StateEstimate& earlier) {
   earlier_ = earlier;
   for (Landmark& light : lights_) light.resume(earlier);
 }
@@ -160,12 +160,17 @@ void SeveralLights::review() {
     return;
   }
   std::vector<const LandmarkSolution*> answers;
+  LightPositions lights_in_base(2, lights_.size());
   bool is_earlier_believed = earlier_.has_value();
   for (const Landmark& light : lights_) {
     answers.push_back(light.isSound() ? &*light.calibration().solution() : nullptr);
+    if (light.isSound()) {
+      lights_in_base.col(static_cast<Eigen::Index>(answers.size()) - 1) =
+          light.calibration().lightInBase();
+    }
     if (light.isSound() && !light.calibration().earlier()) is_earlier_believed = false;
   }
-  joint_.review(answers, is_earlier_believed ? earlier_ : std::nullopt);
+  joint_.review(answers, lights_in_base, is_earlier_believed ? earlier_ : std::nullopt);
   for (Landmark& light : lights_) light.shareSince(joint_.since());
 }
 

@@ -168,7 +168,7 @@ void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Obse
   }
   const double motion_m = motionOf(record, settled->best.beginning);
   if (confirmed_) {
-    if (staysWhereItWas(mountFromCartesian(tracker.filter().cartesian()), motion_m)) return;
+    if (staysWhereItWas(tracker.filter().estimate().mount(), motion_m)) return;
     last_ = {CalibrationState::kConverging,
              "the estimate has changed by more than its uncertainty: the next metre and turn must "
              "confirm it"};
@@ -187,8 +187,7 @@ bool ConvergenceJudge::staysWhereItWas(const MountEstimate& mount, double motion
   constexpr double kFalseAlarm = 1e-4;
   static const double kLargest = chiSquareQuantile(1.0 - kFalseAlarm, kMountDegrees);
   if (claimed_) {
-    Eigen::Vector3d leap = mount.mean - claimed_->mean;
-    leap.z() = wrapAngle(leap.z());
+    const Eigen::Vector3d leap = mountDifference(mount.mean, claimed_->mean);
     if (leap.dot(claimed_->covariance.ldlt().solve(leap)) <= kLargest) {
       leapt_since_m_.reset();
     } else if (!leapt_since_m_) {
@@ -207,7 +206,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   if (const auto why = inconsistency(tracker.consistency())) {
     return {CalibrationState::kInconsistent, *why, Fault::kScatter};
   }
-  const CartesianEstimate estimate = tracker.filter().cartesian();
+  const StateEstimate estimate = withNearness(tracker.filter().estimate(), nearness_stddev_m_);
   if (mount_moved_) return *mount_moved_;
   if (!settled) return stillConverging(estimate);
   // What comes after the light was lost may be another light for a while, or the light after a
@@ -219,8 +218,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
     mount_moved_ = mountMoved(*jump);
     return *mount_moved_;
   }
-  const MountEstimate mount = mountFromCartesian(withNearness(estimate, nearness_stddev_m_));
-  if (!meetsTargets(mount, config_)) return stillConverging(estimate);
+  if (!meetsTargets(estimate.mount(), config_)) return stillConverging(estimate);
   if (jump) {
     return {CalibrationState::kInconsistent,
             "two parts of the drive give different mounts: check the latency and the wheels' "
@@ -251,15 +249,13 @@ Judgement ConvergenceJudge::mountMoved(const DisplacementTest& jump) {
           Fault::kMountMoved};
 }
 
-Judgement ConvergenceJudge::stillConverging(const CartesianEstimate& estimate) const {
-  const Eigen::Vector3d stddev = mountFromCartesian(withNearness(estimate, nearness_stddev_m_))
-                                     .covariance.diagonal()
-                                     .cwiseSqrt();
+Judgement ConvergenceJudge::stillConverging(const StateEstimate& estimate) {
+  const Eigen::Vector3d stddev = estimate.mount().covariance.diagonal().cwiseSqrt();
   return {CalibrationState::kConverging,
           format("position known to %.3f m and yaw to %.2f deg: keep driving straight lines and "
                  "turns; the light is %.1f m away, nearer is better",
                  stddev.head<2>().maxCoeff(), degreesFromRadians(stddev.z()),
-                 (estimate.lightInBase() - estimate.sensorInBase()).norm())};
+                 estimate.cartesian().range())};
 }
 
 }  // namespace bearing_calibration::core

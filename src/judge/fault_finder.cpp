@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/judge/mount_agreement.h"
+#include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/record/observation_change.h"
 #include "bearing_calibration/record/observation_path.h"
 
@@ -89,7 +89,7 @@ class FaultSearch {
     const StartAttempt second = findStart({middle, observations_.end()}, config_);
     constexpr double kSameMount = 0.999;
     return first.ready() && second.ready() &&
-           disagreement(mountFromCartesian(first.estimate), mountFromCartesian(second.estimate)) <
+           disagreement(first.estimate.mount(), second.estimate.mount()) <
                chiSquareQuantile(kSameMount, 3.0);
   }
 

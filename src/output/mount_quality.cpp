@@ -11,7 +11,6 @@
 namespace bearing_calibration::core {
 namespace {
 
-constexpr int kMountSize = 3;
 constexpr int kSize = kMountSize + kErrorCount;
 using Covariance = Eigen::Matrix<double, kSize, kSize>;
 
@@ -28,9 +27,10 @@ Eigen::Vector2d worstAxis(const Eigen::Matrix2d& covariance) {
 
 /// Mount and errors, with the wheel separation taken as it is where the wheels' scales are looked
 /// for, too: all lengths stand on it, and no motion tells it.
-Covariance withoutMetricScale(const RobotEstimate& robot) {
-  Covariance covariance =
-      robot.joint<kErrorCount>().covariance.template bottomRightCorner<kSize, kSize>();
+Covariance withoutMetricScale(const StateEstimate& estimate) {
+  const int size = estimate.layout.lastingSize();
+  Covariance covariance = Covariance::Zero();
+  covariance.topLeftCorner(size, size) = estimate.covariance.topLeftCorner(size, size);
   constexpr int kSeparation = kMountSize + placeOf<WheelSeparation>();
   constexpr int kScale = kMountSize + placeOf<WheelScales>();
   const double variance = covariance(kSeparation, kSeparation);
@@ -98,8 +98,8 @@ std::string inWords(const RivalMount& rival) {
 
 }  // namespace
 
-MountQuality qualityOf(const RobotEstimate& robot) {
-  const MountEstimate mount = mountFromCartesian(robot.cartesian);
+MountQuality qualityOf(const StateEstimate& estimate) {
+  const MountEstimate mount = estimate.mount();
   Eigen::Matrix<double, 2, 3> J_light_mount;
   J_light_mount << Eigen::Matrix2d::Identity(),
       perpendicular(Eigen::Vector2d(kAhead_m, 0.0) - mount.mean.head<2>());
@@ -110,7 +110,7 @@ MountQuality qualityOf(const RobotEstimate& robot) {
   if (worst.x() < 0.0 || (worst.x() == 0.0 && worst.y() < 0.0)) worst = -worst;
   quality.worst_direction_rad = std::atan2(worst.y(), worst.x());
   quality.worst_stddev_m = worst.norm();
-  quality.most_correlated = mostCorrelated(withoutMetricScale(robot));
+  quality.most_correlated = mostCorrelated(withoutMetricScale(estimate));
   return quality;
 }
 
@@ -125,9 +125,9 @@ PartingMotion motionThatParts(const MountQuality::Pair& pair) {
 }
 
 std::vector<std::string> qualityInWords(const CalibrationResult& result) {
-  if (!result.cartesian_state || !mayBeTrusted(result.state)) return {};
+  if (!result.estimate || !mayBeTrusted(result.state)) return {};
   constexpr double kMillimetres = 1e3;
-  const MountQuality quality = qualityOf({*result.cartesian_state, result.robot_errors});
+  const MountQuality quality = qualityOf(*result.estimate);
   std::vector<std::string> words;
   words.push_back(formatted("a light %.0f m ahead is placed within %.1f mm (68 %%) along any axis",
                             kAhead_m, kMillimetres * quality.light_ahead_stddev_m));

@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/robot_errors.h"
-#include "bearing_calibration/solve/fit_scatter.h"
+#include "bearing_calibration/solve/mount_displacement.h"
 #include "bearing_calibration/solve/noise_review.h"
 
 namespace bearing_calibration::core {
@@ -59,7 +59,7 @@ class Walk {
   bool isJudged() const { return !batch_.path.points.empty(); }
 
   Pose2 corrected(const OdometryIncrement& motion) const {
-    return correctMotion<kErrorCount>(motion, batch_.errors.mean).start_from_end;
+    return correctMotion(motion, batch_.path.errors).start_from_end;
   }
 
   void takeKept() {
@@ -85,7 +85,7 @@ class Walk {
     if (!isJudged() || next_ == 0 || outcome.kind == AssociationOutcome::Kind::kNothingSeen)
       return kNone;
     const Vector5 state = moved(batch_.path.state(next_ - 1), corrected(since_kept_));
-    return ::bearing_calibration::core::residualOf(outcome.observation, state, batch_.errors.mean);
+    return ::bearing_calibration::core::residualOf(outcome.observation, state, batch_.path.errors);
   }
 
   const std::vector<Observation>& observations_;
@@ -134,7 +134,7 @@ void OfflineReport::add(const AssociationOutcome& outcome) {
   motion_since_observation_ = {};
 }
 
-Review OfflineReport::conclude(const std::optional<RobotEstimate>& running,
+Review OfflineReport::conclude(const std::optional<StateEstimate>& running,
                                const ErrorPriors& errors) {
   config_.batch.errors = errors;
   Review review;
@@ -143,17 +143,19 @@ Review OfflineReport::conclude(const std::optional<RobotEstimate>& running,
   review.estimate = running;
   if (!running && !observations.empty()) {
     review.start = findStart(observations, config_);
-    if (review.start.ready()) review.estimate = {review.start.estimate, review.start.errors};
+    if (review.start.ready()) review.estimate = review.start.estimate;
   }
   BatchEstimate batch;
   if (review.estimate && !observations.empty()) {
     // the running estimate is at the last image, which may have shown nothing
-    const Vector5 at_last_observation =
-        running ? moved(running->cartesian.mean, motion_since_observation_.start_from_end.inverse())
-                : review.estimate->cartesian.mean;
+    Vector5 at_last_observation = review.estimate->cartesian().mean;
+    if (running) {
+      at_last_observation =
+          moved(at_last_observation, motion_since_observation_.start_from_end.inverse());
+    }
     const BatchEstimator estimator(config_.batch);
-    batch = estimator.estimate(
-        observations, {at_last_observation, observations.size() - 1, review.estimate->errors.mean});
+    batch = estimator.estimate(observations, {at_last_observation, observations.size() - 1,
+                                              review.estimate->errors().mean});
     const auto reviewed = [&] {
       return reviewNoise(observations, batch, errors, config_.noise, review.noise);
     };
@@ -166,13 +168,13 @@ Review OfflineReport::conclude(const std::optional<RobotEstimate>& running,
     review.slips = static_cast<int>(batch.slips.size());
     review.correlation = batch.correlation;
     if (review.settled) {
-      RobotEstimate estimate = batch.robot();
+      StateEstimate estimate = batch.last;
       if (config_.noise.any()) {
         const NoiseReview noise = reviewed();
         review.noise = noise.levels;
         estimate = withItsNoise(estimate, batch, noise);
       }
-      review.estimate = widened(estimate, scatterOf(batch).widening());
+      review.estimate = widened(estimate, batch.scatter().widening());
     }
   }
   if (!review.settled) batch = {};

@@ -2,11 +2,11 @@
 
 namespace bearing_calibration::core {
 
-void sayEstimate(const RobotEstimate& estimate, CalibrationResult* result) {
-  const CartesianEstimate cartesian =
-      withNearness(estimate.cartesian, result->error_priors.nearness_stddev_m);
+void sayEstimate(const StateEstimate& estimate, CalibrationResult* result) {
+  result->estimate = withNearness(estimate, result->error_priors.nearness_stddev_m);
+  const CartesianEstimate cartesian = result->estimate->cartesian();
   result->cartesian_state = cartesian;
-  result->robot_errors = estimate.errors;
+  result->robot_errors = estimate.errors();
   result->paper_state = paperFromCartesian(cartesian);
   result->base_from_sensor = mountFromCartesian(cartesian);
 }

@@ -85,11 +85,11 @@ void emitStates(YAML::Emitter& out, const SavedCalibration& calibration) {
 }
 
 /// What is known of mount and lasting errors together, without what is not.
-void emitLasting(YAML::Emitter& out, const LastingEstimate& lasting) {
+void emitLasting(YAML::Emitter& out, const StateEstimate& lasting) {
   const std::vector<std::string> names = lastingNames();
   std::vector<int> known;
-  for (int i = 0; i < LastingEstimate::kSize; ++i) {
-    if (lasting.isKnown(i)) known.push_back(i);
+  for (int i = 0; i < lasting.layout.size(); ++i) {
+    if (lasting.covariance(i, i) > 0.0) known.push_back(i);
   }
   const auto size = static_cast<int>(known.size());
   Eigen::MatrixXd covariance(size, size);

@@ -63,15 +63,15 @@ Eigen::MatrixXd readCovariance(const YAML::Node& parent, const std::string& key,
   return matrix;
 }
 
-LastingEstimate readLasting(const YAML::Node& root) {
+StateEstimate readLasting(const YAML::Node& root) {
   const YAML::Node node = child(root, "lasting");
   const YAML::Node mean = child(node, "mean");
   const std::vector<std::string> names = lastingNames();
-  LastingEstimate lasting;
+  StateEstimate lasting = lastingPart(MountEstimate());
   std::vector<int> known;
-  for (int i = 0; i < LastingEstimate::kSize; ++i) {
+  for (int i = 0; i < lasting.layout.size(); ++i) {
     const std::string& name = names[static_cast<std::size_t>(i)];
-    if (i >= LastingEstimate::kMountSize && !mean[name].IsDefined()) continue;
+    if (i >= kMountSize && !mean[name].IsDefined()) continue;
     lasting.mean(i) = readFinite(mean, name);
     known.push_back(i);
   }

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/judge/mount_agreement.h"
+#include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -48,7 +48,7 @@ std::vector<std::string> DriveGoal::validate() const {
 
 DriveEstimate DriveEstimate::from(const CalibrationResult& result) {
   DriveEstimate estimate{result.stamp, result.state, std::nullopt};
-  if (result.cartesian_state) estimate.robot = {*result.cartesian_state, result.robot_errors};
+  if (result.estimate) estimate.robot = partOf(*result.estimate, kWheelErrors, {0});
   return estimate;
 }
 
@@ -153,25 +153,25 @@ class CalibrationDriver::Impl {
   }
 
   /// The estimate carried on to now.
-  std::optional<RobotEstimate> estimateNow() const {
+  std::optional<StateEstimate> estimateNow() const {
     if (!known_) return std::nullopt;
     return movedBy(track_.motionTo(track_.newest()), *known_->robot);
   }
 
   /// Scripts are driven as they are printed, past a light that a person has put there.
   bool isAllowed(const MotionPrimitive& primitive,
-                 const std::optional<RobotEstimate>& estimate) const {
+                 const std::optional<StateEstimate>& estimate) const {
     if (!planner_.staysInside(primitive, start_from_base_)) return false;
     if (!estimate) return true;
-    return isPlanned() ? planner_.keepsAway(primitive, estimate->cartesian)
-                       : !planner_.isSurelyTooNear(primitive, estimate->cartesian);
+    return isPlanned() ? planner_.keepsAway(primitive, estimate->cartesian())
+                       : !planner_.isSurelyTooNear(primitive, estimate->cartesian());
   }
   bool isPlanned() const { return goal_.motion == DriveMotion::kOptimal; }
 
   void decide() {
     plan_.reset();
     if (track_.empty()) return;  // the first reading says where the wheels stand
-    const std::optional<RobotEstimate> estimate = estimateNow();
+    const std::optional<StateEstimate> estimate = estimateNow();
     if (isPlanned() && estimate) {
       plan_ = planner_.plan(*estimate, start_from_base_);
       if (plan_) follower_.emplace(plan_->primitive, config_.limits, travelled_);
@@ -188,7 +188,7 @@ class CalibrationDriver::Impl {
   /// The estimate goes on growing during a primitive: what is left of it must still be allowed. A
   /// plan is made anew then; a script would be another one without a part of it.
   void keepAway() {
-    const std::optional<RobotEstimate> estimate = estimateNow();
+    const std::optional<StateEstimate> estimate = estimateNow();
     if (!follower_ || !estimate) return;
     if (isAllowed(follower_->remaining(travelled_), estimate)) return;
     if (!isPlanned()) end(DriveEnd::kNoWay);

@@ -52,7 +52,7 @@ Pose2 poseAfter(const MotionPrimitive& primitive, const Pose2& frame_from_base) 
 /// A primitive, where it leads, and what it brings.
 struct MotionPlanner::Candidate {
   MotionPrimitive primitive;
-  RobotEstimate expected;
+  StateEstimate expected;
   Pose2 start_from_base;
   double duration_s = 0.0;
   double gain = 0.0;  ///< by how much the log det falls
@@ -66,19 +66,19 @@ MotionPlanner::MotionPlanner(const PlannerConfig& config, const WheelLimits& lim
       sensing_(validated(sensing)),
       region_(validated(region)) {}
 
-double MotionPlanner::logDet(const CartesianEstimate& estimate) const {
+double MotionPlanner::logDet(const StateEstimate& estimate) const {
   const auto log_det = [](const auto& covariance) {
     return 2.0 * covariance.llt().matrixLLT().diagonal().array().log().sum();
   };
   switch (config_.block) {
     case PlannerConfig::Block::kMount:
-      return log_det(Eigen::Matrix3d(estimate.covariance.bottomRightCorner<3, 3>()));
+      return log_det(Eigen::Matrix3d(estimate.covariance.topLeftCorner<3, 3>()));
     case PlannerConfig::Block::kPosition:
-      return log_det(Eigen::Matrix2d(estimate.covariance.block<2, 2>(2, 2)));
+      return log_det(Eigen::Matrix2d(estimate.covariance.topLeftCorner<2, 2>()));
     case PlannerConfig::Block::kYaw:
       break;
   }
-  return std::log(estimate.covariance(CartesianIndex::kSensorYaw, CartesianIndex::kSensorYaw));
+  return std::log(estimate.covariance(kMountSize - 1, kMountSize - 1));
 }
 
 bool MotionPlanner::staysInside(const MotionPrimitive& primitive,
@@ -137,17 +137,18 @@ std::vector<MotionPrimitive> MotionPlanner::proposals(const CartesianEstimate& e
 }
 
 std::vector<MotionPlanner::Candidate> MotionPlanner::candidatesAt(
-    const RobotEstimate& estimate, const Pose2& start_from_base) const {
-  const double log_det = logDet(estimate.cartesian);
+    const StateEstimate& estimate, const Pose2& start_from_base) const {
+  const double log_det = logDet(estimate);
+  const CartesianEstimate cartesian = estimate.cartesian();
   std::vector<Candidate> candidates;
-  for (const MotionPrimitive& proposal : proposals(estimate.cartesian)) {
+  for (const MotionPrimitive& proposal : proposals(cartesian)) {
     // judged as it will be driven: without a small turn a way may pass nearer to the light
     const MotionPrimitive primitive = driveable(proposal, limits_.wheel_separation_m);
-    if (!keepsAway(primitive, estimate.cartesian) || !staysInside(primitive, start_from_base))
+    if (!keepsAway(primitive, cartesian) || !staysInside(primitive, start_from_base))
       continue;
     Candidate candidate{primitive, predictAfter(primitive, estimate, limits_, sensing_),
                         poseAfter(primitive, start_from_base), durationOf(primitive, limits_), 0.0};
-    candidate.gain = log_det - logDet(candidate.expected.cartesian);
+    candidate.gain = log_det - logDet(candidate.expected);
     if (std::isfinite(candidate.gain)) candidates.push_back(candidate);
   }
   std::sort(candidates.begin(), candidates.end(),
@@ -155,7 +156,7 @@ std::vector<MotionPlanner::Candidate> MotionPlanner::candidatesAt(
   return candidates;
 }
 
-std::optional<PlannedPrimitive> MotionPlanner::plan(const RobotEstimate& estimate,
+std::optional<PlannedPrimitive> MotionPlanner::plan(const StateEstimate& estimate,
                                                     const Pose2& start_from_base) const {
   const std::vector<Candidate> firsts = candidatesAt(estimate, start_from_base);
   if (firsts.empty()) return std::nullopt;

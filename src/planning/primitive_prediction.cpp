@@ -6,6 +6,7 @@
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/motion_model.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -13,48 +14,42 @@ namespace {
 constexpr double kLongestStep_s = 0.25;  // 0.4 rad of a spin at 0.2 m/s: information hardly varies
 constexpr double kSameStep = 1e-9;       // of a part of the way: rounding
 
-template <int K>
-Gaussian<5 + K> moved(const OdometryIncrement& measured, const Gaussian<5 + K>& state) {
-  ErrorVector errors = ErrorVector::Zero();
-  errors.head<K>() = state.mean.template tail<K>();
-  const CorrectedMotion<K> corrected = correctMotion<K>(measured, errors);
-  OdometryIncrement motion = measured;
-  motion.start_from_end = corrected.start_from_end;
-  const Propagation step = propagateCartesian(state.mean.template head<5>(), motion);
-  const Eigen::Matrix<double, 2, 3> J_light_motion = step.J_state_motion.topRows<2>();
-  Gaussian<5 + K> next = state;
-  next.mean.template head<5>() = step.state;
-  propagateCovariance<K>(
-      step.J_state_state.topLeftCorner<2, 2>(), J_light_motion * corrected.J_pose_errors,
-      J_light_motion * motion.covariance * J_light_motion.transpose(), next.covariance);
-  return next;
-}
-
-/// The covariance after a bearing of this variance; the plain form of eq. 8, which is enough for a
-/// prediction over seconds.
+/// Takes in a bearing of this variance; the mean is as expected.
 /// @param speeds  of the wheels meanwhile: what a late stamp moves the light by (eq. 16)
-template <int K>
 void see(double variance_rad2, const WheelSpeeds& speeds, double wheel_separation_m,
-         Gaussian<5 + K>* state) {
-  const Vector5 cartesian = state->mean.template head<5>();
-  Eigen::Matrix<double, 1, 5 + K> H = Eigen::Matrix<double, 1, 5 + K>::Zero();
-  H.template head<5>() = azimuthFromCartesian(cartesian).J_azimuth_state;
-  if constexpr (K > 0) {
+         StateEstimate* state) {
+  const StateLayout& layout = state->layout;
+  StateRow H = expectAzimuth(layout, state->mean, 0, {}).J_angle_state;
+  if (layout.errors > placeOf<TimeOffset>()) {
     const Eigen::Vector2d light_mps =
         Eigen::Vector2d(0.5 * (speeds.left_mps + speeds.right_mps), 0.0) +
         (speeds.right_mps - speeds.left_mps) / wheel_separation_m *
-            perpendicular(cartesian.head<2>());
-    H(5 + placeOf<TimeOffset>()) = H.template head<2>() * light_mps;
+            perpendicular(state->mean.tail<2>());
+    H(kMountSize + placeOf<TimeOffset>()) = H.tail<2>().dot(light_mps.transpose());
   }
-  const Eigen::Matrix<double, 5 + K, 1> PHt = state->covariance * H.transpose();
-  const Eigen::Matrix<double, 5 + K, 1> gain = PHt / (H.dot(PHt) + variance_rad2);
-  state->covariance -= gain * PHt.transpose();
+  apply(prepareUpdate(H, 0.0, variance_rad2, *state), state);
 }
 
-template <int K>
-Gaussian<5 + K> after(const MotionPrimitive& primitive, const Gaussian<5 + K>& start,
-                      const WheelLimits& limits, const SensingModel& sensing) {
-  Gaussian<5 + K> predicted = start;
+}  // namespace
+
+std::vector<std::string> SensingModel::validate() const {
+  Requirements require;
+  require.add(wheel_noise.validate());
+  require.between("planner/bearing_stddev", bearing_stddev_rad, plausible::kLeastAngle_rad,
+                  plausible::kTurn_rad);
+  require.between("planner/bearing_rate", bearing_rate_hz, plausible::kRarest_hz,
+                  plausible::kMostFrequent_hz);
+  return require.errors();
+}
+
+StateEstimate movedBy(const OdometryIncrement& motion, StateEstimate estimate) {
+  propagate(motion, &estimate);
+  return estimate;
+}
+
+StateEstimate predictAfter(const MotionPrimitive& primitive, const StateEstimate& estimate,
+                           const WheelLimits& limits, const SensingModel& sensing) {
+  StateEstimate predicted = estimate;
   const auto follow = [&](const WheelDisplacement& wheels) {
     const double duration_s = travelTime(wheels.right_m, limits);
     if (duration_s <= 0.0) return;
@@ -74,50 +69,14 @@ Gaussian<5 + K> after(const MotionPrimitive& primitive, const Gaussian<5 + K>& s
         motion = append({}, rolled, limits.wheel_separation_m, sensing.wheel_noise, 0.0);
         last_part = part;
       }
-      predicted = moved<K>(motion, predicted);
-      see<K>(variance_rad2, {rolled.left_m / step_s, rolled.right_m / step_s},
-             limits.wheel_separation_m, &predicted);
+      propagate(motion, &predicted);
+      see(variance_rad2, {rolled.left_m / step_s, rolled.right_m / step_s},
+          limits.wheel_separation_m, &predicted);
     }
   };
   follow(turningWheels(primitive, limits.wheel_separation_m));
   follow(straightWheels(primitive));
   return predicted;
-}
-
-/// Calls `work` with the number of errors that the estimate doubts, of clock and wheels or none.
-template <class Work>
-auto withDoubts(const RobotEstimate& estimate, Work work) {
-  const bool doubts =
-      !estimate.errors.covariance.topLeftCorner<kWheelErrors, kWheelErrors>().isZero(0.0);
-  return withErrorsInUse(doubts ? kWheelErrors : 0, work);
-}
-
-}  // namespace
-
-std::vector<std::string> SensingModel::validate() const {
-  Requirements require;
-  require.add(wheel_noise.validate());
-  require.between("planner/bearing_stddev", bearing_stddev_rad, plausible::kLeastAngle_rad,
-                  plausible::kTurn_rad);
-  require.between("planner/bearing_rate", bearing_rate_hz, plausible::kRarest_hz,
-                  plausible::kMostFrequent_hz);
-  return require.errors();
-}
-
-RobotEstimate movedBy(const OdometryIncrement& motion, const RobotEstimate& estimate) {
-  return withDoubts(estimate, [&](auto size) {
-    constexpr int kErrors = size.value;
-    return RobotEstimate::from<kErrors>(moved<kErrors>(motion, estimate.joint<kErrors>()));
-  });
-}
-
-RobotEstimate predictAfter(const MotionPrimitive& primitive, const RobotEstimate& estimate,
-                           const WheelLimits& limits, const SensingModel& sensing) {
-  return withDoubts(estimate, [&](auto size) {
-    constexpr int kErrors = size.value;
-    return RobotEstimate::from<kErrors>(
-        after<kErrors>(primitive, estimate.joint<kErrors>(), limits, sensing));
-  });
 }
 
 double lightClearance(const MotionPrimitive& primitive, const CartesianEstimate& estimate,

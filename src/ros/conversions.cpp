@@ -18,8 +18,9 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// Of light and mount with the errors of clock and wheels.
+/// Of light and mount with the errors of clock and wheels, in the message's order.
 constexpr int kWithWheels = 5 + core::kWheelErrors;
+constexpr std::array<int, kWithWheels> kPlacesWithWheels = {7, 8, 0, 1, 2, 3, 4, 5, 6};
 using MatrixWithWheels = Eigen::Matrix<double, kWithWheels, kWithWheels, Eigen::RowMajor>;
 static_assert(sizeof(MatrixWithWheels) ==
               sizeof(msg::CalibrationEstimate::_covariance_with_clock_and_wheels_type));
@@ -95,9 +96,9 @@ void fillPaperState(const std::optional<core::PaperEstimate>& estimate,
 /// The robot's errors, then the levels of the noise.
 void fillRobotErrors(const core::CalibrationResult& result, msg::CalibrationEstimate* message) {
   MatrixWithWheels covariance = MatrixWithWheels::Constant(kNone);
-  if (result.cartesian_state) {
-    const core::RobotEstimate robot{*result.cartesian_state, result.robot_errors};
-    covariance = robot.joint<core::kWheelErrors>().covariance;
+  if (result.estimate) {
+    covariance = core::partOf(*result.estimate, core::kWheelErrors, {0})
+                     .covariance(kPlacesWithWheels, kPlacesWithWheels);
   }
   fillRowMajor(covariance, &message->covariance_with_clock_and_wheels);
   auto reports = core::reportBlocks(result.error_priors, result.robot_errors);
@@ -267,14 +268,14 @@ msg::CalibrationEstimate messageFromResult(const core::CalibrationResult& result
   return message;
 }
 
-std::optional<core::RobotEstimate> robotFromMessage(const msg::CalibrationEstimate& message) {
-  core::Gaussian<kWithWheels> joint;
-  joint.mean << message.light_x_m, message.light_y_m, message.x_m, message.y_m, message.yaw_rad,
-      wheelErrorsFrom(message.robot_errors);
-  joint.covariance =
+std::optional<core::StateEstimate> robotFromMessage(const msg::CalibrationEstimate& message) {
+  core::StateEstimate estimate = core::StateEstimate::zero({core::kWheelErrors, 1});
+  estimate.mean << message.x_m, message.y_m, message.yaw_rad, wheelErrorsFrom(message.robot_errors),
+      message.light_x_m, message.light_y_m;
+  estimate.covariance(kPlacesWithWheels, kPlacesWithWheels) =
       Eigen::Map<const MatrixWithWheels>(message.covariance_with_clock_and_wheels.data());
-  if (!joint.mean.allFinite() || !joint.covariance.allFinite()) return std::nullopt;
-  return core::RobotEstimate::from<core::kWheelErrors>(joint);
+  if (!estimate.mean.allFinite() || !estimate.covariance.allFinite()) return std::nullopt;
+  return estimate;
 }
 
 geometry_msgs::Pose poseFromPlane(const core::Pose2& pose, double z_m) {

@@ -55,8 +55,7 @@ std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& r
   saved.unestimated = config.unestimated_mount;
   saved.paper_state = *result.paper_state;
   saved.cartesian_state = *result.cartesian_state;
-  saved.lasting =
-      core::LastingEstimate::of(core::RobotEstimate{*result.cartesian_state, result.robot_errors});
+  saved.lasting = core::lastingPart(*result.estimate);
   saved.robot_errors = core::reportBlocks(
       result.error_priors, result.robot_errors,
       std::max(saved.unestimated.roll_stddev_rad, saved.unestimated.pitch_stddev_rad));

@@ -14,13 +14,11 @@ constexpr int kPatience = 60;
 
 }  // namespace
 
-FormerTrack::FormerTrack(FilterValue filter) : filter_(std::move(filter)) {}
-
 Association FormerTrack::associate(const std::vector<Bearing>& candidates,
                                    const OdometryWindow& nearby, const FusionConfig& fusion,
                                    const Association& present) {
   ++images_;
-  const Association association = fuseLight(candidates, nearby, fusion, filter_.get());
+  const Association association = fuseLight(candidates, nearby, fusion, &filter_);
   const bool found = association.kind == Association::Kind::kFound;
   const bool expected_there_too =
       present.kind == Association::Kind::kFound && present.candidate == association.candidate &&

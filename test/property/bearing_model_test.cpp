@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/paper_filter.h"
 #include "support/numerical_jacobian.h"
 
 namespace bearing_calibration::core {

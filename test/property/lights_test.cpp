@@ -6,9 +6,9 @@
 
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/lights_state.h"
+#include "bearing_calibration/filter/motion_model.h"
 #include "bearing_calibration/judge/lights_agreement.h"
-#include "bearing_calibration/judge/mount_agreement.h"
+#include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/solve/joint_record.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/lights_case.h"
@@ -129,25 +129,25 @@ TEST(JointFit, KeepsTheMeanOfAPrior) {
 }
 
 /// Two lights that nobody knows, seen by a robot with hardly any noise for many thousand images.
-LightsEstimate afterManyPreciseBearings(double prior_stddev_m, double bearing_stddev_rad) {
+StateEstimate afterManyPreciseBearings(double prior_stddev_m, double bearing_stddev_rad) {
   constexpr int kMotions = 20000;
   constexpr int kMotionsOfOneKind = 25;
   constexpr double kSeparation_m = 0.25;
   constexpr WheelNoise kNoise{1e-12, 0.0};
-  LightsEstimate estimate;
+  StateEstimate estimate;
   estimate.layout = {0, 2};
   const int size = estimate.layout.size();
-  estimate.mean = LightsVector::Zero(size);
+  estimate.mean = StateVector::Zero(size);
   estimate.mean.tail<4>() << 2.0, 0.0, -1.0, 1.5;
   const double variance = prior_stddev_m * prior_stddev_m;
-  estimate.covariance = LightsVector::Constant(size, variance).asDiagonal();
+  estimate.covariance = StateVector::Constant(size, variance).asDiagonal();
   for (int i = 0; i < kMotions; ++i) {
     const bool is_straight = i / kMotionsOfOneKind % 2 == 0;
     const WheelDisplacement wheels{is_straight ? 0.02 : -0.02, is_straight ? 0.02 : 0.03};
     const OdometryIncrement motion = append(OdometryIncrement(), wheels, kSeparation_m, kNoise);
     propagate(lineariseMotion(estimate.layout, estimate.mean, motion), &estimate);
     for (int light = 0; light < estimate.layout.lights; ++light) {
-      const LightsVector about = estimate.mean;
+      const StateVector about = estimate.mean;
       const double azimuth_rad = expectAzimuth(estimate.layout, about, light, {}).angle_rad;
       updateByAzimuth(about, light, azimuth_rad, bearing_stddev_rad * bearing_stddev_rad, {},
                       &estimate);
@@ -157,12 +157,12 @@ LightsEstimate afterManyPreciseBearings(double prior_stddev_m, double bearing_st
 }
 
 /// In units of the standard deviations, so that lengths and angles are alike.
-void expectACovariance(const LightsEstimate& estimate) {
+void expectACovariance(const StateEstimate& estimate) {
   ASSERT_GT(estimate.covariance.diagonal().minCoeff(), 0.0);
-  const LightsVector scale = estimate.covariance.diagonal().cwiseSqrt().cwiseInverse();
-  const LightsMatrix correlation = scale.asDiagonal() * estimate.covariance * scale.asDiagonal();
+  const StateVector scale = estimate.covariance.diagonal().cwiseSqrt().cwiseInverse();
+  const StateMatrix correlation = scale.asDiagonal() * estimate.covariance * scale.asDiagonal();
   EXPECT_LT((correlation - correlation.transpose()).cwiseAbs().maxCoeff(), 1e-12);
-  const Eigen::SelfAdjointEigenSolver<LightsMatrix> solver(correlation, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<StateMatrix> solver(correlation, Eigen::EigenvaluesOnly);
   EXPECT_GT(solver.eigenvalues()(0), 0.0);
 }
 
@@ -173,12 +173,12 @@ TEST(LightsState, StaysACovarianceOverManyPreciseBearings) {
 }
 
 TEST(LightsState, StaysACovarianceWithAMountThatIsKnownPrecisely) {
-  LightsEstimate estimate = afterManyPreciseBearings(1.0, 1e-2);
+  StateEstimate estimate = afterManyPreciseBearings(1.0, 1e-2);
   MountEstimate known = estimate.mount();
   known.covariance = Eigen::Vector3d(1e-14, 1e-14, 1e-14).asDiagonal();
   constexpr int kTimes = 1000;
   for (int i = 0; i < kTimes; ++i) {
-    addEarlier(LastingEstimate::of(known), ErrorPriors(), &estimate);
+    addEarlier(lastingPart(known), ErrorPriors(), &estimate);
   }
   expectACovariance(estimate);
 }

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/judge/mount_agreement.h"
+#include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "tools/study/simulated_case.h"
 

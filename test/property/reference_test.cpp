@@ -1,7 +1,7 @@
 // The bench compares like with like: what it measures against finds the same answers.
 #include <gtest/gtest.h>
 
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/init/start_candidates.h"
 #include "bench/paper_run.h"
 #include "bench/reference/ceres_batch.h"

@@ -59,13 +59,13 @@ TEST(RobotErrors, MotionFollowsTheWheelsAndItsJacobianIsRight) {
   for (int i = 0; i < 50; ++i) {
     const ErrorVector errors = draws.errors();
     const Pose2 expected = motionOf(errors, kSeparation_m).start_from_end;
-    const auto corrected = correctMotion<kErrorCount>(believed, errors);
+    const auto corrected = correctMotion(believed, errors);
     // The turn is exact. The chord's error is of second order: turn error times way, squared.
     EXPECT_NEAR(corrected.start_from_end.yaw_rad, expected.yaw_rad, 1e-12);
     EXPECT_LT((corrected.start_from_end.position_m - expected.position_m).norm(), 3e-4);
     const auto numerical = numericalJacobian<3, kErrorCount>(
         [&](const ErrorVector& at) -> Eigen::Vector3d {
-          const Pose2 pose = correctMotion<kErrorCount>(believed, at).start_from_end;
+          const Pose2 pose = correctMotion(believed, at).start_from_end;
           return {pose.position_m.x(), pose.position_m.y(), pose.yaw_rad};
         },
         errors, {2});

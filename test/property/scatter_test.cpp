@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "bearing_calibration/solve/fit_scatter.h"
+#include "bearing_calibration/solve/mount_displacement.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {

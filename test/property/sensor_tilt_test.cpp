@@ -7,7 +7,7 @@
 #include <random>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/output/error_report.h"
 #include "bearing_calibration/solve/batch_estimator.h"

@@ -156,11 +156,11 @@ TEST(BatchEstimator, ACutRecordSaysWhatTheWholeOneSays) {
       const BatchEstimate rest =
           estimator.estimate(cut.rest, {run.truth[last], cut.rest.size() - 1}, {}, cut.beginning);
       ASSERT_TRUE(rest.converged);
-      const LightsVector stddev = whole.last.covariance.diagonal().cwiseSqrt();
-      LightsVector difference = rest.last.mean - whole.last.mean;
+      const StateVector stddev = whole.last.covariance.diagonal().cwiseSqrt();
+      StateVector difference = rest.last.mean - whole.last.mean;
       difference(kMountSize - 1) = wrapAngle(difference(kMountSize - 1));
       EXPECT_LT((difference.array() / stddev.array()).abs().maxCoeff(), 0.02) << "seed " << seed;
-      const LightsVector ratio =
+      const StateVector ratio =
           rest.last.covariance.diagonal().cwiseQuotient(whole.last.covariance.diagonal());
       EXPECT_LT((ratio.array() - 1.0).abs().maxCoeff(), 0.02) << "seed " << seed;
       EXPECT_NEAR(rest.path.mount.x(), whole.path.mount.x(), 0.02 * stddev(0));

@@ -345,7 +345,7 @@ TEST(TakenUp, AddsItsInformation) {
   Calibrator alone(calibratorConfig());
   Calibrator with_earlier(calibratorConfig());
   const MountEstimate earlier = earlierMount(robot.base_from_sensor);
-  with_earlier.resume(LastingEstimate::of(earlier));
+  with_earlier.resume(lastingPart(earlier));
   const MountEstimate by_itself = *play(record, &alone).base_from_sensor;
   const MountEstimate together = *play(record, &with_earlier).base_from_sensor;
   const Eigen::Matrix3d information = by_itself.covariance.inverse() + earlier.covariance.inverse();
@@ -356,7 +356,7 @@ TEST(TakenUp, AddsItsInformation) {
 TEST(TakenUp, IsThereFromTheFirstBearingsOn) {
   const RobotConfig robot = paperRobot(4);
   Calibrator calibrator(calibratorConfig());
-  calibrator.resume(LastingEstimate::of(earlierMount(robot.base_from_sensor)));
+  calibrator.resume(lastingPart(earlierMount(robot.base_from_sensor)));
   const CalibrationResult result = play(simulate(robot, 1.0), &calibrator);
   ASSERT_TRUE(result.base_from_sensor.has_value());
   EXPECT_LT(std::sqrt(result.base_from_sensor->covariance(0, 0)), 0.0031);
@@ -373,7 +373,7 @@ TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
   CalibratorConfig config = calibratorConfig();
   config.initializer.batch.errors.setBlock(WheelScales::kName, kScaleStddev);
   config.initializer.batch.errors.setBlock(WheelSeparation::kName, kSeparationPrior);
-  std::optional<LastingEstimate> earlier;
+  std::optional<StateEstimate> earlier;
   constexpr int kStarts = 6;
   for (int start = 1; start <= kStarts; ++start) {
     const RobotConfig robot = paperRobot(static_cast<std::uint64_t>(start));
@@ -389,7 +389,7 @@ TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
     const double along_m = std::sqrt(way.normalized().dot(
         result.base_from_sensor->covariance.topLeftCorner<2, 2>() * way.normalized()));
     EXPECT_GT(along_m, 0.98 * separation_expected * way.norm()) << "start " << start;
-    earlier = LastingEstimate::of(RobotEstimate{*result.cartesian_state, result.robot_errors});
+    earlier = lastingPart(RobotEstimate{*result.cartesian_state, result.robot_errors});
   }
 }
 
@@ -399,7 +399,7 @@ TEST(TakenUp, IsForgottenWhenTheObservationsContradictIt) {
   elsewhere.position_m.x() += 0.1;
   elsewhere.yaw_rad += radiansFromDegrees(20.0);
   Calibrator calibrator(calibratorConfig());
-  calibrator.resume(LastingEstimate::of(earlierMount(elsewhere)));
+  calibrator.resume(lastingPart(earlierMount(elsewhere)));
   const CalibrationResult result = play(simulate(robot, 60.0), &calibrator);
   ASSERT_TRUE(result.base_from_sensor.has_value());
   EXPECT_LT(mountChiSquare(*result.base_from_sensor, robot.base_from_sensor),

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "bearing_calibration/filter/bearing_model.h"
-#include "bearing_calibration/filter/ekf.h"
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/track/association.h"
 #include "bearing_calibration/track/light_start.h"

@@ -8,7 +8,7 @@
 #include <deque>
 #include <random>
 
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/planning/drive_script.h"
 #include "bearing_calibration/planning/motion_planner.h"
 #include "bearing_calibration/planning/primitive_follower.h"

@@ -65,7 +65,7 @@ SavedCalibration someCalibration() {
   saved.paper_state.phi_psi_determined = true;
   saved.cartesian_state.mean << 2.0, -1.0, 0.33, -0.1, -0.28;
   saved.cartesian_state.covariance = 2.0 * someCovariance<5>();
-  saved.lasting = LastingEstimate::of(saved.base_from_sensor);
+  saved.lasting = lastingPart(saved.base_from_sensor);
   constexpr int kSeparation = LastingEstimate::kMountSize + placeOf<WheelSeparation>();
   saved.lasting.mean(kSeparation) = 1e-3;
   saved.lasting.covariance(kSeparation, kSeparation) = 4e-4;

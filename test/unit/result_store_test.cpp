@@ -29,7 +29,7 @@ class ResultStoreTest : public testing::Test {
   /// A result with a mark by which it is known again, and standard deviations times `scale`.
   static SavedCalibration marked(const std::string& mark, CalibrationState state, double scale) {
     SavedCalibration saved = someCalibration();
-    saved.lasting = LastingEstimate::of(saved.base_from_sensor);
+    saved.lasting = lastingPart(saved.base_from_sensor);
     saved.advice = mark;
     saved.state = state;
     saved.base_from_sensor.covariance *= scale * scale;

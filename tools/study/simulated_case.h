@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
 #include "bearing_calibration/simulation/trajectory.h"

@@ -54,7 +54,7 @@ class Calibrator {
 
   /// Goes on from a mount that an earlier calibration has found, as long as the observations agree
   /// with it. To be called before the first input.
-  void resume(const LastingEstimate& earlier);
+  void resume(const StateEstimate& earlier);
 
   /// Is told of every image in the order of time, from within addTicks(), addAngles() and
   /// addBearings(); it must not call the calibrator. To be set before the first input.

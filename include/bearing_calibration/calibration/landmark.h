@@ -14,7 +14,7 @@ class Landmark {
  public:
   Landmark(const CalibratorConfig& config, FitsRun fits_run) : calibration_(config, fits_run) {}
 
-  void resume(const LastingEstimate& earlier) { calibration_.resume(earlier); }
+  void resume(const StateEstimate& earlier) { calibration_.resume(earlier); }
   AssociationOutcome process(const BearingSet& image, const OdometryIncrement& motion,
                              const OdometryWindow& nearby);
 

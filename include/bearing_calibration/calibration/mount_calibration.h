@@ -14,7 +14,7 @@
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/output/result.h"
-#include "bearing_calibration/solve/landmark_solution.h"
+#include "bearing_calibration/solve/joint_record.h"
 #include "bearing_calibration/track/association_outcome.h"
 #include "bearing_calibration/track/light_picker.h"
 #include "bearing_calibration/track/mount_tracker.h"
@@ -33,7 +33,7 @@ class MountCalibration {
 
   /// Goes on from a mount that an earlier calibration has found, as long as the observations agree
   /// with it. To be called before the first observation.
-  void resume(const LastingEstimate& earlier) { earlier_ = earlier; }
+  void resume(const StateEstimate& earlier) { earlier_ = earlier; }
 
   /// An image, after a motion since the one before it.
   /// @param nearby  the wheels' travel around the image's stamp
@@ -59,9 +59,11 @@ class MountCalibration {
   /// The last fit that settled; none before, and where nobody asks for it
   /// (CalibratorConfig::max_lights is 1).
   const std::optional<LandmarkSolution>& solution() const { return answer_; }
+  /// The light at the last image, once a start was found.
+  Eigen::Vector2d lightInBase() const { return tracker_->filter().estimate().mean.tail<2>(); }
   /// What the judge says; none before the start.
   const Judgement* judgement() const { return judge_ ? &judge_->last() : nullptr; }
-  const std::optional<LastingEstimate>& earlier() const { return earlier_; }
+  const std::optional<StateEstimate>& earlier() const { return earlier_; }
   /// Of the last attempt to start, or of the last fit.
   const RivalMount& rival() const { return rival_; }
 
@@ -74,14 +76,14 @@ class MountCalibration {
   void start(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   void attemptStart();
   void startFromGuess(const Bearing& light);
-  void startTracker(const RobotEstimate& estimate, double bearing_correlation);
-  RobotEstimate withEarlier(const RobotEstimate& estimate);
+  void startTracker(const StateEstimate& estimate, double bearing_correlation);
+  StateEstimate withEarlier(StateEstimate estimate);
   void follow(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   bool isFitDue() const;
   void refineAndJudge();
   std::size_t surplus() const;
-  void noteSolution(const SlipAverage& settled, const RobotEstimate& estimate);
-  RobotEstimate withItsNoise(const SlipAverage& settled);
+  void noteSolution(const SlipAverage& settled, const StateEstimate& estimate);
+  StateEstimate withItsNoise(const SlipAverage& settled);
   bool isNoiseSurprising() const;
   bool wantsDiagnosis() const;
   void diagnose();
@@ -92,7 +94,7 @@ class MountCalibration {
   CalibratorConfig config_;
   FitsRun fits_run_;
   bool is_work_due_ = false;
-  std::optional<LastingEstimate> earlier_;  ///< taken up, and not contradicted so far
+  std::optional<StateEstimate> earlier_;  ///< taken up, and not contradicted so far
   LightPicker picker_;
   Initializer initializer_;  ///< keeps the record, after the start too
   StartSearch search_;

@@ -23,7 +23,7 @@ class SeveralLights {
 
   /// Goes on from a mount that an earlier calibration has found. To be called before the first
   /// image.
-  void resume(const LastingEstimate& earlier);
+  void resume(const StateEstimate& earlier);
 
   /// An image, after a motion since the one before it (see MountCalibration::process()).
   /// @returns what became of it in the calibration of the first light
@@ -59,7 +59,7 @@ class SeveralLights {
   CalibratorConfig config_;
   FitsRun fits_run_;
   int new_starts_ = 0;
-  std::optional<LastingEstimate> earlier_;
+  std::optional<StateEstimate> earlier_;
   std::vector<Landmark> lights_;
   JointCalibration joint_;
   OdometryIncrement motion_;              ///< of the last image

@@ -60,7 +60,7 @@ class ConvergenceJudge {
   Judgement decide(const MountTracker& tracker, const std::vector<Observation>& record,
                    const std::optional<SlipAverage>& settled);
   static Judgement mountMoved(const DisplacementTest& jump);
-  Judgement stillConverging(const CartesianEstimate& estimate) const;
+  static Judgement stillConverging(const StateEstimate& estimate);
   bool staysWhereItWas(const MountEstimate& mount, double motion_m);
 
   ConvergenceConfig config_;

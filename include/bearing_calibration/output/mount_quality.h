@@ -31,7 +31,7 @@ struct MountQuality {
   std::optional<Pair> most_correlated;
 };
 
-MountQuality qualityOf(const RobotEstimate& robot);
+MountQuality qualityOf(const StateEstimate& estimate);
 
 PartingMotion motionThatParts(const MountQuality::Pair& pair);
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "bearing_calibration/common/stamp.h"
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
 #include "bearing_calibration/output/error_report.h"
 #include "bearing_calibration/output/result.h"
@@ -35,7 +35,8 @@ struct SavedCalibration {
   std::string base_frame;
   std::string sensor_frame;
   MountEstimate base_from_sensor;
-  LastingEstimate lasting;  ///< what another start goes on from, the mount in it
+  /// What another start goes on from (lastingPart()).
+  StateEstimate lasting = lastingPart(MountEstimate());
   UnestimatedMount unestimated;
   PaperEstimate paper_state;
   CartesianEstimate cartesian_state;

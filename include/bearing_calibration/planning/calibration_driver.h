@@ -52,7 +52,7 @@ struct DriveGoal {
 struct DriveEstimate {
   Stamp stamp;  ///< of the last fused bearing
   CalibrationState state = CalibrationState::kWaitingForTicks;
-  std::optional<RobotEstimate> robot;  ///< at that stamp
+  std::optional<StateEstimate> robot;  ///< at that stamp
 
   static DriveEstimate from(const CalibrationResult& result);
 };

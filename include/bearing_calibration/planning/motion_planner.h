@@ -32,7 +32,7 @@ struct PlannerConfig {
 struct PlannedPrimitive {
   MotionPrimitive primitive;
   MotionPrimitive next;    ///< the one that is thought of after it; decided anew by then
-  RobotEstimate expected;  ///< after both
+  StateEstimate expected;  ///< after both
 };
 
 /// Everything that a robot must know of itself to plan. What primitives are allowed, and which is
@@ -45,7 +45,7 @@ class MotionPlanner {
 
   /// The next primitive: the first of the pair of primitives that lowers the log det of the block's
   /// covariance fastest. None when no way is allowed.
-  std::optional<PlannedPrimitive> plan(const RobotEstimate& estimate,
+  std::optional<PlannedPrimitive> plan(const StateEstimate& estimate,
                                        const Pose2& start_from_base) const;
 
   /// Whether a primitive keeps away from the light, or at least comes no nearer than the robot is.
@@ -61,9 +61,9 @@ class MotionPlanner {
  private:
   struct Candidate;
   std::vector<MotionPrimitive> proposals(const CartesianEstimate& estimate) const;
-  std::vector<Candidate> candidatesAt(const RobotEstimate& estimate,
+  std::vector<Candidate> candidatesAt(const StateEstimate& estimate,
                                       const Pose2& start_from_base) const;
-  double logDet(const CartesianEstimate& estimate) const;
+  double logDet(const StateEstimate& estimate) const;
 
   PlannerConfig config_;
   WheelLimits limits_;

@@ -18,7 +18,7 @@ struct SensingModel {
 };
 
 /// The estimate after a motion of the base (doc/model.md, eqs. 5 and 7, 17 and 18).
-RobotEstimate movedBy(const OdometryIncrement& motion, const RobotEstimate& estimate);
+StateEstimate movedBy(const OdometryIncrement& motion, StateEstimate estimate);
 
 /// The estimate as the filter will have it after a primitive: the mean moves as planned, the
 /// covariance grows by the wheels' noise and shrinks by the bearings (doc/model.md, eqs. 5 to 8, 16
@@ -26,7 +26,7 @@ RobotEstimate movedBy(const OdometryIncrement& motion, const RobotEstimate& esti
 /// errors, those of clock and wheels count: an unequal wheel bends a straight way as a light's
 /// parallax would, so that who does not doubt the wheels expects of such ways what they cannot
 /// teach.
-RobotEstimate predictAfter(const MotionPrimitive& primitive, const RobotEstimate& estimate,
+StateEstimate predictAfter(const MotionPrimitive& primitive, const StateEstimate& estimate,
                            const WheelLimits& limits, const SensingModel& sensing);
 
 /// How near a primitive comes to the light at most, by what is known before it: the least distance
