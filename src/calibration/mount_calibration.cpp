@@ -5,9 +5,9 @@
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/judge/fault_finder.h"
-#include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/solve/mount_displacement.h"
 #include "bearing_calibration/solve/noise_review.h"
+#include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/track/light_start.h"
 
 namespace bearing_calibration::core {
@@ -107,11 +107,10 @@ void MountCalibration::startFromGuess(const Bearing& light) {
       earlier_ ? kSomewhereNear
                : LightDistance{guess.light_distance_m, guess.light_distance_stddev_m};
   const ErrorPriors& errors = config_.initializer.batch.errors;
-  startTracker(
-      StateEstimate::of(placeLight(earlier_ ? earlier_->mount() : guess.mount(), distance,
-                                   light.azimuth_rad, light.azimuth_variance_rad2),
-                        errorsInUse(errors), priorEstimate(errors)),
-      kUncorrelated);
+  startTracker(StateEstimate::of(placeLight(earlier_ ? earlier_->mount() : guess.mount(), distance,
+                                            light.azimuth_rad, light.azimuth_variance_rad2),
+                                 errorsInUse(errors), priorEstimate(errors)),
+               kUncorrelated);
 }
 
 void MountCalibration::startTracker(const StateEstimate& estimate, double bearing_correlation) {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/motion_model.h"
+#include "bearing_calibration/filter/observation.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -116,8 +116,8 @@ ExpectedAngle expectElevation(const StateLayout& layout, const StateVector& stat
 
 ScalarUpdate prepareUpdate(const StateRow& H, double residual, double variance,
                            const StateEstimate& estimate) {
-  ScalarUpdate update{H.transpose(), estimate.covariance.lazyProduct(H.transpose()), variance,
-                      {residual, 0.0}};
+  ScalarUpdate update{
+      H.transpose(), estimate.covariance.lazyProduct(H.transpose()), variance, {residual, 0.0}};
   update.innovation.variance = update.H.dot(update.gain) + variance;
   update.gain /= update.innovation.variance;
   return update;

@@ -33,8 +33,8 @@ std::vector<int> sharedPlaces(const StateEstimate& earlier, const ErrorPriors& p
                               const StateLayout& layout) {
   std::vector<int> places;
   for (int i = 0; i < layout.lastingSize(); ++i) {
-    const bool is_shared = i < kMountSize || (earlier.covariance(i, i) > 0.0 &&
-                                              priors.stddev(i - kMountSize) > 0.0);
+    const bool is_shared =
+        i < kMountSize || (earlier.covariance(i, i) > 0.0 && priors.stddev(i - kMountSize) > 0.0);
     if (is_shared) places.push_back(i);
   }
   return places;
@@ -71,9 +71,8 @@ std::vector<std::string> lastingNames() {
 
 void addEarlier(const StateEstimate& earlier, const ErrorPriors& priors, StateEstimate* estimate) {
   const std::vector<int> places = sharedPlaces(earlier, priors, estimate->layout);
-  const Eigen::VectorXd off_all =
-      earlier.mean.head(estimate->layout.lastingSize()) -
-      estimate->mean.head(estimate->layout.lastingSize());
+  const Eigen::VectorXd off_all = earlier.mean.head(estimate->layout.lastingSize()) -
+                                  estimate->mean.head(estimate->layout.lastingSize());
   const Eigen::MatrixXd known = earlier.covariance(places, places);
   Eigen::VectorXd off = off_all(places);
   off.head<kMountSize>() = mountDifference(earlier.mount().mean, estimate->mount().mean);

@@ -58,8 +58,9 @@ void LiveFilter::updateByElevation(const Elevation& elevation, const OdometryWin
   const double expected_variance = varianceOf(expected.J_angle_state, state_.covariance);
   const double variance = expected_variance + elevation.variance_rad2;
   const double doubt = huber(residual / std::sqrt(variance), kElevationHuberSigmas).doubt;
-  apply(prepareUpdate(expected.J_angle_state, residual, doubt * variance - expected_variance, state_),
-        &state_);
+  apply(
+      prepareUpdate(expected.J_angle_state, residual, doubt * variance - expected_variance, state_),
+      &state_);
 }
 
 StateEstimate LiveFilter::estimate() const {

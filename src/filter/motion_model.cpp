@@ -81,13 +81,12 @@ void propagate(const LinearMotion& motion, StateEstimate* estimate) {
     P.middleCols<2>(light) = (P.middleCols<2>(light) * motion.R_end_start.transpose()).eval();
   }
   if (layout.errors > 0) {
-    P.rightCols(size).noalias() += P.middleCols(kMountSize, layout.errors)
-                                       .lazyProduct(motion.J_lights_errors.transpose());
+    P.rightCols(size).noalias() +=
+        P.middleCols(kMountSize, layout.errors).lazyProduct(motion.J_lights_errors.transpose());
   }
   const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3> J_noise =
       motion.J_lights_error * motion.covariance;
-  P.block(at, at, size, size).noalias() +=
-      J_noise.lazyProduct(motion.J_lights_error.transpose());
+  P.block(at, at, size, size).noalias() += J_noise.lazyProduct(motion.J_lights_error.transpose());
 }
 
 void propagate(const OdometryIncrement& measured, StateEstimate* estimate) {

@@ -120,7 +120,6 @@ AzimuthModel azimuthFromPaper(const Vector5& state) {
   return model;
 }
 
-
 PaperFilter::PaperFilter(const PaperEstimate& start)
     : state_{{0, 1}, start.mean, start.covariance} {}
 

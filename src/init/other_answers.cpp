@@ -29,9 +29,9 @@ Vector5 stateAtFirst(const std::vector<Observation>& observations,
                      const std::vector<PosedObservation>& posed, const BatchEstimate& found,
                      const ErrorVector& errors) {
   Vector5 state = cartesianOf(found.last.layout, found.last.mean, 0);
-  state.head<2>() = posed.back().first_from_base *
-                    (stampFromMoment(observations.back(), errors).inverse() *
-                     Eigen::Vector2d(state.head<2>()));
+  state.head<2>() =
+      posed.back().first_from_base *
+      (stampFromMoment(observations.back(), errors).inverse() * Eigen::Vector2d(state.head<2>()));
   return state;
 }
 

@@ -3,9 +3,9 @@
 #include <optional>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/record/observation_change.h"
 #include "bearing_calibration/record/observation_path.h"
+#include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
 namespace {

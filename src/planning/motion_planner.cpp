@@ -144,8 +144,7 @@ std::vector<MotionPlanner::Candidate> MotionPlanner::candidatesAt(
   for (const MotionPrimitive& proposal : proposals(cartesian)) {
     // judged as it will be driven: without a small turn a way may pass nearer to the light
     const MotionPrimitive primitive = driveable(proposal, limits_.wheel_separation_m);
-    if (!keepsAway(primitive, cartesian) || !staysInside(primitive, start_from_base))
-      continue;
+    if (!keepsAway(primitive, cartesian) || !staysInside(primitive, start_from_base)) continue;
     Candidate candidate{primitive, predictAfter(primitive, estimate, limits_, sensing_),
                         poseAfter(primitive, start_from_base), durationOf(primitive, limits_), 0.0};
     candidate.gain = log_det - logDet(candidate.expected);

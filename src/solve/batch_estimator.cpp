@@ -310,8 +310,8 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
 }
 
 StateEstimate BatchEstimator::knownAt(std::size_t observation,
-                                       const std::vector<Observation>& observations,
-                                       const BatchEstimate& fit) const {
+                                      const std::vector<Observation>& observations,
+                                      const BatchEstimate& fit) const {
   const auto until = [observation](const auto& all) {
     return std::vector(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(observation + 1));
   };

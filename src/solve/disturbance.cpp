@@ -30,8 +30,7 @@ Disturbance::Disturbance(const StateLayout& layout)
       r_(StateVector::Zero(layout.size())),
       N_(StateMatrix::Zero(layout.size(), layout.size())) {}
 
-void Disturbance::add(const ScalarUpdate& number, double pull_variance,
-                      const StateVector& future) {
+void Disturbance::add(const ScalarUpdate& number, double pull_variance, const StateVector& future) {
   const auto& [residual, variance] = number.innovation;
   const double surprise = residual / variance - number.gain.dot(r_);
   r_ += number.H * surprise;

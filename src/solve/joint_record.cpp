@@ -1,5 +1,6 @@
 #include "bearing_calibration/solve/joint_record.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "bearing_calibration/solve/record_weights.h"

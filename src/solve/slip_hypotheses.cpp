@@ -75,9 +75,7 @@ class Rivals {
     double cost;
     MountEstimate mount;
   };
-  static Answer answerOf(const BatchEstimate& fit) {
-    return {fit.cost, fit.last.mount()};
-  }
+  static Answer answerOf(const BatchEstimate& fit) { return {fit.cost, fit.last.mount()}; }
 
   /// Fits the best place for what a supposition leaves open, and trusts that place from then on.
   /// @returns whether the next best place is worth a fit

@@ -31,7 +31,7 @@ using LightRows =
 /// What the backward pass needs of an image from the forward one.
 struct ForwardImage {
   std::size_t first_observation;
-  LinearMotion motion;     ///< to this image
+  LinearMotion motion;    ///< to this image
   StateVector predicted;  ///< mean of the lights before the image is taken in, ...
   LightRows covariance;   ///< ... and their rows of the covariance
 };
@@ -123,10 +123,9 @@ void Smoother::takeObservation(std::size_t i, StateEstimate* estimate) {
     return prepareUpdate(H, at_path_rad - H.dot((estimate->mean - path).transpose()), variance,
                          *estimate);
   };
-  forward_.push_back(
-      {linearise(expectAzimuth(layout_, path, observation.light, observation.nearby),
-                 observation.azimuth_rad, weight.bearing_variance_rad2),
-       std::nullopt});
+  forward_.push_back({linearise(expectAzimuth(layout_, path, observation.light, observation.nearby),
+                                observation.azimuth_rad, weight.bearing_variance_rad2),
+                      std::nullopt});
   ForwardObservation& forward = forward_.back();
   SmoothedObservation& smoothed = pass_.observations[i];
   smoothed.azimuth = forward.azimuth.innovation;
@@ -191,7 +190,8 @@ void Smoother::goBackward() {
     const StateVector N_gain = future.N() * azimuth.gain;
     const bool is_used = weights_[i].use_bearing;
     leaveOut(azimuth, is_used, azimuth.gain.dot(future.r()), azimuth.gain.dot(N_gain), &smoothed);
-    if (is_used) future.add(azimuth, pullVariance(azimuth, weights_[i].sensor_variance_rad2), N_gain);
+    if (is_used)
+      future.add(azimuth, pullVariance(azimuth, weights_[i].sensor_variance_rad2), N_gain);
     smoothed.mount_displacement = {future.r().head<kMountSize>(),
                                    future.N().topLeftCorner<kMountSize, kMountSize>()};
     if (images_.back().first_observation < i) continue;
@@ -225,8 +225,8 @@ StateVector RecordPath::stateAt(const StateLayout& layout, std::size_t observati
 }
 
 StateEstimate knownBeforehand(const StateLayout& layout, const RecordPath& path,
-                               const SmootherPrior& prior, const ErrorPriors& errors,
-                               const StateEstimate* beginning) {
+                              const SmootherPrior& prior, const ErrorPriors& errors,
+                              const StateEstimate* beginning) {
   if (beginning != nullptr) {
     StateEstimate known = *beginning;
     double& yaw = known.mean(kMountSize - 1);  // on the path's turn
@@ -234,8 +234,7 @@ StateEstimate knownBeforehand(const StateLayout& layout, const RecordPath& path,
     return known;
   }
   const int K = layout.errors;
-  StateVector variance =
-      StateVector::Constant(layout.size(), std::pow(prior.position_stddev_m, 2));
+  StateVector variance = StateVector::Constant(layout.size(), std::pow(prior.position_stddev_m, 2));
   variance(kMountSize - 1) = prior.yaw_stddev_rad * prior.yaw_stddev_rad;
   variance.segment(kMountSize, K) = errors.stddev.head(K).cwiseAbs2();
   StateVector mean = path.stateAt(layout, 0);

@@ -25,7 +25,7 @@ class Robot {
   bool has_ticks = true, sees_light = true, has_estimate = true;
   bool wheels_roll = true;
   CalibrationState state = CalibrationState::kInitialising;
-  std::optional<RobotEstimate> estimate;  ///< where the robot is now
+  std::optional<StateEstimate> estimate;  ///< where the robot is now
 
   /// Drives for a while; the speeds that were commanded are kept.
   void drive(double time_s) {

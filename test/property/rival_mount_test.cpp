@@ -89,8 +89,8 @@ TEST(RivalMount, AnotherMinimumOfASymmetricDriveForbidsTheClaim) {
   const ObservationRun run = runOf(Kind::kBackAndForth, 19, 60.0, 3.0, 3);
   const std::optional<SlipAverage> settled = settle(run);
   ASSERT_TRUE(settled);
-  const MountEstimate mount = mountFromCartesian(settled->estimate.cartesian);
-  ASSERT_GT(mountChiSquare(settled->estimate.cartesian, run.truth.back()), kWrong);
+  const MountEstimate mount = settled->estimate.mount();
+  ASSERT_GT(mountChiSquare(settled->estimate.cartesian(), run.truth.back()), kWrong);
   ASSERT_TRUE(meetsTargets(mount, testing::calibratorConfig().converged));
   EXPECT_TRUE(settled->rival.isOpen());
   EXPECT_TRUE(isOfARival(judgementOn(run, *settled)));

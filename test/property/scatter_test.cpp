@@ -102,24 +102,27 @@ TEST(Scatter, IsTheSameOfARecordThatWasCut) {
   const BatchEstimate rest =
       estimator.estimate(later, {run.truth.back(), later.size() - 1}, {}, beginning);
   ASSERT_TRUE(rest.converged);
-  const Scatter sum = scatterOf(rest);
-  EXPECT_EQ(sum.observations, scatterOf(whole).observations);
-  EXPECT_NEAR(sum.meanGain(), scatterOf(whole).meanGain(), 0.02 * sum.meanGain());
+  const Scatter sum = rest.scatter();
+  EXPECT_EQ(sum.observations, whole.scatter().observations);
+  EXPECT_NEAR(sum.meanGain(), whole.scatter().meanGain(), 0.02 * sum.meanGain());
 }
 
 TEST(Scatter, WidensMountAndLightAndLeavesTheRobotsErrors) {
-  const RobotEstimate estimate = fit(dance(1, 0.0), BatchConfig()).robot();
-  RobotEstimate linked = estimate;
-  linked.errors.covariance = 1e-4 * ErrorMatrix::Identity();
-  linked.errors.cross_covariance(2, 0) =
-      0.99 * std::sqrt(linked.cartesian.covariance(2, 2) * linked.errors.covariance(0, 0));
-  const RobotEstimate wide = widened(linked, 4.0);
-  EXPECT_TRUE(wide.cartesian.covariance.isApprox(4.0 * linked.cartesian.covariance));
-  EXPECT_EQ(wide.errors.covariance, linked.errors.covariance);
-  EXPECT_EQ(wide.cartesian.mean, linked.cartesian.mean);
-  const auto joint = wide.joint<kErrorCount>();
-  EXPECT_NEAR(joint.covariance(2, 5) / std::sqrt(joint.covariance(2, 2) * joint.covariance(5, 5)),
-              0.99, 1e-9);
+  const ErrorEstimate errors{ErrorVector::Zero(), 1e-4 * ErrorMatrix::Identity()};
+  StateEstimate linked =
+      StateEstimate::of(fit(dance(1, 0.0), BatchConfig()).last.cartesian(), kErrorCount, errors);
+  constexpr int kOffset = kMountSize + placeOf<TimeOffset>();
+  const auto correlation = [](const StateMatrix& P) {
+    return P(0, kOffset) / std::sqrt(P(0, 0) * P(kOffset, kOffset));
+  };
+  linked.covariance(0, kOffset) =
+      0.99 * std::sqrt(linked.covariance(0, 0) * linked.covariance(kOffset, kOffset));
+  linked.covariance(kOffset, 0) = linked.covariance(0, kOffset);
+  const StateEstimate wide = widened(linked, 4.0);
+  EXPECT_TRUE(wide.cartesian().covariance.isApprox(4.0 * linked.cartesian().covariance));
+  EXPECT_EQ(wide.errors().covariance, linked.errors().covariance);
+  EXPECT_EQ(wide.mean, linked.mean);
+  EXPECT_NEAR(correlation(wide.covariance), 0.99, 1e-9);
 }
 
 }  // namespace

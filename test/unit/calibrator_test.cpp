@@ -282,10 +282,10 @@ Bearing bearingOf(double azimuth_rad) {
 /// A tracker that knows its mount to a centimetre and half a degree, with the light 2 m ahead,
 /// after a turn of which nothing is known.
 MountTracker afterAnUnknownTurn() {
-  RobotEstimate start;
-  start.cartesian.mean << 2.0, 0.0, 0.1, 0.0, 0.0;
-  start.cartesian.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 1e-4, 1e-4;
-  MountTracker tracker(calibratorConfig().filter, start, 0.0, 0);
+  CartesianEstimate start;
+  start.mean << 2.0, 0.0, 0.1, 0.0, 0.0;
+  start.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 1e-4, 1e-4;
+  MountTracker tracker(calibratorConfig().filter, StateEstimate::of(start), 0.0);
   OdometryIncrement unknown;
   unknown.covariance.diagonal() << 0.01, 0.01, 10.0;
   tracker.move(unknown);
@@ -293,7 +293,7 @@ MountTracker afterAnUnknownTurn() {
 }
 
 void expectTheMountAsBefore(const MountTracker& tracker) {
-  const CartesianEstimate estimate = tracker.filter().cartesian();
+  const CartesianEstimate estimate = tracker.filter().estimate().cartesian();
   constexpr double kRounding = 1e-12;
   EXPECT_LT((estimate.sensorInBase() - Eigen::Vector2d(0.1, 0.0)).norm(), kRounding);
   EXPECT_NEAR(estimate.sensorYaw(), 0.0, kRounding);
@@ -314,7 +314,7 @@ TEST(AnUnknownTurn, OfSeveralCandidatesNoneIsTaken) {
   tracker.associate({bearingOf(1.5)}, {});
   EXPECT_FALSE(tracker.isSearching());
   expectTheMountAsBefore(tracker);
-  const Eigen::Vector2d light = tracker.filter().cartesian().lightInBase();
+  const Eigen::Vector2d light = tracker.filter().estimate().cartesian().lightInBase();
   EXPECT_NEAR(std::atan2(light.y(), light.x() - 0.1), 1.5, 1e-9);
 }
 
@@ -389,7 +389,7 @@ TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
     const double along_m = std::sqrt(way.normalized().dot(
         result.base_from_sensor->covariance.topLeftCorner<2, 2>() * way.normalized()));
     EXPECT_GT(along_m, 0.98 * separation_expected * way.norm()) << "start " << start;
-    earlier = lastingPart(RobotEstimate{*result.cartesian_state, result.robot_errors});
+    earlier = lastingPart(*result.estimate);
   }
 }
 

@@ -50,7 +50,8 @@ TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
     const ObservationRun run = paperRun(Kind::kDance, 30.0, seed);
     const StartAttempt attempt = findStart(run.observations, InitializerConfig());
     ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
-    EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
+    EXPECT_LT(mountChiSquare(attempt.estimate.cartesian(), run.truth.back()), kHonest)
+        << "seed " << seed;
     EXPECT_GT(2.0 * attempt.rival.gap, InitializerConfig().min_runner_up_margin);
   }
 }
@@ -75,7 +76,8 @@ TEST(Initializer, ASmallPathIsEnoughWhereItTellsTheMount) {
     const StartAttempt attempt = findStart(run.observations, InitializerConfig());
     EXPECT_LT(attempt.motion.extent_m, InitializerConfig().min_extent_m);
     ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
-    EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
+    EXPECT_LT(mountChiSquare(attempt.estimate.cartesian(), run.truth.back()), kHonest)
+        << "seed " << seed;
   }
 }
 
@@ -132,7 +134,7 @@ TEST(Initializer, TurnedBearingsTurnTheYawAlone) {
       observation.azimuth_rad = wrapAngle(observation.azimuth_rad - turn);
     const StartAttempt attempt = findStart(turned, InitializerConfig());
     ASSERT_TRUE(attempt.ready()) << turn_deg;
-    const Vector5 change = attempt.estimate.mean - straight.estimate.mean;
+    const Vector5 change = attempt.estimate.cartesian().mean - straight.estimate.cartesian().mean;
     EXPECT_LT(change.head<4>().norm(), 1e-4) << turn_deg;
     EXPECT_NEAR(wrapAngle(change(4) - turn), 0.0, 1e-4) << turn_deg;
   }
@@ -166,7 +168,7 @@ void expectNoMotionForgotten(const DriveSegment& pause) {
   const StartAttempt attempt = initializer.attempt();
   EXPECT_GT(attempt.motion.extent_m, 1.0);  // of two straight pieces of 1 m
   ASSERT_TRUE(attempt.ready()) << nameOf(attempt.obstacle);
-  EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest);
+  EXPECT_LT(mountChiSquare(attempt.estimate.cartesian(), run.truth.back()), kHonest);
 }
 
 TEST(Initializer, AnHourOfStandingForgetsNoMotion) { expectNoMotionForgotten({0.0, 0.0, 3600.0}); }

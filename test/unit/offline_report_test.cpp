@@ -26,9 +26,7 @@ struct Reviewed {
     OfflineReport looked(calibratorConfig().initializer);
     calibrator.observe([&](const AssociationOutcome& outcome) { looked.add(outcome); });
     result = play(record, &calibrator, {0.0}, 0.0, to_s);
-    std::optional<RobotEstimate> running;
-    if (result.cartesian_state) running = {*result.cartesian_state, result.robot_errors};
-    review = looked.conclude(running, result.error_priors);
+    review = looked.conclude(result.estimate, result.error_priors);
     from_nothing = looked.conclude(std::nullopt, result.error_priors);
   }
 

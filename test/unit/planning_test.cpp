@@ -77,8 +77,8 @@ OdometryWindow nearbyAt(double time_s, const WheelDisplacement& whole) {
 }
 
 /// The filter itself, fed with every bearing along the primitive.
-RobotEstimate filteredAfter(const MotionPrimitive& primitive, const RobotEstimate& start) {
-  const auto filter = makeCartesianFilter(start, kWheelErrors);
+StateEstimate filteredAfter(const MotionPrimitive& primitive, const StateEstimate& start) {
+  LiveFilter filter(start);
   for (const WheelDisplacement& whole :
        {turningWheels(primitive, kSeparation_m), straightWheels(primitive)}) {
     const double period_s = 1.0 / kSensing.bearing_rate_hz;
@@ -88,34 +88,35 @@ RobotEstimate filteredAfter(const MotionPrimitive& primitive, const RobotEstimat
       const double now = travelAt(time_s, whole.right_m, kLimits) / whole.right_m;
       const double part = now - before;
       before = now;
-      filter->predict(append({}, {part * whole.left_m, part * whole.right_m}, kSeparation_m,
-                             kSensing.wheel_noise, 0.0));
+      filter.predict(append({}, {part * whole.left_m, part * whole.right_m}, kSeparation_m,
+                            kSensing.wheel_noise, 0.0));
       const OdometryWindow nearby = nearbyAt(time_s, whole);
-      filter->update(filter->predictAzimuth(nearby).azimuth_rad,
-                     std::pow(kSensing.bearing_stddev_rad, 2), nearby);
+      Bearing bearing;
+      bearing.azimuth_rad = filter.predictAzimuth(nearby).azimuth_rad;
+      bearing.azimuth_variance_rad2 = std::pow(kSensing.bearing_stddev_rad, 2);
+      filter.update(bearing, nearby);
     }
   }
-  return filter->robot();
+  return filter.estimate();
 }
 
 /// Who does not doubt wheels that the calibration doubts expects too much of a straight way.
 TEST(PrimitivePrediction, IsWhatTheFilterWillSay) {
   for (const ErrorEstimate& errors : {ErrorEstimate(), usualDoubts()}) {
-    const RobotEstimate start{estimateAt(0.7, 0.4, 0.02), errors};
+    const StateEstimate start = StateEstimate::of(estimateAt(0.7, 0.4, 0.02), kWheelErrors, errors);
     for (const MotionPrimitive primitive :
          {MotionPrimitive{0.0, 0.6}, MotionPrimitive{-4.5, 0.0}, MotionPrimitive{1.2, -0.8},
           MotionPrimitive{7.0, 0.5}}) {
-      const RobotEstimate predicted = predictAfter(primitive, start, kLimits, kSensing);
-      const RobotEstimate filtered = filteredAfter(primitive, start);
-      EXPECT_LT((predicted.cartesian.mean - filtered.cartesian.mean).norm(), 0.01)
-          << primitive.turn_rad;
+      const StateEstimate predicted = predictAfter(primitive, start, kLimits, kSensing);
+      const StateEstimate filtered = filteredAfter(primitive, start);
+      EXPECT_LT((predicted.mean - filtered.mean).norm(), 0.01) << primitive.turn_rad;
       // steps of up to a quarter of a second instead of a tenth: a few percent of each deviation
-      EXPECT_NEAR(logDetOfMount(predicted.cartesian), logDetOfMount(filtered.cartesian), 0.2)
+      EXPECT_NEAR(logDetOfMount(predicted.cartesian()), logDetOfMount(filtered.cartesian()), 0.2)
           << primitive.turn_rad;
       for (int i = 0; i < kWheelErrors; ++i) {
-        EXPECT_NEAR(std::sqrt(predicted.errors.covariance(i, i)),
-                    std::sqrt(filtered.errors.covariance(i, i)),
-                    0.1 * std::sqrt(start.errors.covariance(i, i)))
+        EXPECT_NEAR(std::sqrt(predicted.errors().covariance(i, i)),
+                    std::sqrt(filtered.errors().covariance(i, i)),
+                    0.1 * std::sqrt(errors.covariance(i, i)))
             << primitive.turn_rad << ", error " << i;
       }
     }
@@ -169,7 +170,7 @@ TEST(MotionPlanner, PlansOnlyWhatIsAllowed) {
     EXPECT_GE(lightClearance(plan->primitive, estimate, 2.0), std::min(0.5, here_m)) << i;
     const Pose2 there = poseAfter(plan->primitive, start_from_base);
     EXPECT_GE(region.clearance(start_from_base.position_m, there.position_m), 0.1 - 1e-12) << i;
-    EXPECT_LT(logDetOfMount(plan->expected.cartesian), logDetOfMount(estimate)) << i;
+    EXPECT_LT(logDetOfMount(plan->expected.cartesian()), logDetOfMount(estimate)) << i;
   }
 }
 
@@ -229,7 +230,7 @@ TEST(MotionPlanner, ServesTheChosenBlock) {
     PlannerConfig config = kPlanner;
     config.block = block;
     const MotionPlanner planner(config, kLimits, kSensing, {4.0, {}});
-    RobotEstimate now{estimate, {}};
+    StateEstimate now = StateEstimate::of(estimate);
     Pose2 pose;
     double time_s = 0.0;
     while (time_s < 30.0) {
@@ -238,7 +239,7 @@ TEST(MotionPlanner, ServesTheChosenBlock) {
       now = predictAfter(plan->primitive, now, kLimits, kSensing);
       pose = poseAfter(plan->primitive, pose);
     }
-    return std::sqrt(now.cartesian.covariance(4, 4));
+    return std::sqrt(now.covariance(2, 2));
   };
   EXPECT_LT(stddevOfYaw(PlannerConfig::Block::kYaw), stddevOfYaw(PlannerConfig::Block::kPosition));
 }

@@ -84,8 +84,8 @@ std::vector<PaperMoment> runPaperFilter(const ObservationRun& run, const PaperSt
   const auto note = [&](std::size_t i) {
     const double time_s =
         secondsFromDuration(run.observations[i].stamp - run.observations.front().stamp);
-    moments.push_back({i, time_s, distance_m, errorOf(filter.mean(), mount),
-                       mountStddev(filter), bound.stddev(), bound_unknown.stddev()});
+    moments.push_back({i, time_s, distance_m, errorOf(filter.mean(), mount), mountStddev(filter),
+                       bound.stddev(), bound_unknown.stddev()});
   };
   note(0);  // the start, before any bearing
   for (std::size_t i = 0; i < run.observations.size(); ++i) {

@@ -74,8 +74,8 @@ Matrix5 boundOf(const SimulatedCase& simulated, const ObservationRun& run, std::
       run.observations.begin(), run.observations.begin() + static_cast<std::ptrdiff_t>(count));
   std::vector<Eigen::Vector2d> lights;
   for (std::size_t i = 0; i < count; ++i) lights.push_back(run.truth[i].head<2>());
-  return cramerRaoBound(observations, lights, run.truth[count - 1].tail<3>(),
-                        trueErrors(simulated), simulated.looked_for)
+  return cramerRaoBound(observations, lights, run.truth[count - 1].tail<3>(), trueErrors(simulated),
+                        simulated.looked_for)
       .cartesian()
       .covariance;
 }

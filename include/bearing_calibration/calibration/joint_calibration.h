@@ -11,7 +11,6 @@
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/record/lights_record.h"
 #include "bearing_calibration/solve/joint_record.h"
-#include "bearing_calibration/solve/joint_record.h"
 
 namespace bearing_calibration::core {
 

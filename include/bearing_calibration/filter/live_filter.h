@@ -32,8 +32,8 @@ class LiveFilter {
   void predict(const OdometryIncrement& motion);
   /// @param nearby  travel around the stamp of the bearing; without it, as if the base stood
   AzimuthPrediction predictAzimuth(const OdometryWindow& nearby = {}, int light = 0) const;
-  /// An elevation is used where the sensor's tilt is among the errors of the state; a wild one pulls
-  /// no more than an unlikely one.
+  /// An elevation is used where the sensor's tilt is among the errors of the state; a wild one
+  /// pulls no more than an unlikely one.
   void update(const Bearing& bearing, const OdometryWindow& nearby = {}, int light = 0);
 
   StateEstimate estimate() const;

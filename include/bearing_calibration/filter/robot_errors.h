@@ -14,8 +14,8 @@ struct ErrorPriors {
   ErrorVector mean = ErrorVector::Zero();    ///< zero but for what is looked for about it
   double light_height_m = 0.0;               ///< as stated, looked for or not
   double light_height_stddev_m = 0.0;        ///< the same
-  /// How far a misaligned mirror may shift the sensor, to every side: no bearing tells it, so that it
-  /// is no error in the state, but a part of what is said of the mount (withNearness()).
+  /// How far a misaligned mirror may shift the sensor, to every side: no bearing tells it, so that
+  /// it is no error in the state, but a part of what is said of the mount (withNearness()).
   double nearness_stddev_m = 0.0;
 
   /// Sets the standard deviation of a whole block, times its weights for each of its numbers.
@@ -67,7 +67,7 @@ struct ErrorBlockInfo {
   int begin = 0;
   int size = 0;
   bool said_by_sensor = false;  ///< its prior comes with the bearings (SensorGeometry)
-  std::string when_held;  ///< what it means for the result when the data do not tell it
+  std::string when_held;        ///< what it means for the result when the data do not tell it
 };
 const std::vector<ErrorBlockInfo>& errorBlocks();
 

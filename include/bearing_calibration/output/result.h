@@ -45,8 +45,8 @@ struct CalibrationResult {
   std::optional<PaperEstimate> paper_state;          ///< none before the first estimate
   std::optional<CartesianEstimate> cartesian_state;  ///< none before the first estimate
 
-  ErrorPriors error_priors;            ///< which errors of the robot are looked for
-  ErrorEstimate robot_errors;          ///< as their priors before the first estimate
+  ErrorPriors error_priors;    ///< which errors of the robot are looked for
+  ErrorEstimate robot_errors;  ///< as their priors before the first estimate
   /// Mount, errors and lights, of which the last four are a part; none before the first estimate.
   std::optional<StateEstimate> estimate;
 

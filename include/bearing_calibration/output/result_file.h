@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bearing_calibration/common/stamp.h"
-#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
 #include "bearing_calibration/output/error_report.h"

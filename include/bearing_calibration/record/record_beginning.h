@@ -22,7 +22,7 @@ struct RecordBeginning {
 struct RecordPart {
   std::size_t count = 0;
   StateEstimate known;  ///< at the last of them, from everything until there
-  Scatter scatter;       ///< of the mounts that they tell
+  Scatter scatter;      ///< of the mounts that they tell
 };
 
 }  // namespace bearing_calibration::core

@@ -85,7 +85,8 @@ class BatchEstimator {
 
   /// @param observations in the order of time; the motion of the first is used with a beginning
   /// only.
-  /// @throws std::invalid_argument when the start or a supposed slip is at no observation, a variance
+  /// @throws std::invalid_argument when the start or a supposed slip is at no observation, a
+  /// variance
   ///   is not positive, or the beginning is not of the start's lights and the errors in use.
   BatchEstimate estimate(const std::vector<Observation>& observations, const RecordStart& start,
                          const SlipHypothesis& slips = {},
@@ -100,7 +101,7 @@ class BatchEstimator {
   /// the whole record is: what a record that is cut after it begins with.
   /// @param observations,fit  a record and its fit
   StateEstimate knownAt(std::size_t observation, const std::vector<Observation>& observations,
-                         const BatchEstimate& fit) const;
+                        const BatchEstimate& fit) const;
 
  private:
   BatchConfig config_;
