@@ -36,7 +36,8 @@ msg::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver& driver
   feedback.y_stddev_m = estimate.y_stddev_m;
   feedback.yaw_stddev_rad = estimate.yaw_stddev_rad;
   core::Vector5 expected = core::Vector5::Constant(kNone);
-  if (driver.plan()) expected = driver.plan()->expected.cartesian.covariance.diagonal().cwiseSqrt();
+  if (driver.plan())
+    expected = driver.plan()->expected.cartesian().covariance.diagonal().cwiseSqrt();
   feedback.expected_x_stddev_m = expected(core::CartesianIndex::kSensorX);
   feedback.expected_y_stddev_m = expected(core::CartesianIndex::kSensorY);
   feedback.expected_yaw_stddev_rad = expected(core::CartesianIndex::kSensorYaw);
@@ -100,7 +101,7 @@ void DrivePublisher::publish(const core::CalibrationDriver& driver, const std::s
   way_publisher_.publish(way);
   if (!driver.plan()) return;
   // z, roll and pitch play no part here: they are shown flat and with no variance.
-  expected_publisher_.publish(poseFromMount(mountFromCartesian(driver.plan()->expected.cartesian),
+  expected_publisher_.publish(poseFromMount(mountFromCartesian(driver.plan()->expected.cartesian()),
                                             {}, stampFromRos(now), base_frame));
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/solve/observability.h"
 #include "tools/study/simulated_case.h"
 

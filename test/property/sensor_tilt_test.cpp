@@ -189,7 +189,7 @@ TEST(SensorTilt, ElevationsTellATiltFromAShiftedMount) {
     phi_squares +=
         std::pow(wrapAngle(std::atan2(found.y(), found.x()) - std::atan2(truth.y(), truth.x())), 2);
     rho_squares += std::pow(found.norm() - truth.norm(), 2);
-    for (const BlockReport& report : reportBlocks(simulated.looked_for, batch.errors)) {
+    for (const BlockReport& report : reportBlocks(simulated.looked_for, batch.last.errors())) {
       if (report.name != SensorTilt::kName) continue;
       EXPECT_EQ(report.status, BlockStatus::kEstimated);
       EXPECT_TRUE(report.note.empty()) << report.note;
@@ -210,7 +210,7 @@ TEST(SensorTilt, WithoutElevationsTheTiltIsHeldAndItsDoubtIsSaid) {
   const ObservationRun run = simulate(simulated);
   const BatchEstimate batch = batchOf(simulated, run);
   ASSERT_TRUE(batch.converged);
-  const BlockReport report = reportBlocks(simulated.looked_for, batch.errors).back();
+  const BlockReport report = reportBlocks(simulated.looked_for, batch.last.errors()).back();
   EXPECT_EQ(report.status, BlockStatus::kHeldAtPrior);
   EXPECT_NE(report.note.find("rho is uncertain by 14."), std::string::npos) << report.note;
   EXPECT_LT(mountChiSquare(batch.last.cartesian(), run.truth.back()),

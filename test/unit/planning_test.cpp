@@ -164,7 +164,7 @@ TEST(MotionPlanner, PlansOnlyWhatIsAllowed) {
         estimateAt(light.x(), light.y(), std::pow(10.0, -3.0 + 1.2 * uniform(engine)));
     const Pose2 start_from_base{1.8 * Eigen::Vector2d(uniform(engine), 0.0),
                                 2.0 * kPi * uniform(engine)};
-    const auto plan = planner.plan({estimate, {}}, start_from_base);
+    const auto plan = planner.plan(StateEstimate::of(estimate), start_from_base);
     ASSERT_TRUE(plan) << i;
     const double here_m = lightClearance({}, estimate, 2.0);
     EXPECT_GE(lightClearance(plan->primitive, estimate, 2.0), std::min(0.5, here_m)) << i;
@@ -189,7 +189,7 @@ TEST(MotionPlanner, PlansWhatIsDriven) {
     const Eigen::Vector2d light =
         rotation2(tangent_rad + off_rad) * Eigen::Vector2d(distance_m, 0.0);
     const CartesianEstimate estimate = estimateAt(light.x(), light.y(), 1e-3);
-    const auto plan = planner.plan({estimate, {}}, {});
+    const auto plan = planner.plan(StateEstimate::of(estimate), {});
     ASSERT_TRUE(plan) << i;
     const MotionPrimitive driven = PrimitiveFollower(plan->primitive, kLimits, {}).remaining({});
     EXPECT_TRUE(planner.keepsAway(driven, estimate)) << i;
@@ -212,7 +212,7 @@ TEST(MotionPlanner, RefusesAnAskedForWayOnlyWhenTheLightIsSurelyNear) {
 
 TEST(MotionPlanner, LeavesALightThatIsTooNear) {
   const MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
-  const auto plan = planner.plan({estimateAt(0.25, 0.1, 0.01), {}}, {});
+  const auto plan = planner.plan(StateEstimate::of(estimateAt(0.25, 0.1, 0.01)), {});
   ASSERT_TRUE(plan);
   EXPECT_GE(lightClearance(plan->primitive, estimateAt(0.25, 0.1, 0.0), 0.0),
             std::hypot(0.25, 0.1) - 1e-9);
@@ -220,7 +220,7 @@ TEST(MotionPlanner, LeavesALightThatIsTooNear) {
 
 TEST(MotionPlanner, HasNoPlanWithoutRoom) {
   const MotionPlanner planner(kPlanner, kLimits, kSensing, {0.11, {}});
-  EXPECT_FALSE(planner.plan({estimateAt(1.0, 0.0, 0.01), {}}, {}));
+  EXPECT_FALSE(planner.plan(StateEstimate::of(estimateAt(1.0, 0.0, 0.01)), {}));
 }
 
 /// A chosen block is served better than by a plan for another one.

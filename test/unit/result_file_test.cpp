@@ -66,7 +66,7 @@ SavedCalibration someCalibration() {
   saved.cartesian_state.mean << 2.0, -1.0, 0.33, -0.1, -0.28;
   saved.cartesian_state.covariance = 2.0 * someCovariance<5>();
   saved.lasting = lastingPart(saved.base_from_sensor);
-  constexpr int kSeparation = LastingEstimate::kMountSize + placeOf<WheelSeparation>();
+  constexpr int kSeparation = kMountSize + placeOf<WheelSeparation>();
   saved.lasting.mean(kSeparation) = 1e-3;
   saved.lasting.covariance(kSeparation, kSeparation) = 4e-4;
   saved.lasting.covariance(0, kSeparation) = saved.lasting.covariance(kSeparation, 0) = 1e-4;
