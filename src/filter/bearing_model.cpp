@@ -71,7 +71,8 @@ ExpectedAngle angleOf(const StateLayout& layout, int light, const Ideal& ideal, 
   StateRow& J = angle.J_angle_state;
   J.head<kMountSize>() << -J_angle_ray, -J_angle_ideal;
   J.segment(kMountSize, layout.errors) =
-      (J_angle_ray * ideal.light.J_light_errors + J_angle_errors).head(layout.errors);
+      J_angle_ray.lazyProduct(ideal.light.J_light_errors.leftCols(layout.errors)) +
+      J_angle_errors.head(layout.errors);
   J.segment<2>(layout.lightAt(light)) = J_angle_ray * ideal.light.J_light_light;
   return angle;
 }
@@ -124,14 +125,21 @@ ScalarUpdate prepareUpdate(const StateRow& H, double residual, double variance,
 }
 
 void apply(const ScalarUpdate& update, StateEstimate* estimate) {
+  constexpr Eigen::Index kFew = 5;
   const StateVector& K = update.gain;
   StateMatrix& P = estimate->covariance;
   estimate->mean += K * update.innovation.residual;
-  // (I - K H) P, then all of it times (I - K H)^T, plus K R K^T
-  const StateVector PHt = update.innovation.variance * K;
-  P.noalias() -= K.lazyProduct(PHt.transpose());
-  const StateVector left = update.variance * K - P.lazyProduct(update.H);
-  P.noalias() += left.lazyProduct(K.transpose());
+  if (K.size() <= kFew) {
+    StateMatrix I_KH = -K.lazyProduct(update.H.transpose());
+    I_KH.diagonal().array() += 1.0;
+    const StateMatrix I_KH_P = I_KH.lazyProduct(P);
+    P = I_KH_P.lazyProduct(I_KH.transpose()) + (update.variance * K).lazyProduct(K.transpose());
+  } else {  // multiplied out: the cost grows with the square of the states instead of their cube
+    const StateVector PHt = update.innovation.variance * K;
+    P.noalias() -= K.lazyProduct(PHt.transpose());
+    const StateVector left = update.variance * K - P.lazyProduct(update.H);
+    P.noalias() += left.lazyProduct(K.transpose());
+  }
   symmetrise(&P);
 }
 

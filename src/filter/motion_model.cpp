@@ -5,9 +5,10 @@
 namespace bearing_calibration::core {
 namespace {
 
-CorrectedMotion<kErrorCount> correct(const OdometryIncrement& measured, const ErrorVector& errors,
-                                     int errors_in_use) {
-  CorrectedMotion<kErrorCount> motion;
+using Corrected = CorrectedMotion<kErrorCount>;
+
+Corrected correct(const OdometryIncrement& measured, const ErrorVector& errors, int errors_in_use) {
+  Corrected motion;
   motion.start_from_end = measured.start_from_end;
   forEachBlock(
       [&](auto block, auto at) {
@@ -17,23 +18,15 @@ CorrectedMotion<kErrorCount> correct(const OdometryIncrement& measured, const Er
   return motion;
 }
 
-}  // namespace
-
-CorrectedMotion<kErrorCount> correctMotion(const OdometryIncrement& measured,
-                                           const ErrorVector& errors) {
-  return correct(measured, errors, kErrorCount);
-}
-
-LinearMotion lineariseMotion(const StateLayout& layout, const ErrorVector& errors,
-                             const LightPositions& lights_at_end, const OdometryIncrement& measured,
-                             const Eigen::Vector3d& error) {
-  const CorrectedMotion<kErrorCount> corrected = correct(measured, errors, layout.errors);
+LinearMotion linearise(const StateLayout& layout, const ErrorVector& errors,
+                       const LightPositions& lights_at_end, const Corrected& corrected,
+                       const Eigen::Matrix3d& covariance, const Eigen::Vector3d& error) {
   LinearMotion motion;
   motion.start_from_end = {corrected.start_from_end.position_m + error.head<2>(),
                            wrapAngle(corrected.start_from_end.yaw_rad + error.z())};
   motion.R_end_start = rotation2(-motion.start_from_end.yaw_rad);
   motion.error = error;
-  motion.covariance = measured.covariance;
+  motion.covariance = covariance;
   motion.errors_at = errors;
   motion.J_lights_error.resize(2 * layout.lights, 3);
   for (int i = 0; i < layout.lights; ++i) {
@@ -45,15 +38,30 @@ LinearMotion lineariseMotion(const StateLayout& layout, const ErrorVector& error
   return motion;
 }
 
+}  // namespace
+
+Corrected correctMotion(const OdometryIncrement& measured, const ErrorVector& errors) {
+  return correct(measured, errors, kErrorCount);
+}
+
+LinearMotion lineariseMotion(const StateLayout& layout, const ErrorVector& errors,
+                             const LightPositions& lights_at_end, const OdometryIncrement& measured,
+                             const Eigen::Vector3d& error) {
+  return linearise(layout, errors, lights_at_end, correct(measured, errors, layout.errors),
+                   measured.covariance, error);
+}
+
 LinearMotion lineariseMotion(const StateLayout& layout, const StateVector& before,
                              const OdometryIncrement& measured) {
   const ErrorVector errors = errorsOf(layout, before);
-  const Pose2 end_from_start = correct(measured, errors, layout.errors).start_from_end.inverse();
+  const Corrected corrected = correct(measured, errors, layout.errors);
+  const Pose2 end_from_start = corrected.start_from_end.inverse();
   LightPositions lights_at_end(2, layout.lights);
   for (int i = 0; i < layout.lights; ++i) {
     lights_at_end.col(i) = end_from_start * Eigen::Vector2d(before.segment<2>(layout.lightAt(i)));
   }
-  return lineariseMotion(layout, errors, lights_at_end, measured, Eigen::Vector3d::Zero());
+  return linearise(layout, errors, lights_at_end, corrected, measured.covariance,
+                   Eigen::Vector3d::Zero());
 }
 
 void propagate(const LinearMotion& motion, StateEstimate* estimate) {
