@@ -2,6 +2,10 @@
 
 namespace bearing_calibration::core {
 
+bool mayBeTrusted(CalibrationState state) {
+  return state == CalibrationState::kConverged || state == CalibrationState::kConverging;
+}
+
 void sayEstimate(const RobotEstimate& estimate, CalibrationResult* result) {
   const CartesianEstimate cartesian =
       withNearness(estimate.cartesian, result->error_priors.nearness_stddev_m);

@@ -8,7 +8,7 @@
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/init/initializer.h"
-#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "support/mount_chi_square.h"
 #include "support/numerical_jacobian.h"

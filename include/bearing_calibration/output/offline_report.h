@@ -55,7 +55,8 @@ class OfflineReport {
 
   void add(const AssociationOutcome& outcome);
   /// @param running  what the running calibration says at its end; none: start from nothing
-  /// @param errors  of the robot, that were looked for: those of a sensor are known with its bearings
+  /// @param errors  of the robot, that were looked for: those of a sensor are known with its
+  /// bearings
   Review conclude(const std::optional<RobotEstimate>& running, const ErrorPriors& errors);
 
  private:

@@ -68,6 +68,9 @@ struct CalibrationResult {
   InputCounts tick_inputs;
 };
 
+/// Whether a state's mount may be used: CONVERGED or CONVERGING.
+bool mayBeTrusted(CalibrationState state);
+
 /// Fills in mount, light and the robot's errors, the mount as uncertain as the sensor's nearness in
 /// error_priors leaves it.
 void sayEstimate(const RobotEstimate& estimate, CalibrationResult* result);
