@@ -89,6 +89,7 @@ class CalibrationDriver {
   /// @throws std::invalid_argument with every sentence of validate().
   CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now,
                     const WheelSpeeds& moving = {});
+
   void addTravel(const WheelTravel& travel, Stamp received);
   void noteBearing(Stamp received) { last_bearing_ = received; }  ///< the light was seen
   void addEstimate(const DriveEstimate& estimate, Stamp received);

@@ -43,8 +43,8 @@ struct PlannerConfig {
 LightsEstimate forPlanning(const RobotEstimate& robot);
 
 /// The estimate as the filter will have it after a primitive: the mean moves as planned, the
-/// covariance grows by the wheels' noise and shrinks by the bearings. Bearings are taken together
-/// over steps of at most a quarter of a second.
+/// covariance grows by the wheels' noise and shrinks by the bearings (doc/model.md, eqs. 5 to 8, 16
+/// to 18). Bearings are taken together over steps of at most a quarter of a second.
 LightsEstimate predictAfter(const MotionPrimitive& primitive, LightsEstimate estimate,
                             const WheelLimits& limits, const SensingModel& sensing);
 
