@@ -18,8 +18,8 @@ void decision(benchmark::State& state) {
   errors.setBlock(TimeOffset::kName, 0.1);
   errors.setBlock(WheelScales::kName, 0.03);
   errors.setBlock(WheelSeparation::kName, 0.01);
-  const StateEstimate estimate = StateEstimate::of(start, kWheelErrors, priorEstimate(errors));
-  for (auto _ : state) benchmark::DoNotOptimize(planner.plan(estimate, {}));
+  const StateEstimate known = StateEstimate::of(start, kWheelErrors, priorEstimate(errors));
+  for (auto _ : state) benchmark::DoNotOptimize(planner.plan(known, {}));
 }
 BENCHMARK(decision)->Arg(60)->Arg(100)->Arg(300)->Unit(benchmark::kMillisecond);
 

@@ -22,7 +22,7 @@ struct SavingOutcome {
   std::string message;  ///< names the file, or says why there is none
 };
 
-/// Saves what a node finds, by the rule of saving_rule.h: when somebody asks for it, when it has
+/// Saves what a node finds, by the rule of result_store.h: when somebody asks for it, when it has
 /// become CONVERGED, every output/save_period, before it is forgotten, and at the node's end, by a
 /// signal too. Without being asked only what may be trusted, and only what has changed.
 ///

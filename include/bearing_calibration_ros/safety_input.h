@@ -2,7 +2,7 @@
 
 #include <ros/time.h>
 
-#include "bearing_calibration/planning/drive_end.h"
+#include "bearing_calibration/planning/calibration_driver.h"
 #include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {

@@ -34,15 +34,15 @@ Vector5 moved(const Vector5& state, const Pose2& start_from_end) {
 class Walk {
  public:
   Walk(const std::vector<Observation>& observations, const BatchEstimate& batch)
-      : observations_(observations), batch_(batch), left_out_(observations.size(), false) {
-    for (std::size_t rejected : batch.rejected) left_out_[rejected] = true;
-  }
+      : observations_(observations), batch_(batch) {}
 
   ReviewedImage review(const AssociationOutcome& outcome) {
     ReviewedImage reviewed;
     reviewed.outcome = outcome;
-    distance_m_ += is_first_ ? 0.0 : outcome.observation.motion.distance_m;
-    if (!is_first_) since_kept_ = append(since_kept_, outcome.observation.motion);
+    if (!is_first_) {
+      distance_m_ += outcome.observation.motion.distance_m;
+      since_kept_ = append(since_kept_, outcome.observation.motion);
+    }
     is_first_ = false;
     const bool kept =
         next_ < observations_.size() && observations_[next_].stamp == outcome.observation.stamp;
@@ -78,7 +78,10 @@ class Walk {
     if (outcome.kind == AssociationOutcome::Kind::kNothingSeen) return Verdict::kNothingSeen;
     if (!isJudged()) return Verdict::kUnjudged;
     if (!kept) return Verdict::kThinned;
-    return left_out_[next_ - 1] ? Verdict::kLeftOut : Verdict::kUsed;
+    const auto& rejected = batch_.rejected;
+    const bool is_left_out =
+        std::find(rejected.begin(), rejected.end(), next_ - 1) != rejected.end();
+    return is_left_out ? Verdict::kLeftOut : Verdict::kUsed;
   }
 
   double residualOf(const AssociationOutcome& outcome) const {
@@ -90,8 +93,7 @@ class Walk {
 
   const std::vector<Observation>& observations_;
   const BatchEstimate& batch_;
-  std::vector<bool> left_out_;  ///< of each observation
-  std::size_t next_ = 0;        ///< observation that has not been passed yet
+  std::size_t next_ = 0;  ///< observation that has not been passed yet
   bool is_first_ = true;
   double distance_m_ = 0.0;
   Pose2 first_from_kept_;         ///< at the last observation that was passed
@@ -101,19 +103,8 @@ class Walk {
 }  // namespace
 
 const char* nameOf(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kNothingSeen:
-      return "nothing seen";
-    case Verdict::kUsed:
-      return "used";
-    case Verdict::kLeftOut:
-      return "left out";
-    case Verdict::kThinned:
-      return "thinned";
-    case Verdict::kUnjudged:
-      return "unjudged";
-  }
-  return "";
+  static const char* const kNames[] = {"nothing seen", "used", "left out", "thinned", "unjudged"};
+  return kNames[static_cast<int>(verdict)];
 }
 
 OfflineReport::OfflineReport(const InitializerConfig& config)

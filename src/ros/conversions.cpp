@@ -10,8 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "bearing_calibration/output/error_report.h"
-#include "bearing_calibration/output/mount_quality.h"
+#include "bearing_calibration/output/quality.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -101,12 +100,7 @@ void fillRobotErrors(const core::CalibrationResult& result, msg::CalibrationEsti
                      .covariance(kPlacesWithWheels, kPlacesWithWheels);
   }
   fillRowMajor(covariance, &message->covariance_with_clock_and_wheels);
-  auto reports = core::reportBlocks(result.error_priors, result.robot_errors);
-  for (const core::BlockReport& report :
-       core::reportNoise(result.noise_priors, result.noise, result.correlation_time)) {
-    reports.push_back(report);
-  }
-  for (const core::BlockReport& report : reports) {
+  for (const core::BlockReport& report : core::reportErrors(result)) {
     if (report.status == core::BlockStatus::kOff) continue;
     for (const core::ReportedNumber& number : report.numbers) {
       msg::RobotError error;

@@ -35,12 +35,11 @@ msg::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver& driver
   feedback.x_stddev_m = estimate.x_stddev_m;
   feedback.y_stddev_m = estimate.y_stddev_m;
   feedback.yaw_stddev_rad = estimate.yaw_stddev_rad;
-  core::Vector5 expected = core::Vector5::Constant(kNone);
-  if (driver.plan())
-    expected = driver.plan()->expected.cartesian().covariance.diagonal().cwiseSqrt();
-  feedback.expected_x_stddev_m = expected(core::CartesianIndex::kSensorX);
-  feedback.expected_y_stddev_m = expected(core::CartesianIndex::kSensorY);
-  feedback.expected_yaw_stddev_rad = expected(core::CartesianIndex::kSensorYaw);
+  Eigen::Vector3d expected = Eigen::Vector3d::Constant(kNone);
+  if (driver.plan()) expected = driver.plan()->expected.covariance.diagonal().cwiseSqrt();
+  feedback.expected_x_stddev_m = expected.x();
+  feedback.expected_y_stddev_m = expected.y();
+  feedback.expected_yaw_stddev_rad = expected.z();
   feedback.light_distance_m = std::hypot(estimate.light_x_m, estimate.light_y_m);
   feedback.time_s = driver.timeSeconds();
   feedback.path_m = driver.pathMeters();
@@ -101,8 +100,8 @@ void DrivePublisher::publish(const core::CalibrationDriver& driver, const std::s
   way_publisher_.publish(way);
   if (!driver.plan()) return;
   // z, roll and pitch play no part here: they are shown flat and with no variance.
-  expected_publisher_.publish(poseFromMount(mountFromCartesian(driver.plan()->expected.cartesian()),
-                                            {}, stampFromRos(now), base_frame));
+  expected_publisher_.publish(
+      poseFromMount(driver.plan()->expected, {}, stampFromRos(now), base_frame));
 }
 
 }  // namespace bearing_calibration_ros

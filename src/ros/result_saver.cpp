@@ -8,9 +8,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "bearing_calibration/output/mount_quality.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/output/result_store.h"
-#include "bearing_calibration/output/saving_rule.h"
 #include "bearing_calibration_ros/result_saving.h"
 #include "bearing_calibration_ros/thrown.h"
 

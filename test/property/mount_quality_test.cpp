@@ -1,5 +1,3 @@
-#include "bearing_calibration/output/mount_quality.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/observability.h"
 #include "tools/study/simulated_case.h"
 

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/noise_review.h"
 #include "tools/study/simulated_case.h"
 

@@ -10,7 +10,7 @@
 #include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/filter/motion_model.h"
 #include "bearing_calibration/init/initializer.h"
-#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "support/mount_chi_square.h"
 #include "support/numerical_jacobian.h"

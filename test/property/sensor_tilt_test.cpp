@@ -9,7 +9,7 @@
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/filter/robot_errors.h"
-#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "support/mount_chi_square.h"
 #include "tools/study/simulated_case.h"

@@ -103,7 +103,7 @@ TEST(Visualisation, TheRayOfAnExactBearingLeavesTheSensorAndPassesTheLight) {
   const auto& [from, to] = *visualisation.ray_in_start;
   EXPECT_NEAR((from - result.start_from_base * estimate.sensorInBase()).norm(), 0.0, 1e-12);
   const Eigen::Vector2d along = (to - from).normalized();
-  const Eigen::Vector2d to_light = visualisation.found->light_in_start - from;
+  const Eigen::Vector2d to_light = visualisation.found->lights.at(0).in_start - from;
   EXPECT_NEAR(to_light.dot(perpendicular(along)), 0.0, 1e-12);
   EXPECT_GT((to - from).norm(), to_light.norm());
 }
@@ -115,8 +115,8 @@ TEST(Visualisation, TheEllipsesAreThoseOfTheCovariancesInTheirFrames) {
   const Eigen::Matrix2d R = rotation2(result.start_from_base.yaw_rad);
   const Eigen::Matrix2d light_in_start =
       R * result.cartesian_state->covariance.topLeftCorner<2, 2>() * R.transpose();
-  for (const Eigen::Vector2d& point : found->light_ellipse_in_start) {
-    const Eigen::Vector2d d = point - found->light_in_start;
+  for (const Eigen::Vector2d& point : found->lights.at(0).ellipse_in_start) {
+    const Eigen::Vector2d d = point - found->lights.at(0).in_start;
     EXPECT_NEAR(d.dot(light_in_start.inverse() * d), kSigmas * kSigmas, 1e-9);
   }
   const Eigen::Matrix2d sensor = result.cartesian_state->covariance.block<2, 2>(2, 2);

@@ -101,7 +101,7 @@ class Search {
   std::vector<MotionPrimitive> polygonPrimitives(double chord_m, int turns, double until_s) const {
     constexpr double kSpare_m = 1e-4;
     const double inner_m = driven_.drive.planner.light_distance_m + kSpare_m;
-    const Eigen::Vector2d light = truth_.cartesian().lightInBase();
+    const Eigen::Vector2d light = truth_.mean.tail<2>();
     const double to_tangent_m = std::sqrt(light.squaredNorm() - inner_m * inner_m);
     std::vector<MotionPrimitive> primitives{
         {std::atan2(light.y(), light.x()) - std::asin(inner_m / light.norm()),
@@ -125,10 +125,10 @@ class Search {
           needed_s <= left_s ? primitive : cutTo(primitive, left_s, drive.limits);
       left_s -= needed_s;
       result.least_distance_m =
-          std::min(result.least_distance_m, lightClearance(driveable, estimate.cartesian(), 0.0));
+          std::min(result.least_distance_m, lightClearance(driveable, estimate, 0.0));
       estimate = predictAfter(driveable, estimate, drive.limits, drive.sensing);
     }
-    result.covariance = estimate.cartesian().covariance;
+    result.mount_covariance = estimate.mount().covariance;
     return result;
   }
 
@@ -136,7 +136,7 @@ class Search {
     if (candidate.least_distance_m < driven_.drive.planner.light_distance_m) {
       return std::numeric_limits<double>::infinity();
     }
-    return candidate.covariance.bottomRightCorner<3, 3>().determinant();
+    return candidate.mount_covariance.determinant();
   }
 
   /// Another drive: one primitive turned or made longer, with or without what follows turning

@@ -94,7 +94,8 @@ class Loop {
 
   void tell(Stamp now) {
     const CalibrationResult result = calibrator_.result();
-    DriveEstimate estimate = DriveEstimate::from(result);
+    DriveEstimate estimate{result.stamp, result.state, std::nullopt};
+    estimate.robot = result.estimate;
     if (!driven_.stops_when_converged && estimate.state == CalibrationState::kConverged) {
       estimate.state = CalibrationState::kConverging;
     }

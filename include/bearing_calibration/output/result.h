@@ -47,7 +47,7 @@ struct CalibrationResult {
 
   ErrorPriors error_priors;    ///< which errors of the robot are looked for
   ErrorEstimate robot_errors;  ///< as their priors before the first estimate
-  /// Mount, errors and lights, of which the last four are a part; none before the first estimate.
+  /// Mount, errors and lights, of which the last five are a part; none before the first estimate.
   std::optional<StateEstimate> estimate;
 
   std::vector<LightSummary> lights;  ///< all that are followed, in the order of their appearance
@@ -68,6 +68,9 @@ struct CalibrationResult {
   InputCounts bearing_inputs;
   InputCounts tick_inputs;
 };
+
+/// Whether a state's mount may be used: CONVERGED or CONVERGING.
+bool mayBeTrusted(CalibrationState state);
 
 /// Fills in mount, light and the robot's errors, the mount as uncertain as the sensor's nearness in
 /// error_priors leaves it.
