@@ -11,6 +11,7 @@
 #include "bearing_calibration/common/cancellation.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/record_weights.h"
 #include "bearing_calibration/solve/smoother.h"
 
@@ -316,9 +317,9 @@ StateEstimate BatchEstimator::knownAt(std::size_t observation,
     return std::vector(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(observation + 1));
   };
   const RecordPath path{until(fit.path.points), fit.path.mount, fit.path.errors};
-  return smooth(until(observations), until(fit.weights), path, kFreePass, config_.errors,
-                fit.known())
-      .last;
+  const SmootherPass pass = smooth(until(observations), until(fit.weights), path, kFreePass,
+                                   config_.errors, fit.known());
+  return withoutLearntScale(pass.last, config_.errors);
 }
 
 }  // namespace bearing_calibration::core
