@@ -8,7 +8,7 @@
 #include "bearing_calibration/common/plausible.h"
 #include "bearing_calibration/common/requirement.h"
 #include "bearing_calibration/common/validated.h"
-#include "bearing_calibration/simulation/random_stream.h"
+#include "bearing_calibration/simulation/random_numbers.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/simulation/robot_sensors.h"
 #include "bearing_calibration/simulation/trajectory.h"
-#include "bearing_calibration/simulation/wheel_encoders.h"
 
 namespace bearing_calibration::core {
 namespace {

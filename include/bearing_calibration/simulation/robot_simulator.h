@@ -8,10 +8,9 @@
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
-#include "bearing_calibration/simulation/bearing_sensor.h"
 #include "bearing_calibration/simulation/light.h"
+#include "bearing_calibration/simulation/robot_sensors.h"
 #include "bearing_calibration/simulation/trajectory.h"
-#include "bearing_calibration/simulation/wheel_encoders.h"
 
 namespace bearing_calibration::core {
 
