@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "bearing_calibration/geometry/covariance_ellipse.h"
-
 namespace bearing_calibration::core {
 namespace {
 
@@ -48,7 +46,7 @@ std::vector<Eigen::Vector2d> Visualiser::ellipseInStart(const CartesianEstimate&
                                                         const Pose2& start_from_base) const {
   const Eigen::Matrix2d covariance = estimate.covariance.topLeftCorner<2, 2>();
   std::vector<Eigen::Vector2d> ellipse =
-      outlineOf(covarianceEllipse(covariance, sigmas_), estimate.lightInBase(), kEllipseSegments);
+      ellipseOutline(covariance, sigmas_, estimate.lightInBase(), kEllipseSegments);
   for (Eigen::Vector2d& point : ellipse) point = start_from_base * point;
   return ellipse;
 }
@@ -61,8 +59,8 @@ Visualisation::Found Visualiser::drawFound(const CalibrationResult& result) cons
       estimate.covariance(CartesianIndex::kSensorYaw, CartesianIndex::kSensorYaw);
   Visualisation::Found found;
   found.base_from_sensor = {estimate.sensorInBase(), estimate.sensorYaw()};
-  found.sensor_ellipse_in_base = outlineOf(covarianceEllipse(sensor_covariance, sigmas_),
-                                           estimate.sensorInBase(), kEllipseSegments);
+  found.sensor_ellipse_in_base =
+      ellipseOutline(sensor_covariance, sigmas_, estimate.sensorInBase(), kEllipseSegments);
   found.sensor_yaw_band_rad = sigmas_ * std::sqrt(yaw_variance);
   found.light_in_start = result.start_from_base * estimate.lightInBase();
   found.light_ellipse_in_start = ellipseInStart(estimate, result.start_from_base);
