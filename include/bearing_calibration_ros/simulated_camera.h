@@ -21,8 +21,9 @@
 
 namespace bearing_calibration_ros {
 
-/// A rendered image as the camera's driver would deliver it, without stamp and frame.
-sensor_msgs::ImagePtr messageFromRendered(const core::MonoImage& image,
+/// A rendered image (the sensor's values) as the camera's driver would deliver it, without stamp
+/// and frame.
+sensor_msgs::ImagePtr messageFromRendered(const cv::Mat& values,
                                           const core::ImageEncoding& encoding);
 
 /// What the camera is to photograph.

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "bearing_calibration/odometry/wheel_pairing.h"
+#include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {

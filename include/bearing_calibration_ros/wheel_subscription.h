@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/odometry/wheel_pairing.h"
+#include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/wheel_params.h"
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "bearing_calibration/calibration/fits_beside.h"
 #include "bearing_calibration/common/validated.h"
 #include "bearing_calibration/input/bearing_input.h"
-#include "bearing_calibration/input/bearing_queue.h"
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
 
@@ -23,7 +23,6 @@ class Calibrator::Impl {
         odometer_(config.drive),
         track_(config.drive.wheel_separation_m, config.wheel_noise,
                durationFromSeconds(config.tick_history_s)),
-        queue_(static_cast<std::size_t>(config.bearings.max_waiting)),
         calibration_(std::move(calibration)) {}
 
   const CalibratorConfig& config() const { return config_; }
@@ -79,7 +78,9 @@ class Calibrator::Impl {
       countBearings(remark);
       if (!worst.isBadInput()) worst = remark;
     }
-    if (!queue_.add(std::move(checked.bearings))) {
+    waiting_.emplace(checked.bearings.stamp, std::move(checked.bearings));
+    if (waiting_.size() > static_cast<std::size_t>(config_.bearings.max_waiting)) {
+      waiting_.erase(waiting_.begin());
       countBearings({InputStatus::kQueueFull, static_cast<double>(config_.bearings.max_waiting)});
     }
     fuseCovered();
@@ -127,7 +128,7 @@ class Calibrator::Impl {
   void setPaused(bool paused) {
     paused_ = paused;
     if (!paused) return;
-    queue_.clear();
+    waiting_.clear();
     calibration_->drop();
   }
 
@@ -135,7 +136,7 @@ class Calibrator::Impl {
     CalibrationResult result = counts_;
     result.stamp = last_fused_.value_or(Stamp());
     result.start_from_base = start_from_fused_;
-    result.bearings_waiting = static_cast<std::uint32_t>(queue_.size());
+    result.bearings_waiting = static_cast<std::uint32_t>(waiting_.size());
     result.state =
         track_.empty() ? CalibrationState::kWaitingForTicks : CalibrationState::kWaitingForLight;
     calibration_->live().describe(&result);
@@ -207,8 +208,9 @@ class Calibrator::Impl {
 
   void fuseCovered() {
     const Duration window = durationFromSeconds(config_.bearings.reorder_window_s);
-    while (!queue_.empty() && !track_.empty() && queue_.oldest() + window <= track_.newest()) {
-      fuse(queue_.takeOldest());
+    while (!waiting_.empty() && !track_.empty() &&
+           waiting_.begin()->first + window <= track_.newest()) {
+      fuse(waiting_.extract(waiting_.begin()).mapped());
     }
   }
 
@@ -236,7 +238,7 @@ class Calibrator::Impl {
   WheelPairing pairing_;
   WheelOdometer odometer_;
   OdometryTrack track_;
-  BearingQueue queue_;
+  std::multimap<Stamp, BearingSet> waiting_;  ///< for the ticks that cover them
   std::unique_ptr<FitsBeside> calibration_;
   std::optional<StateEstimate> earlier_;
   std::optional<WheelTravel> last_travel_;

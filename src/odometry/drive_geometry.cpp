@@ -5,14 +5,6 @@
 
 namespace bearing_calibration::core {
 
-double DriveGeometry::leftMetersPerTick() const {
-  return 2.0 * kPi * left_wheel_radius_m / ticks_per_revolution;
-}
-
-double DriveGeometry::rightMetersPerTick() const {
-  return 2.0 * kPi * right_wheel_radius_m / ticks_per_revolution;
-}
-
 std::vector<std::string> DriveGeometry::validate() const {
   constexpr double kWidestRobot_m = 100.0;
   constexpr double kLargestWheel_m = 10.0;

@@ -49,8 +49,7 @@ Visualisation::Light Visualiser::drawLight(const CartesianEstimate& estimate,
   const Eigen::Matrix2d covariance = estimate.covariance.topLeftCorner<2, 2>();
   Visualisation::Light light{
       start_from_base * estimate.lightInBase(),
-      outlineOf(covarianceEllipse(covariance, sigmas_), estimate.lightInBase(), kEllipseSegments),
-      in_estimate};
+      ellipseOutline(covariance, sigmas_, estimate.lightInBase(), kEllipseSegments), in_estimate};
   for (Eigen::Vector2d& point : light.ellipse_in_start) point = start_from_base * point;
   return light;
 }

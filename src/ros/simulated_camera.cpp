@@ -33,10 +33,10 @@ sensor_msgs::CameraInfo infoOf(const core::CameraRig& rig, const std::string& fr
 
 }  // namespace
 
-sensor_msgs::ImagePtr messageFromRendered(const core::MonoImage& image,
+sensor_msgs::ImagePtr messageFromRendered(const cv::Mat& values,
                                           const core::ImageEncoding& encoding) {
   const std::string& name = core::layoutNames()[static_cast<std::size_t>(encoding.layout)];
-  return cv_bridge::CvImage({}, name, core::encode(image, encoding)).toImageMsg();
+  return cv_bridge::CvImage({}, name, core::encode(values, encoding)).toImageMsg();
 }
 
 SimulatedCamera::SimulatedCamera(const ros::NodeHandle& node_handle, const std::string& frame,
@@ -97,8 +97,8 @@ void SimulatedCamera::publish(const Shot& shot) {
   if (publisher_.getNumSubscribers() == 0) return;  // nobody looks
   static const std::vector<core::Light> kDarkness;
   const core::ImageEncoding& encoding = renderer_.config().encoding;
-  const core::MonoImage rendered =
-      renderer_.renderMoving(shot.lights_occluded ? kDarkness : lights_, shot.motion, shot.number);
+  const cv::Mat rendered =
+      renderer_.render(shot.lights_occluded ? kDarkness : lights_, shot.motion, shot.number);
   const sensor_msgs::ImagePtr image = messageFromRendered(rendered, encoding);
   const auto info = boost::make_shared<sensor_msgs::CameraInfo>(camera_info_);
   image->header.frame_id = camera_info_.header.frame_id;

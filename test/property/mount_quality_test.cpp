@@ -134,23 +134,14 @@ Segments segmentsOf(PartingMotion motion, const Eigen::Vector2d& light_in_base) 
 }
 
 /// A drive for a while, then a motion.
-class DriveThenMotion final : public Trajectory {
- public:
-  DriveThenMotion(const SimulatedCase& simulated, const Segments& motion)
-      : drive_(makeTrajectory(simulated.trajectory, kSeparation_m)),
-        left_s_(simulated.duration_s),
-        motion_(motion) {}
-
-  WheelDisplacement advance(double step_s) override {
-    left_s_ -= step_s;
-    return left_s_ > 0.0 ? drive_->advance(step_s) : motion_.advance(step_s);
-  }
-
- private:
-  std::unique_ptr<Trajectory> drive_;
-  double left_s_;
-  SegmentTrajectory motion_;
-};
+Trajectory driveThenMotion(const SimulatedCase& simulated, const Segments& segments) {
+  return
+      [drive = makeTrajectory(simulated.trajectory, kSeparation_m),
+       motion = segmentTrajectory(segments), left_s = simulated.duration_s](double step_s) mutable {
+        left_s -= step_s;
+        return left_s > 0.0 ? drive(step_s) : motion(step_s);
+      };
+}
 
 StateEstimate boundOf(const SimulatedCase& simulated, const ObservationRun& run) {
   std::vector<Eigen::Vector2d> lights;
@@ -175,8 +166,7 @@ struct CorrelatedDrive {
     const Segments segments = segmentsOf(motion, light_in_base);
     SimulatedCase longer = simulated;
     for (const DriveSegment& segment : segments) longer.duration_s += segment.duration_s;
-    const ObservationRun run =
-        simulateAlong(longer, std::make_unique<DriveThenMotion>(simulated, segments));
+    const ObservationRun run = simulateAlong(longer, driveThenMotion(simulated, segments));
     return sizeOf(pair, boundOf(longer, run));
   }
 };

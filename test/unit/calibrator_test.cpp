@@ -5,12 +5,10 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <optional>
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/trajectory.h"
-#include "bearing_calibration/simulation/trajectory_config.h"
 #include "bearing_calibration/track/mount_tracker.h"
 #include "support/simulated_calibration.h"
 #include "tools/study/default_calibration.h"
@@ -247,9 +245,8 @@ SimulatedRecord smallDrive(const RobotConfig& robot, double duration_s) {
   constexpr double kTurn_rad = 4.31;
   const double arc_m = 0.5 * robot.encoders.drive.wheel_separation_m * kTurn_rad;
   RobotSimulator simulator(robot, {Light{}},
-                           std::make_unique<SegmentTrajectory>(std::vector<DriveSegment>{
-                               {kSpeed_mps, kSpeed_mps, kLeg_m / kSpeed_mps},
-                               {-kSpeed_mps, kSpeed_mps, arc_m / kSpeed_mps}}));
+                           segmentTrajectory({{kSpeed_mps, kSpeed_mps, kLeg_m / kSpeed_mps},
+                                              {-kSpeed_mps, kSpeed_mps, arc_m / kSpeed_mps}}));
   return record(&simulator, duration_s);
 }
 

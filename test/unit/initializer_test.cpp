@@ -66,8 +66,7 @@ ObservationRun smallRun(std::uint64_t seed, double wheel_noise_m) {
   simulated.robot.encoders.noise.independent_k_m = wheel_noise_m;
   simulated.robot.world_from_start.position_m = {0.6, 0.0};
   simulated.duration_s = 60.0;
-  return simulateAlong(simulated,
-                       std::make_unique<SegmentTrajectory>(std::vector<DriveSegment>{leg, turn}));
+  return simulateAlong(simulated, segmentTrajectory({leg, turn}));
 }
 
 TEST(Initializer, ASmallPathIsEnoughWhereItTellsTheMount) {
@@ -148,8 +147,7 @@ ObservationRun interruptedRun(const DriveSegment& pause) {
   const DriveSegment end{0.0, 0.0, 1e6};
   SimulatedCase simulated = paperCase(5);
   simulated.duration_s = 2.0 * (straight.duration_s + spin.duration_s) + pause.duration_s;
-  return simulateAlong(simulated, std::make_unique<SegmentTrajectory>(std::vector<DriveSegment>{
-                                      straight, spin, pause, straight, spin, end}));
+  return simulateAlong(simulated, segmentTrajectory({straight, spin, pause, straight, spin, end}));
 }
 
 void expectNoMotionForgotten(const DriveSegment& pause) {

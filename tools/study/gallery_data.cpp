@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/simulation/random_scene.h"
+#include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/rendered_series.h"
 #include "tools/common/command_line.h"
@@ -43,7 +43,7 @@ void writeFocus(const filesystem::path& folder, int images) {
     ImageRenderer renderer(series.rendered, test::plainWall);
     const test::Observation observation{1.0, radiansFromDegrees(35.0), 1.0};
     const cv::Mat image =
-        test::imageOf(renderer.render({observation.light()}, observation.worldFromSensor(), 1));
+        renderer.render({observation.light()}, {observation.worldFromSensor()}, 1);
     const auto truth =
         renderer.truthOf(observation.light(), {observation.worldFromSensor(), {0.0, 0.0}, 0.0});
     const cv::Point middle(cvRound(truth->pixel.x()), cvRound(truth->pixel.y()));
@@ -83,7 +83,7 @@ void writeClutter(const filesystem::path& folder) {
   config.rendered = test::renderedRig();
   config.rendered.rays_per_light = RendererConfig().rays_per_light;
   const RandomScene scene = randomScene(config, kScene);
-  const cv::Mat image = test::imageOf(scene.image);
+  const cv::Mat& image = scene.image;
   cv::imwrite((folder / "clutter.png").string(), image);
   const DetectorConfig detector_config = detectorOf(config, scene);
   LightDetector detector(detector_config);

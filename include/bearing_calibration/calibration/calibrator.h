@@ -7,7 +7,6 @@
 #include "bearing_calibration/calibration/fits_run.h"
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
-#include "bearing_calibration/odometry/wheel_pairing.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/output/result.h"

@@ -8,7 +8,6 @@
 #include "bearing_calibration/filter/tilted_observation.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
-#include "bearing_calibration/odometry/odometry_window.h"
 
 // What may be wrong with a robot, as blocks of numbers that are estimated beside the mount; all of
 // them are zero for a robot as it is believed (doc/model.md, "The imperfect robot"). A block is one

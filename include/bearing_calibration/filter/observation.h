@@ -6,7 +6,6 @@
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/filter/state.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
-#include "bearing_calibration/odometry/odometry_window.h"
 #include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration::core {

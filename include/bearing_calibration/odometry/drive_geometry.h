@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/common/angle.h"
+
 namespace bearing_calibration::core {
 
 /// The wheels of a differential drive and their encoders.
@@ -14,8 +16,11 @@ struct DriveGeometry {
   int counter_bits = 0;               ///< width at which the counters wrap: 8, 16, 32 or 64
   double max_wheel_speed_mps = 0.0;   ///< fastest possible; what exceeds it is not motion
 
-  double leftMetersPerTick() const;
-  double rightMetersPerTick() const;
+  double metersPerTick(double radius_m) const {
+    return 2.0 * kPi * radius_m / ticks_per_revolution;
+  }
+  double leftMetersPerTick() const { return metersPerTick(left_wheel_radius_m); }
+  double rightMetersPerTick() const { return metersPerTick(right_wheel_radius_m); }
 
   /// One sentence for each value that cannot be; empty when all is well.
   std::vector<std::string> validate() const;

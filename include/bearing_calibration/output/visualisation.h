@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "bearing_calibration/geometry/driven_path.h"
+#include "bearing_calibration/geometry/pictures.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/output/result.h"
 #include "bearing_calibration/track/association_outcome.h"

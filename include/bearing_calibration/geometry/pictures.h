@@ -6,6 +6,12 @@
 
 namespace bearing_calibration::core {
 
+/// The outline about `centre_m` of what lies within `sigmas` standard deviations along each axis
+/// (Mahalanobis), as a closed line: `segments` + 1 points from the major axis on, the first again
+/// as the last. A variance below zero, by rounding, counts as none; NaN stays NaN.
+std::vector<Eigen::Vector2d> ellipseOutline(const Eigen::Matrix2d& covariance_m2, double sigmas,
+                                            const Eigen::Vector2d& centre_m, int segments);
+
 /// A path for drawing: points some way apart. However long it gets, its memory is bounded: when it
 /// is full, every second point is dropped and the spacing doubles.
 class DrivenPath {
