@@ -30,6 +30,7 @@ AssociationOutcome MountCalibration::process(const BearingSet& image,
   is_work_due_ = false;
   const BearingSet ours{image.stamp, ofThisLight(image.candidates)};
   motion_since_observation_ = append(motion_since_observation_, motion);
+  way_m_ += motionOf(motion.distance_m, motion.rotation_rad);
   picker_.move(motion);
   AssociationOutcome outcome = AssociationOutcome::of(image.stamp, motion, nearby);
   search_.move(motion);
@@ -38,6 +39,7 @@ AssociationOutcome MountCalibration::process(const BearingSet& image,
     follow(ours, nearby, &outcome);
   }
   if (!started_) start(ours, nearby, &outcome);
+  if (outcome.kind == AssociationOutcome::Kind::kTaken) last_seen_ = image.stamp;
   return outcome;
 }
 
@@ -143,14 +145,44 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
   if (started_) startAnew();
 }
 
-void MountCalibration::noteSolution(const SlipAverage& settled, const StateEstimate& estimate) {
+/// For the other lights, after the judge has spoken.
+void MountCalibration::noteSolution(const std::optional<SlipAverage>& settled,
+                                    const StateEstimate& estimate) {
+  const Judgement& judgement = judge_->last();
+  if (judgement.cause != Fault::kMountMoved)
+    mount_moved_at_m_.reset();
+  else if (!mount_moved_at_m_)
+    mount_moved_at_m_ = way_m_;
   const std::vector<Observation>& observations = initializer_.record().observations();
-  const bool tells_one =
-      !settled.rival.isOpen() && tellsOneMount(*tracker_, observations, settled.best);
-  answer_ = LandmarkSolution{
-      {},    settled.best, estimate, tells_one, motionOf(observations, settled.best.beginning),
-      noise_};
-  for (const Observation& observation : observations) answer_->stamps.push_back(observation.stamp);
+  if (settled) {
+    answer_ = LandmarkSolution{{}, settled->best, estimate, noise_};
+    for (const Observation& observation : observations)
+      answer_->stamps.push_back(observation.stamp);
+  }
+  const bool is_refuted = judgement.state == CalibrationState::kInconsistent ||
+                          (settled && (settled->rival.isOpen() ||
+                                       !tellsOneMount(*tracker_, observations, settled->best)));
+  if (is_refuted) {
+    is_sound_ = false;
+    one_mount_since_m_.reset();
+    return;
+  }
+  if (!settled) return;
+  const double motion_m = motionOf(observations, settled->best.beginning);
+  if (!one_mount_since_m_) one_mount_since_m_ = motion_m;
+  is_sound_ = motion_m - *one_mount_since_m_ >= kHeldOver_m;
+}
+
+std::optional<double> MountCalibration::movedFor() const {
+  if (!mount_moved_at_m_) return std::nullopt;
+  return way_m_ - *mount_moved_at_m_;
+}
+
+std::string MountCalibration::obstacle() const {
+  if (!isFound()) return "not found yet";
+  const Judgement& judgement = judge_->last();
+  if (judgement.state == CalibrationState::kInconsistent) return judgement.advice;
+  return is_sound_ ? "" : "not yet confirmed";
 }
 
 bool MountCalibration::isFitDue() const {
@@ -166,16 +198,17 @@ void MountCalibration::refineAndJudge() {
   const std::vector<Observation> observations = withNoise(record.observations(), noise_);
   const std::optional<SlipAverage> settled =
       record_fit_.fit(observations, tracker_->filter().estimate(), record.beginning());
+  StateEstimate estimate;
   if (settled) {
     rival_ = settled->rival;
-    const StateEstimate estimate = withItsNoise(*settled);
+    estimate = withItsNoise(*settled);
     if (!tracker_->isSearching()) {
       tracker_->rebase(withEarlier(widened(estimate, settled->best.scatter().widening())),
                        settled->best.correlation);
     }
-    if (config_.max_lights > 1) noteSolution(*settled, estimate);
   }
   judge_->judge(*tracker_, observations, settled);
+  if (config_.max_lights > 1) noteSolution(settled, estimate);
   if (judge_->last().state == CalibrationState::kConverged) {
     most_noise_ = most_noise_ ? atMost(noise_.atMost(), *most_noise_) : noise_.atMost();
   }

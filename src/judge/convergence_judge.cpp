@@ -75,12 +75,6 @@ std::optional<DisplacementTest> findDisplacement(const BatchEstimate& fit, doubl
   return std::nullopt;
 }
 
-/// Way with its turns: those of a point half a metre from the centre.
-double motionOf(double distance_m, double rotation_rad) {
-  constexpr double kLever_m = 0.5;
-  return distance_m + kLever_m * rotation_rad;
-}
-
 double motionTo(const Observation& observation) {
   return motionOf(observation.motion.distance_m, observation.motion.rotation_rad);
 }
@@ -131,6 +125,11 @@ std::vector<std::string> ConvergenceConfig::validate() const {
   require.between("converged/position_stddev", position_stddev_m, kLeastLength_m, kFarthest_m);
   require.between("converged/yaw_stddev", yaw_stddev_rad, kLeastAngle_rad, kTurn_rad);
   return require.errors();
+}
+
+double motionOf(double distance_m, double rotation_rad) {
+  constexpr double kLever_m = 0.5;
+  return distance_m + kLever_m * rotation_rad;
 }
 
 double motionOf(const std::vector<Observation>& record,

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "bearing_calibration/geometry/covariance_ellipse.h"
+#include "bearing_calibration/geometry/pictures.h"
 
 namespace bearing_calibration::core {
 namespace {

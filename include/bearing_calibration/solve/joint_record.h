@@ -15,10 +15,7 @@ struct LandmarkSolution {
   BatchEstimate fit;          ///< over them
   StateEstimate average;  ///< with its rivals (see averageOverSlips) and all levels of noise, at
                           ///< the last observation
-  /// No part of the record says another mount than the rest, and both halves tell it.
-  bool tells_one_mount = false;
-  double motion_m = 0.0;  ///< of the record, its turns included
-  NoiseLevels noise;      ///< against the stated one
+  NoiseLevels noise;  ///< against the stated one
 };
 
 /// The answer whose mount is known best.
