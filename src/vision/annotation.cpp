@@ -100,7 +100,7 @@ cv::Mat annotateRim(const cv::Mat& image, const MirrorRim& rim) {
                                  : std::numeric_limits<std::uint16_t>::max();
   cv::Mat picture = inColour(image, full);
   constexpr int kDot_px = 2;
-  for (const Eigen::Vector2d& place : rim.edge_px) {
+  for (const Eigen::Vector2d& place : rim.points_px) {
     cv::circle(picture, pointOf(place), kDot_px, kRejected, cv::FILLED, cv::LINE_AA);
   }
   const cv::Point centre = pointOf(rim.circle.centre_px);

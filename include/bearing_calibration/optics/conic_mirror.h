@@ -32,6 +32,8 @@ struct MirrorView {
   double centre_u_px = 0.0;  ///< column; integer values are pixel centres
   double centre_v_px = 0.0;  ///< row, growing downwards
   int handedness = 1;        ///< +1: azimuth grows counter-clockwise on the screen; -1: clockwise
+
+  Eigen::Vector2d centre_px() const { return {centre_u_px, centre_v_px}; }
 };
 
 /// A pixel about the mirror's centre.
