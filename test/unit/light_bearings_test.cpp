@@ -100,7 +100,7 @@ TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
   config.light.min_distance_m = 0.25;
   config.light.max_distance_m = 10.0;
   const ExpectedPlace place{{0.0, 0.5}, 0.1, 5.0};
-  const cv::Rect box = boxAround(place, ExpectedSpot(config), config);
+  const cv::Rect box = boxAround(place, ExpectedSpot(conicMirrorOptics(config), config), config);
   EXPECT_GE(box.y, 0);
   EXPECT_LT(box.y, 239);
   EXPECT_GT(box.br().y, 240);
