@@ -20,7 +20,6 @@ constexpr double kEvenedBySaturation = 0.6;
 // Of the variance of the spot that may be the source's own when none is seen: the measured size is
 // as uncertain as that.
 constexpr double kUnseenExtent = 0.04;
-
 // The sharp outline of a disc falls between pixels: in random places this moves its centre so much
 // (noise-free discs of 11 x 20 px, either weight).
 constexpr double kSamplingStddev_px = 0.001;
