@@ -80,10 +80,9 @@ void fillDiagnostics(const DetectionCounts& counts, const ImagesOfLate& images,
   if (!observation.has_light) return;
   status->add("light's peak (levels)", observation.ellipse.peak_levels);
   status->add("light's saturated part", observation.ellipse.saturated_fraction);
-  status->add("light's width along the azimuth (px)",
-              widthOf(observation.ellipse.tangential_variance_px2));
-  status->add("light's width along the radius (px)",
-              widthOf(observation.ellipse.radial_variance_px2));
+  const Eigen::Vector2d variances_px2 = observation.ellipse.variances_px2();
+  status->add("light's width along the azimuth (px)", widthOf(variances_px2(0)));
+  status->add("light's width along the radius (px)", widthOf(variances_px2(1)));
 }
 
 }  // namespace bearing_calibration_ros

@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 
-#include "bearing_calibration/vision/mirror_check.h"
 #include "bearing_calibration/vision/mirror_rim.h"
 
 namespace bearing_calibration_ros {

@@ -17,7 +17,6 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/image_renderer.h"
-#include "bearing_calibration/vision/mirror_check.h"
 #include "support/default_rig.h"
 #include "support/photographs.h"
 #include "support/synthetic_spot.h"

@@ -69,9 +69,9 @@ DetectorConfig detectorOf(const RandomSceneConfig& config, const RandomScene& sc
 void writeSpot(const Detection& spot, std::ofstream* table) {
   const LightEllipse& ellipse = spot.ellipse;
   *table << ellipse.centre_px.x() << "," << ellipse.centre_px.y() << ","
-         << std::sqrt(std::max(0.0, ellipse.radial_variance_px2)) << ","
-         << std::sqrt(std::max(0.0, ellipse.tangential_variance_px2)) << "," << ellipse.pixels
-         << "," << describe(spot.rejection) << ","
+         << std::sqrt(std::max(0.0, ellipse.variances_px2()(1))) << ","
+         << std::sqrt(std::max(0.0, ellipse.variances_px2()(0))) << "," << ellipse.pixels << ","
+         << describe(spot.rejection) << ","
          << (spot.accepted() ? degreesFromRadians(spot.bearing.azimuth_rad) : 0.0) << ","
          << (spot.accepted() ? spot.bearing.probability : 0.0) << "\n";
 }
