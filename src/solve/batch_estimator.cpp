@@ -110,7 +110,8 @@ StateEstimate BatchEstimator::knownAt(std::size_t observation,
   const RecordPath path{until(fit.path.points), fit.path.mount, fit.path.errors};
   const SmootherPass pass =
       smooth(until(observations), until(fit.weights), path, kFreePass, config_.errors, fit.known());
-  return withoutLearntScale(pass.last, config_.errors);
+  return withoutLearntScale(pass.last, fit.path.stateAt(pass.last.layout, observation),
+                            config_.errors);
 }
 
 }  // namespace bearing_calibration::core

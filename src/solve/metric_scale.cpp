@@ -13,9 +13,8 @@ constexpr int kScales = placeOf<WheelScales>();
 constexpr std::array<int, 3> kLengths = {kScales, kScales + 1, placeOf<WheelSeparation>()};
 
 /// How the state changes where all lengths grow: its derivative by the logarithm of their unit.
-StateVector growthOf(const StateEstimate& estimate) {
-  const StateLayout& layout = estimate.layout;
-  StateVector growth = estimate.mean;
+StateVector growthAt(const StateLayout& layout, const StateVector& state) {
+  StateVector growth = state;
   growth(kMountSize - 1) = 0.0;
   for (int error = 0; error < layout.errors; ++error) {
     double& change = growth(kMountSize + error);
@@ -29,7 +28,8 @@ StateVector growthOf(const StateEstimate& estimate) {
 
 }  // namespace
 
-StateEstimate withoutLearntScale(const StateEstimate& estimate, const ErrorPriors& priors) {
+StateEstimate withoutLearntScale(const StateEstimate& estimate, const StateVector& at,
+                                 const ErrorPriors& priors) {
   const auto isKnown = [&](int error) {
     return error >= estimate.layout.errors || !(priors.stddev(error) > 0.0);
   };
@@ -46,7 +46,8 @@ StateEstimate withoutLearntScale(const StateEstimate& estimate, const ErrorPrior
   const Eigen::MatrixXd correlation = per_unit.asDiagonal() * P * per_unit.asDiagonal();
   const Eigen::MatrixXd information =
       correlation.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
-  const Eigen::VectorXd growth = per_unit.cwiseProduct(Eigen::VectorXd(growthOf(estimate)(places)));
+  const Eigen::VectorXd growth =
+      per_unit.cwiseProduct(Eigen::VectorXd(growthAt(estimate.layout, at)(places)));
 
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(size);  // its information ...
   Eigen::VectorXd pull = Eigen::VectorXd::Zero(size);   // ... and how the data pull against it
@@ -64,8 +65,7 @@ StateEstimate withoutLearntScale(const StateEstimate& estimate, const ErrorPrior
   data.diagonal() -= prior;
   Eigen::MatrixXd projected = across.transpose() * data * across;
   projected.diagonal() += prior;
-  const Eigen::MatrixXd covariance =
-      projected.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  const Eigen::MatrixXd covariance = projected.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
   const Eigen::VectorXd shift = -(covariance * by_prior) * growth.dot(pull);
 
   StateEstimate known = estimate;

@@ -7,6 +7,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/solve/batch_estimator.h"
+#include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/observability.h"
 #include "support/dense_map.h"
 #include "tools/study/simulated_case.h"
@@ -168,6 +169,47 @@ TEST(BatchEstimator, ACutRecordSaysWhatTheWholeOneSays) {
                   testDisplacement(whole.mount_displacements[gains]).gain, 0.1);
     }
   }
+}
+
+/// What an estimate knows of the metric scale beyond the priors of the wheels' errors, as seen from
+/// a state.
+double learntScale(const StateEstimate& estimate, const StateVector& at,
+                   const ErrorPriors& priors) {
+  // mount, time offset, three lengths that are relative to one, light
+  const Eigen::Vector3d lengths = Eigen::Vector3d::Ones() + at.segment<3>(4);
+  Eigen::Matrix<double, 9, 1> growth;
+  growth << at(0), at(1), 0.0, 0.0, lengths, at(7), at(8);
+  const Eigen::Vector3d prior = priors.stddev.segment<3>(1).cwiseAbs2().cwiseInverse();
+  return growth.dot(estimate.covariance.ldlt().solve(growth)) - lengths.cwiseAbs2().dot(prior);
+}
+
+// Lights, mount and wheels could be any size together, whatever the record. One linearisation knows
+// that; seen from another place, it seems to have learnt the scale.
+TEST(MetricScale, IsKnownByThePriorsAlone) {
+  const ErrorPriors priors = plainWithErrors().errors;
+  SimulatedCase simulated = paperCase(1);
+  simulated.duration_s = 60.0;
+  const ObservationRun run = simulate(simulated);
+  const std::size_t last = run.observations.size() - 1;
+  const StateEstimate fit =
+      BatchEstimator(plainWithErrors()).estimate(run.observations, {run.truth[last], last}).last;
+  const double prior = priors.stddev.segment<3>(1).cwiseAbs2().cwiseInverse().sum();
+  EXPECT_LT(std::abs(learntScale(fit, fit.mean, priors)), 1e-5 * prior);
+  const StateVector stddev = fit.covariance.diagonal().cwiseSqrt();
+  const StateEstimate same = withoutLearntScale(fit, fit.mean, priors);
+  EXPECT_LT(((same.mean - fit.mean).array() / stddev.array()).abs().maxCoeff(), 1e-2);
+  EXPECT_TRUE(same.covariance.isApprox(fit.covariance, 1e-2));
+
+  StateVector other = fit.mean;
+  other(0) += stddev(0);
+  EXPECT_GT(learntScale(fit, other, priors), 1.0);  // a standard deviation squared, or more
+  const StateEstimate known = withoutLearntScale(fit, other, priors);
+  EXPECT_LT(std::abs(learntScale(known, other, priors)), 1e-9 * prior);
+  EXPECT_GE(known.covariance(0, 0), fit.covariance(0, 0));
+
+  ErrorPriors measured = priors;  // a length that is known for certain tells the scale
+  measured.setBlock(WheelSeparation::kName, 0.0);
+  EXPECT_EQ(withoutLearntScale(fit, other, measured).mean, fit.mean);
 }
 
 TEST(BatchEstimator, RefusesABeginningOfOtherLightsOrErrors) {

@@ -94,6 +94,8 @@ options::options_description describeOptions(Arguments* arguments) {
       "added, uniform from 0 to this [s]");
   add("random-ratio", options::value(&robot.random_ratio_stddev)->default_value(0.0),
       "added, standard deviation");
+  add("random-scale", options::value(&robot.random_scale_stddev)->default_value(0.0),
+      "of both wheels, added, standard deviation");
   add("random-separation", options::value(&robot.random_separation_stddev)->default_value(0.0),
       "of the wheels, standard deviation");
   add("scales-prior", options::value(&arguments->scales_prior)->default_value(0.03),

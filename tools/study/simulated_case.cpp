@@ -107,8 +107,6 @@ void makeImperfect(SimulatedCase& simulated, const ImperfectRobot& how, std::uin
   RobotConfig& robot = simulated.robot;
   robot.stamp_latency_s = how.time_offset_s + draws.between(0.0, 1.0) * how.max_random_offset_s;
   const double ratio = how.ratio + draws.gaussian(how.random_ratio_stddev);
-  robot.encoders.left_radius_factor = 1.0 + how.scale - 0.5 * ratio;
-  robot.encoders.right_radius_factor = 1.0 + how.scale + 0.5 * ratio;
   robot.separation_factor = 1.0 + draws.gaussian(how.random_separation_stddev);
   const Eigen::Vector2d tilt = polar(how.tilt_rad, draws.angle());
   robot.sensor.roll_rad = tilt.x();
@@ -116,6 +114,9 @@ void makeImperfect(SimulatedCase& simulated, const ImperfectRobot& how, std::uin
   const Eigen::Vector2d harmonic = polar(how.harmonic_rad, draws.angle());
   robot.sensor.harmonic_cos_rad = harmonic.x();
   robot.sensor.harmonic_sin_rad = harmonic.y();
+  const double scale = how.scale + draws.gaussian(how.random_scale_stddev);
+  robot.encoders.left_radius_factor = 1.0 + scale - 0.5 * ratio;
+  robot.encoders.right_radius_factor = 1.0 + scale + 0.5 * ratio;
 }
 
 void drawNoise(SimulatedCase& simulated, std::uint64_t seed) {

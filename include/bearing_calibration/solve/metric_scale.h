@@ -10,7 +10,9 @@ namespace bearing_calibration::core {
 /// parts of a record that are linearised at slightly different scales seem to tell it together: over
 /// hours the scale would drift, and its standard deviation with it would be too small (the
 /// observability constraint of Huang, Mourikis and Roumeliotis, 2010).
+/// @param at  where what follows will be linearised
 /// @param priors  that the estimate contains
-StateEstimate withoutLearntScale(const StateEstimate& estimate, const ErrorPriors& priors);
+StateEstimate withoutLearntScale(const StateEstimate& estimate, const StateVector& at,
+                                 const ErrorPriors& priors);
 
 }  // namespace bearing_calibration::core
