@@ -24,9 +24,8 @@ struct DetectionNodeConfig {
   core::ColourConfig colour;
   /// Of so many images one is searched whole, so that a wrong prediction does not feed itself.
   int full_scan_every = 0;
-};
 
-/// @throws std::runtime_error with one line for each missing, misspelt or impossible parameter.
-DetectionNodeConfig readDetectionNodeConfig(ParamReader params);
+  void declare(core::Parameters& params);
+};
 
 }  // namespace bearing_calibration_ros

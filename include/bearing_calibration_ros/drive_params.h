@@ -1,9 +1,6 @@
 #pragma once
 
-#include <ros/node_handle.h>
-
 #include <string>
-#include <vector>
 
 #include "bearing_calibration/planning/calibration_driver.h"
 #include "bearing_calibration_ros/namespaces.h"
@@ -12,9 +9,12 @@
 
 namespace bearing_calibration_ros {
 
-/// Everything that the drive nodelet reads from its private parameters.
+/// Everything that the drive nodelet reads from its private parameters: config/drive.yaml, and the
+/// group `wheels` of config/calibration.yaml.
 struct DriveNodeConfig {
-  WheelParams wheels;
+  WheelInput wheels;
+  core::DriveGeometry geometry;
+  core::WheelTimes wheel_times;
   core::DriveConfig drive;
   core::DriveGoal default_goal;     ///< what a goal does not name
   double clock_timeout_s = 0.0;     ///< of real time in which ROS time may stand still
@@ -24,12 +24,8 @@ struct DriveNodeConfig {
   double control_rate_hz = 0.0;     ///< in real time
   std::string start_frame;          ///< of the published paths
 
-  std::vector<std::string> validate() const;
+  void declare(core::Parameters& params);
 };
-
-/// Reads config/drive.yaml's parameters and the group `wheels` of config/calibration.yaml.
-/// @throws std::runtime_error with one line for each parameter that is missing, wrong or unknown.
-DriveNodeConfig readDriveNodeConfig(ParamReader params);
 
 /// The drive that somebody asks for, with the defaults for what is not named.
 /// @throws std::invalid_argument for an unknown motion or a budget out of its bounds.

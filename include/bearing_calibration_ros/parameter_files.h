@@ -10,8 +10,8 @@
 
 namespace bearing_calibration_ros {
 
-/// A YAML document as parameters, with the types that `rosparam load` gives its values: a number
-/// such as 1e-6 is a string there (YAML 1.1 wants 1.0e-6), deg(30) is an angle in radians.
+/// A YAML document as parameters: deg(30) is an angle in radians, as in roslaunch, and 1e-6 a
+/// number, which there is a string (it wants 1.0e-6).
 /// @throws std::runtime_error with `origin` (a file's name) and line for what cannot be read.
 XmlRpc::XmlRpcValue parametersFromYaml(const std::string& text, const std::string& origin);
 

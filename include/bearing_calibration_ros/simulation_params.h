@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "bearing_calibration/simulation/image_renderer.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
@@ -18,7 +17,7 @@ struct SimulatedClockConfig {
   bool publish = false;  ///< time is the simulation's own, sent to /clock; else it is wall time
   double rate = 1.0;     ///< simulated seconds in a second, when published
 
-  std::vector<std::string> validate() const;
+  void declare(core::Parameters& params);
 };
 
 /// Parameter group `trajectory`.
@@ -29,7 +28,7 @@ struct DrivingConfig {
   bool stops_at_end = false;       ///< and the simulation falls silent
   double command_timeout_s = 0.0;  ///< a command older than this no longer moves the robot
 
-  std::vector<std::string> validate() const;
+  void declare(core::Parameters& params);
 };
 
 /// Parameter group `frames`.
@@ -38,10 +37,11 @@ struct SimulatedFrames {
   std::string base;
   std::string sensor;
 
-  std::vector<std::string> validate() const;
+  void declare(core::Parameters& params);
 };
 
-/// Everything that the simulation nodelet reads from its private parameters.
+/// Everything that the simulation nodelet reads from its private parameters:
+/// config/simulation.yaml.
 struct SimulationNodeConfig {
   SimulatedClockConfig clock;
   SimulatedFrames frames;
@@ -51,10 +51,8 @@ struct SimulationNodeConfig {
   core::SceneConfig scene;
   core::RendererConfig renderer;  ///< its holders are drawn with the scene
   std::uint64_t seed = 0;         ///< of the scene and of every noise
-};
 
-/// Reads config/simulation.yaml's parameters.
-/// @throws std::runtime_error with one line for each parameter that is missing, wrong or unknown.
-SimulationNodeConfig readSimulationNodeConfig(ParamReader params);
+  void declare(core::Parameters& params);
+};
 
 }  // namespace bearing_calibration_ros

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "bearing_calibration/calibration/fits_beside.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/input/bearing_input.h"
 #include "bearing_calibration/input/bearing_queue.h"
 #include "bearing_calibration/odometry/odometry_track.h"
@@ -19,10 +19,10 @@ class Calibrator::Impl {
  public:
   Impl(const CalibratorConfig& config, std::unique_ptr<FitsBeside> calibration)
       : config_(config),
-        pairing_(config.drive.counter_bits, config.max_wheels_apart_s),
+        pairing_(config.drive.counter_bits, config.wheel_times.max_apart_s),
         odometer_(config.drive),
         track_(config.drive.wheel_separation_m, config.wheel_noise,
-               durationFromSeconds(config.tick_history_s)),
+               durationFromSeconds(config.wheel_times.history_s)),
         queue_(static_cast<std::size_t>(config.bearings.max_waiting)),
         calibration_(std::move(calibration)) {}
 

@@ -112,7 +112,7 @@ void readMount(const YAML::Node& root, SavedCalibration* calibration) {
   unestimated.roll_stddev_rad = readFinite(rest, "roll_stddev_rad");
   unestimated.pitch_rad = readFinite(rest, "pitch_rad");
   unestimated.pitch_stddev_rad = readFinite(rest, "pitch_stddev_rad");
-  const std::vector<std::string> errors = unestimated.validate();
+  const std::vector<std::string> errors = errorsOf(unestimated);
   if (!errors.empty()) throw std::runtime_error(errors.front());
 }
 

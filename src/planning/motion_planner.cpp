@@ -5,9 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -33,14 +31,13 @@ void addTurns(double course_rad, double length_m, std::vector<MotionPrimitive>* 
 
 }  // namespace
 
-std::vector<std::string> PlannerConfig::validate() const {
-  Requirements require;
+void PlannerConfig::declare(Parameters& params) {
   using plausible::kFarthest_m;
-  require.between("planner/light_distance", light_distance_m, plausible::kShortest_m, kFarthest_m);
-  require.between("planner/light_sigmas", light_sigmas, 0.0, plausible::kMostSigmas);
-  require.between("planner/region_margin", region_margin_m, 0.0, kFarthest_m);
-  require.between("planner/max_straight", max_straight_m, 2.0 * kShortestPrimitive_m, kFarthest_m);
-  return require.errors();
+  params.choice("planner/block", {"mount", "position", "yaw"}, block);
+  params.number("planner/light_distance", light_distance_m, plausible::kShortest_m, kFarthest_m);
+  params.number("planner/light_sigmas", light_sigmas, 0.0, plausible::kMostSigmas);
+  params.number("planner/region_margin", region_margin_m, 0.0, kFarthest_m);
+  params.number("planner/max_straight", max_straight_m, 2.0 * kShortestPrimitive_m, kFarthest_m);
 }
 
 Pose2 poseAfter(const MotionPrimitive& primitive, const Pose2& frame_from_base) {

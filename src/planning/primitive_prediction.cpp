@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/bearing_model.h"
 
 namespace bearing_calibration::core {
@@ -94,14 +93,12 @@ auto withDoubts(const RobotEstimate& estimate, Work work) {
 
 }  // namespace
 
-std::vector<std::string> SensingModel::validate() const {
-  Requirements require;
-  require.add(wheel_noise.validate());
-  require.between("planner/bearing_stddev", bearing_stddev_rad, plausible::kLeastAngle_rad,
-                  plausible::kTurn_rad);
-  require.between("planner/bearing_rate", bearing_rate_hz, plausible::kRarest_hz,
-                  plausible::kMostFrequent_hz);
-  return require.errors();
+void SensingModel::declare(Parameters& params) {
+  wheel_noise.declare(params);
+  params.number("planner/bearing_stddev", bearing_stddev_rad, plausible::kLeastAngle_rad,
+                plausible::kTurn_rad);
+  params.number("planner/bearing_rate", bearing_rate_hz, plausible::kRarest_hz,
+                plausible::kMostFrequent_hz);
 }
 
 RobotEstimate movedBy(const OdometryIncrement& motion, const RobotEstimate& estimate) {

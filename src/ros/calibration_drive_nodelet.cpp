@@ -140,10 +140,10 @@ void CalibrationDriveNodelet::onInit() {
     private_node_handle_ = getPrivateNodeHandle();
     node_handle_.setCallbackQueue(&queue_);
     private_node_handle_.setCallbackQueue(&queue_);
-    config_ = readDriveNodeConfig(ParamReader(private_node_handle_));
+    config_ = readConfig<DriveNodeConfig>(ParamReader(private_node_handle_));
     makeSafetyInputs();
-    pairing_.emplace(config_.wheels.drive.counter_bits, config_.wheels.max_apart_s);
-    odometer_.emplace(config_.wheels.drive);
+    pairing_.emplace(config_.geometry.counter_bits, config_.wheel_times.max_apart_s);
+    odometer_.emplace(config_.geometry);
     advertise();
     shutdown_hook_ = std::make_unique<ShutdownHook>([this] { runShutdownHook(); });
     subscribe();

@@ -160,7 +160,7 @@ void CalibrationNodelet::advertise() {
 
 void CalibrationNodelet::watchInputs() {
   const ros::NodeHandle& node_handle = getNodeHandle();
-  for (const std::string& topic : wheelTopics(config_.wheel_source)) {
+  for (const std::string& topic : wheelTopics(config_.wheels.source)) {
     wheel_topic_ += (wheel_topic_.empty() ? "" : " with ") + node_handle.resolveName(topic);
   }
   bearing_topic_ = node_handle.resolveName("bearings");
@@ -180,7 +180,7 @@ void CalibrationNodelet::subscribe() {
       private_node_handle.advertiseService("pause", &CalibrationNodelet::onPause, this);
   save_service_ = private_node_handle.advertiseService("save", &CalibrationNodelet::onSave, this);
   wheel_subscribers_ = subscribeToWheels(
-      node_handle, config_.wheel_source, kWheelQueue,
+      node_handle, config_.wheels.source, kWheelQueue,
       {[this](const msg::WheelTicksConstPtr& message) { onTicks(message); },
        [this](const sensor_msgs::JointStateConstPtr& message) { onJointStates(message); },
        [this](core::WheelSide side, const WheelCountEvent& event) { onWheel(side, event); }});
@@ -218,10 +218,10 @@ void CalibrationNodelet::onTicks(const msg::WheelTicksConstPtr& message) {
 
 void CalibrationNodelet::onJointStates(const sensor_msgs::JointStateConstPtr& message) {
   receive("joint states", [this, message](const ros::Time& now) {
-    const auto angles = anglesFromMessage(*message, config_.joints);
+    const auto angles = anglesFromMessage(*message, config_.wheels.joints);
     if (angles) {
       finishWheels(calibrator_->addAngles(*angles, stampFromRos(now)), angles->stamp, now);
-    } else if (namesEither(*message, config_.joints) || !input_watch_->areWheelsAlive(now)) {
+    } else if (namesEither(*message, config_.wheels.joints) || !input_watch_->areWheelsAlive(now)) {
       refuseJointState(*message);  // else it is another publisher's, an arm's for instance
     }
   });
@@ -361,7 +361,7 @@ void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message
   NODELET_WARN(
       "%s: joints '%s' and '%s' with a position each are wanted, but the message has (%s): message "
       "ignored",
-      wheel_topic_.c_str(), config_.joints.left.c_str(), config_.joints.right.c_str(),
+      wheel_topic_.c_str(), config_.wheels.joints.left.c_str(), config_.wheels.joints.right.c_str(),
       jointNames(message).c_str());
 }
 

@@ -99,7 +99,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
 
 void LightDetectionNodelet::onInit() {
   try {
-    config_ = readDetectionNodeConfig(ParamReader(getPrivateNodeHandle()));
+    config_ = readConfig<DetectionNodeConfig>(ParamReader(getPrivateNodeHandle()));
     bearings_ = std::make_unique<ImageBearings>(config_);
     adviser_ = std::make_unique<core::ImageAdviser>(config_.detector);
     nameTopics();

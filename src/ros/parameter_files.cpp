@@ -3,14 +3,9 @@
 #include <ros/package.h>
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
-#include <cerrno>
-#include <cmath>
-#include <cstdlib>
+#include <cstdio>
 #include <fstream>
-#include <limits>
-#include <regex>
-#include <sstream>
+#include <optional>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
@@ -28,57 +23,30 @@ std::runtime_error errorAt(const std::string& origin, const YAML::Mark& mark,
   return std::runtime_error(origin + ": line " + std::to_string(mark.line + 1) + ": " + what);
 }
 
-/// Digits may be grouped by underscores in YAML 1.1.
-std::string withoutUnderscores(std::string text) {
-  text.erase(std::remove(text.begin(), text.end(), '_'), text.end());
-  return text;
+/// A number as YAML writes it, or an angle in radians: deg(30), rad(0.5).
+std::optional<double> numberFrom(const std::string& text) {
+  double number = 0.0;
+  int end = 0;
+  const auto is = [&](const char* format) {
+    return std::sscanf(text.c_str(), format, &number, &end) == 1 &&
+           static_cast<std::size_t>(end) == text.size();
+  };
+  if (is("deg( %lf )%n")) return core::radiansFromDegrees(number);
+  if (is("rad( %lf )%n")) return number;
+  if (YAML::convert<double>::decode(YAML::Node(text), number)) return number;
+  return std::nullopt;
 }
 
-XmlRpcValue integerFrom(const std::string& text) {
-  constexpr int kAnyBase = 0;  // as written: 0x.. is hexadecimal, 0.. octal
-  errno = 0;
-  const long long value = std::strtoll(withoutUnderscores(text).c_str(), nullptr, kAnyBase);
-  if (errno != 0 || value < std::numeric_limits<int>::min() ||
-      value > std::numeric_limits<int>::max()) {
-    throw std::runtime_error("the integer " + text + " does not fit into 32 bits");
-  }
-  return XmlRpcValue(static_cast<int>(value));
-}
-
-/// Infinite where the text says more than a double holds, as in Python: a reader names the
-/// parameter.
-double realFrom(const std::string& text) { return std::strtod(text.c_str(), nullptr); }
-
-/// What PyYAML, and with it roslaunch and rosparam, takes a plain scalar for.
-XmlRpcValue scalarFrom(const std::string& text) {
-  static const std::regex kTrue("yes|Yes|YES|true|True|TRUE|on|On|ON");
-  static const std::regex kFalse("no|No|NO|false|False|FALSE|off|Off|OFF");
-  static const std::regex kInteger("[-+]?(0|[1-9][0-9_]*|0[0-7_]+|0x[0-9a-fA-F_]+)");
-  static const std::regex kReal(
-      "[-+]?([0-9][0-9_]*)\\.[0-9_]*([eE][-+][0-9]+)?|\\.[0-9][0-9_]*([eE][-+][0-9]+)?");
-  static const std::regex kInfinity("([-+]?)\\.(inf|Inf|INF)");
-  static const std::regex kNotANumber("\\.(nan|NaN|NAN)");
-  static const std::regex kAngle(
-      "(deg|rad)\\(\\s*([-+]?([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][-+]?[0-9]+)?)\\s*\\)");
-  constexpr std::size_t kLongestNumber = 100;  // std::regex wants its stack for each character
-  if (text.size() > kLongestNumber) return XmlRpcValue(text);
-  std::smatch match;
-  if (std::regex_match(text, kTrue)) return XmlRpcValue(true);
-  if (std::regex_match(text, kFalse)) return XmlRpcValue(false);
-  if (std::regex_match(text, kInteger)) return integerFrom(text);
-  if (std::regex_match(text, kReal)) return XmlRpcValue(realFrom(withoutUnderscores(text)));
-  if (std::regex_match(text, match, kInfinity)) {
-    const double infinity = std::numeric_limits<double>::infinity();
-    return XmlRpcValue(match[1] == "-" ? -infinity : infinity);
-  }
-  if (std::regex_match(text, kNotANumber)) {
-    return XmlRpcValue(std::numeric_limits<double>::quiet_NaN());
-  }
-  if (std::regex_match(text, match, kAngle)) {
-    const double angle = realFrom(match[2]);
-    return XmlRpcValue(match[1] == "deg" ? core::radiansFromDegrees(angle) : angle);
-  }
-  return XmlRpcValue(text);
+/// The first of integer, number and boolean that a plain scalar can be; else a string.
+XmlRpcValue scalarFrom(const YAML::Node& node) {
+  const bool is_quoted = node.Tag() == "!";
+  if (is_quoted) return XmlRpcValue(node.Scalar());
+  int integer = 0;
+  if (YAML::convert<int>::decode(node, integer)) return XmlRpcValue(integer);
+  if (const auto number = numberFrom(node.Scalar())) return XmlRpcValue(*number);
+  bool boolean = false;
+  if (YAML::convert<bool>::decode(node, boolean)) return XmlRpcValue(boolean);
+  return XmlRpcValue(node.Scalar());
 }
 
 /// Turns a document into parameters, and ends where it is none: aliases may stand for any number of
@@ -97,7 +65,7 @@ class TreeReader {
                     "no parameter file",
                     kMostValues, kDeepest));
     }
-    if (node.IsScalar()) return scalar(node);
+    if (node.IsScalar()) return scalarFrom(node);
     XmlRpcValue value;
     if (node.IsSequence()) {
       value.setSize(static_cast<int>(node.size()));
@@ -112,16 +80,6 @@ class TreeReader {
   }
 
  private:
-  XmlRpcValue scalar(const YAML::Node& node) const {
-    const bool is_quoted = node.Tag() == "!";
-    if (is_quoted) return XmlRpcValue(node.Scalar());
-    try {
-      return scalarFrom(node.Scalar());
-    } catch (const std::runtime_error& error) {
-      throw errorAt(origin_, node.Mark(), error.what());
-    }
-  }
-
   std::string origin_;
   int values_ = 0;
 };

@@ -69,7 +69,7 @@ SimulationNodelet::~SimulationNodelet() {
 
 void SimulationNodelet::onInit() {
   try {
-    config_ = readSimulationNodeConfig(ParamReader(getPrivateNodeHandle()));
+    config_ = readConfig<SimulationNodeConfig>(ParamReader(getPrivateNodeHandle()));
     ros::NodeHandle& node_handle = getNodeHandle();
     clock_ = std::make_unique<SimulatedClock>(node_handle, config_.clock);
     startRobot(config_.robot, config_.driving);

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {

@@ -4,22 +4,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
-std::vector<std::string> BearingSensorConfig::validate() const {
+void BearingSensorConfig::declare(Parameters& params) {
   constexpr double kLargestCorrelation = 0.9999;  // 1 is a constant error, not noise
-  Requirements require;
-  require.notNegative("sensor/stddev", stddev_rad);
-  require.notNegative("sensor/elevation_stddev", elevation_stddev_rad);
+  params.notNegative("sensor/stddev", stddev_rad);
+  params.notNegative("sensor/elevation_stddev", elevation_stddev_rad);
   for (double angle_rad : {roll_rad, pitch_rad, harmonic_cos_rad, harmonic_sin_rad}) {
-    require.that(std::isfinite(angle_rad), "the sensor's tilt and harmonic must be finite");
+    params.that(std::isfinite(angle_rad), "the sensor's tilt and harmonic must be finite");
   }
-  require.between("sensor/correlation", correlation, 0.0, kLargestCorrelation);
-  require.between("sensor/outlier_probability", outlier_probability, 0.0, 1.0);
-  require.between("sensor/miss_probability", miss_probability, 0.0, 1.0);
-  return require.errors();
+  params.between("sensor/correlation", correlation, 0.0, kLargestCorrelation);
+  params.between("sensor/outlier_probability", outlier_probability, 0.0, 1.0);
+  params.between("sensor/miss_probability", miss_probability, 0.0, 1.0);
 }
 
 BearingSensor::BearingSensor(const BearingSensorConfig& config, std::uint64_t seed)

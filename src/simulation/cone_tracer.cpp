@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 

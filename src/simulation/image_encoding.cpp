@@ -3,7 +3,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -38,16 +38,15 @@ cv::Mat throughJpeg(const cv::Mat& image, int quality) {
 
 }  // namespace
 
-std::vector<std::string> ImageEncoding::validate() const {
+void ImageEncoding::declare(Parameters& params) {
   constexpr int kBestQuality = 100;
   constexpr double kLargestResponse = 2.0;  // green is the most sensitive in every known sensor
-  Requirements require;
-  require.between("camera/jpeg_quality", jpeg_quality, 0, kBestQuality);
-  require.that(jpeg_quality == 0 || !isMosaic(layout),
-               "camera/jpeg_quality must be 0 for a mosaic in camera/encoding: JPEG destroys it");
-  require.between("camera/red_response", red_response, 0.0, kLargestResponse);
-  require.between("camera/blue_response", blue_response, 0.0, kLargestResponse);
-  return require.errors();
+  params.choice("camera/encoding", layoutNames(), layout);
+  params.integer("camera/jpeg_quality", jpeg_quality, 0, kBestQuality);
+  params.that(jpeg_quality == 0 || !isMosaic(layout),
+              "camera/jpeg_quality must be 0 for a mosaic in camera/encoding: JPEG destroys it");
+  params.number("camera/red_response", red_response, 0.0, kLargestResponse);
+  params.number("camera/blue_response", blue_response, 0.0, kLargestResponse);
 }
 
 double ImageEncoding::responseAt(int column, int row) const {

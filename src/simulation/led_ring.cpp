@@ -4,18 +4,16 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
-std::vector<std::string> LedRing::validate() const {
+void LedRing::declare(Parameters& params) {
   constexpr int kMostLeds = 64;  // each of them costs as much as a light
   constexpr double kLargest_m = 10.0;
-  Requirements require;
-  require.between("ring/leds", leds, 0, kMostLeds);
-  require.between("ring/radius", radius_m, 0.0, kLargest_m);
-  require.between("ring/brightness_spread", brightness_spread, 0.0, 1.0);
-  return require.errors();
+  params.integer("ring/leds", leds, 0, kMostLeds);
+  params.number("ring/radius", radius_m, 0.0, kLargest_m);
+  params.number("ring/brightness_spread", brightness_spread, 0.0, 1.0);
 }
 
 std::vector<Light> drawLeds(const Light& light, const LedRing& ring, SceneRandom* random) {

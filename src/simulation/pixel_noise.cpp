@@ -5,8 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -48,12 +47,10 @@ std::vector<float> gaussianQuantiles() {
 
 }  // namespace
 
-std::vector<std::string> PixelConfig::validate() const {
-  Requirements require;
+void PixelConfig::declare(Parameters& params) {
   constexpr double kMostElectrons = 1e9;
-  require.between("camera/full_well", full_well_electrons, 1.0, kMostElectrons);
-  require.between("camera/read_noise", read_noise_electrons, 0.0, kMostElectrons);
-  return require.errors();
+  params.number("camera/full_well", full_well_electrons, 1.0, kMostElectrons);
+  params.number("camera/read_noise", read_noise_electrons, 0.0, kMostElectrons);
 }
 
 PixelNoise::PixelNoise(const PixelConfig& config, std::uint64_t seed)

@@ -1,27 +1,26 @@
 #include "bearing_calibration/simulation/scene.h"
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
-std::vector<std::string> SceneConfig::validate() const {
-  Requirements require;
+void SceneConfig::declare(Parameters& params) {
   constexpr double kDarkest = 1e-6;
   constexpr double kBrightest = 1e6;
   constexpr double kLargest_m = 10.0;
+  params.list("world/lights", 5, lights, [](const auto& row) {
+    return Light{{row[0], row[1]}, row[2], row[3], row[4]};
+  });
   for (const Light& light : lights) {
     const Eigen::Vector3d place_m(light.position_m.x(), light.position_m.y(), light.height_m);
-    require.between("world/lights: the distance", place_m.cwiseAbs().maxCoeff(), 0.0,
-                    plausible::kFarthest_m);
-    require.between("world/lights: the brightness", light.brightness, kDarkest, kBrightest);
-    require.between("world/lights: the radius", light.radius_m, 0.0, kLargest_m);
+    params.between("world/lights: the distance", place_m.cwiseAbs().maxCoeff(), 0.0,
+                   plausible::kFarthest_m);
+    params.between("world/lights: the brightness", light.brightness, kDarkest, kBrightest);
+    params.between("world/lights: the radius", light.radius_m, 0.0, kLargest_m);
   }
-  require.add(ring.validate());
-  require.add(room.validate());
-  require.add(clutter.validate());
-  return require.errors();
+  ring.declare(params);
+  room.declare(params);
+  clutter.declare(params);
 }
 
 Scene drawScene(const SceneConfig& config, std::uint64_t seed) {

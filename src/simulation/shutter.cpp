@@ -1,16 +1,14 @@
 #include "bearing_calibration/simulation/shutter.h"
 
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
-std::vector<std::string> Shutter::validate() const {
+void Shutter::declare(Parameters& params) {
   constexpr double kLongestExposure_s = 1.0;
   constexpr double kLongestRow_s = 1e-3;  // a second for a thousand rows
-  Requirements require;
-  require.between("camera/exposure_time", exposure_s, 0.0, kLongestExposure_s);
-  require.between("camera/row_time", row_time_s, 0.0, kLongestRow_s);
-  return require.errors();
+  params.number("camera/exposure_time", exposure_s, 0.0, kLongestExposure_s);
+  params.number("camera/row_time", row_time_s, 0.0, kLongestRow_s);
 }
 
 // The way points along the mean heading of its time, which is right to the second order.

@@ -2,9 +2,7 @@
 
 #include <cmath>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -21,17 +19,20 @@ std::int64_t wrapCounter(std::int64_t count, int bits, bool is_signed) {
   return static_cast<std::int64_t>(is_negative ? low - period : low);
 }
 
-std::vector<std::string> EncoderConfig::validate() const {
-  Requirements require;
-  require.add(drive.validate());
-  constexpr double kNoisiest_m = 1.0;  // a metre off after a metre
-  require.between("wheels/noise_independent", noise.independent_k_m, 0.0, kNoisiest_m);
-  require.between("wheels/noise_common", noise.common_k_m, 0.0, kNoisiest_m);
-  require.between("faults/left_radius_factor", left_radius_factor, 1.0 / plausible::kLargestRatio,
-                  plausible::kLargestRatio);
-  require.between("faults/right_radius_factor", right_radius_factor, 1.0 / plausible::kLargestRatio,
-                  plausible::kLargestRatio);
-  return require.errors();
+void EncoderConfig::declare(Parameters& params) {
+  using plausible::kLargestRatio;
+  drive.declare(params);
+  params.read("wheels/signed_counters", signed_counters);
+  for (auto [name, ticks] : {std::pair("wheels/left_start", &left_start_ticks),
+                             std::pair("wheels/right_start", &right_start_ticks)}) {
+    int start = 0;
+    if (params.read(name, start)) *ticks = start;
+  }
+  noise.declareLevels(params);
+  params.number("faults/left_radius_factor", left_radius_factor, 1.0 / kLargestRatio,
+                kLargestRatio);
+  params.number("faults/right_radius_factor", right_radius_factor, 1.0 / kLargestRatio,
+                kLargestRatio);
 }
 
 WheelEncoders::WheelEncoders(const EncoderConfig& config, std::uint64_t seed)

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/vision/bearing_variance.h"
 
 namespace bearing_calibration::core {

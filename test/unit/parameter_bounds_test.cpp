@@ -52,8 +52,8 @@ struct Node {
 void PrintTo(const Node& node, std::ostream* stream) { *stream << node.name; }
 
 template <typename Config>
-std::function<void(const XmlRpcValue&)> readBy(Config (*read)(ParamReader)) {
-  return [read](const XmlRpcValue& tree) { read(ParamReader(tree, "")); };
+void readAs(const XmlRpcValue& tree) {
+  readConfig<Config>(ParamReader(tree, ""));
 }
 
 class ShippedNumbers : public testing::TestWithParam<Node> {
@@ -136,14 +136,10 @@ TEST_P(ShippedNumbers, AreRefusedByNameBeyondWhatARobotHas) {
 
 INSTANTIATE_TEST_SUITE_P(
     Nodes, ShippedNumbers,
-    testing::Values(Node{"calibration",
-                         {"calibration.yaml"},
-                         [](const XmlRpcValue& tree) {
-                           readCalibrationNodeConfig(ParamReader(tree, ""));
-                         }},
-                    Node{"detection", {"detection.yaml"}, readBy(readDetectionNodeConfig)},
-                    Node{"drive", {"calibration.yaml", "drive.yaml"}, readBy(readDriveNodeConfig)},
-                    Node{"simulation", {"simulation.yaml"}, readBy(readSimulationNodeConfig)}),
+    testing::Values(Node{"calibration", {"calibration.yaml"}, readAs<CalibrationNodeConfig>},
+                    Node{"detection", {"detection.yaml"}, readAs<DetectionNodeConfig>},
+                    Node{"drive", {"calibration.yaml", "drive.yaml"}, readAs<DriveNodeConfig>},
+                    Node{"simulation", {"simulation.yaml"}, readAs<SimulationNodeConfig>}),
     [](const auto& node) { return node.param.name; });
 
 }  // namespace

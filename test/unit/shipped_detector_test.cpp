@@ -62,7 +62,7 @@ std::vector<double> numbersOf(const core::DetectorConfig& c) {
 
 TEST(ShippedDetector, IsThatOfTheConfigurationFile) {
   const ParamReader file(parametersFromFiles({packagedConfig("detection.yaml")}), "detection.yaml");
-  const core::DetectorConfig shipped = readDetectionNodeConfig(file).detector;
+  const core::DetectorConfig shipped = readConfig<DetectionNodeConfig>(file).detector;
   const core::DetectorConfig tested = core::test::shippedDetector();
   const std::vector<double> expected = numbersOf(shipped);
   const std::vector<double> actual = numbersOf(tested);

@@ -210,8 +210,8 @@ void sayHowToReport(const std::vector<Done>& all, const std::string& output) {
 ExitStatus run(const CalibrateBagArguments& arguments) {
   const BagSetup setup =
       readBagSetup(arguments.config_files, arguments.assignments, arguments.topics);
-  if (const auto why = ros_side::whyNotWritable(arguments.output_folder)) {
-    throw boost::program_options::error("--output " + *why);
+  if (const auto why = ros_side::whyNotWritable(arguments.output_folder); !why.empty()) {
+    throw boost::program_options::error("--output " + why);
   }
   const std::vector<Done> all = runAll(arguments, setup);
   std::set<ExitStatus> statuses;

@@ -21,7 +21,7 @@ namespace bearing_calibration::core {
 /// Not thread-safe, wherever its fits run.
 class Calibrator {
  public:
-  /// @throws std::invalid_argument with every sentence of config.validate().
+  /// @throws std::invalid_argument with every sentence of errorsOf().
   explicit Calibrator(const CalibratorConfig& config, FitsRun fits_run = FitsRun::kAtOnce);
   ~Calibrator();
   Calibrator(Calibrator&&) noexcept;

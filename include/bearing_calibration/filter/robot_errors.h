@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/ekf.h"
 #include "bearing_calibration/filter/error_blocks.h"
@@ -42,8 +43,8 @@ struct ErrorPriors {
   ErrorVector mean = ErrorVector::Zero();    ///< zero but for what is looked for about it
   double light_height_m = 0.0;               ///< as stated, looked for or not
   double light_height_stddev_m = 0.0;        ///< the same
-  /// How far a misaligned mirror may shift the sensor, to every side: no bearing tells it, so that it
-  /// is no error in the state, but a part of what is said of the mount (withNearness()).
+  /// How far a misaligned mirror may shift the sensor, to every side: no bearing tells it, so that
+  /// it is no error in the state, but a part of what is said of the mount (withNearness()).
   double nearness_stddev_m = 0.0;
 
   /// Sets the standard deviation of a whole block, times its weights for each of its numbers.
@@ -64,8 +65,7 @@ struct ErrorPriors {
     return (stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>()).array() > 0.0).any();
   }
 
-  /// One sentence for each value that cannot be; empty when all is well.
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// The mount with what the sensor's nearness leaves open of it.
@@ -172,7 +172,6 @@ struct ErrorBlockInfo {
   std::string name;
   int begin = 0;
   int size = 0;
-  bool said_by_sensor = false;  ///< its prior comes with the bearings (SensorGeometry)
   std::string when_held;  ///< what it means for the result when the data do not tell it
 };
 const std::vector<ErrorBlockInfo>& errorBlocks();

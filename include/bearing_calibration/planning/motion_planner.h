@@ -2,9 +2,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/planning/primitive_prediction.h"
 #include "bearing_calibration/planning/region.h"
@@ -25,7 +25,7 @@ struct PlannerConfig {
   double region_margin_m = 0.0;   ///< planned ways keep this distance from the region's border
   double max_straight_m = 0.0;    ///< longest straight way between two decisions
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// A primitive with what it is expected to bring.
@@ -39,7 +39,7 @@ struct PlannedPrimitive {
 /// best.
 class MotionPlanner {
  public:
-  /// @throws std::invalid_argument with every sentence of the parts' validate().
+  /// @throws std::invalid_argument with every sentence of the parts' errorsOf().
   MotionPlanner(const PlannerConfig& config, const WheelLimits& limits, const SensingModel& sensing,
                 const Region& region);
 

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/planning/motion_primitive.h"
 
@@ -14,7 +12,7 @@ struct SensingModel {
   double bearing_stddev_rad = 0.0;  ///< of one bearing
   double bearing_rate_hz = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// The estimate after a motion of the base (doc/model.md, eqs. 5 and 7, 17 and 18).

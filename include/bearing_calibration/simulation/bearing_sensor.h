@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/simulation/light.h"
@@ -27,7 +27,7 @@ struct BearingSensorConfig {
   double harmonic_cos_rad = 0.0;  ///< of the azimuth's error: cos, sin of the azimuth times these
   double harmonic_sin_rad = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 class BearingSensor {
@@ -35,7 +35,7 @@ class BearingSensor {
   /// Variance of a sensor without noise: too small to matter, but not zero.
   static constexpr double kLeastVariance = 1e-12;
 
-  /// @throws std::invalid_argument with what validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   BearingSensor(const BearingSensorConfig& config, std::uint64_t seed);
 
   /// One candidate for each light that is seen, with all the noise.

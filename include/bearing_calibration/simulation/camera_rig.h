@@ -1,8 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
-#include <vector>
+
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -28,7 +28,7 @@ struct CameraRig {
   Eigen::Vector2d axis_lean = Eigen::Vector2d::Zero();
   Eigen::Vector2d apex_offset_m = Eigen::Vector2d::Zero();
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 
   /// From lens to image, by the thin lens equation.
   double imageDistance() const;

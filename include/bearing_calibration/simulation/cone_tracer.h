@@ -18,7 +18,7 @@ class ConeTracer {
     double throughput = 0.0;  ///< solid angle at the light per area of the aperture [sr/m^2]
   };
 
-  /// @throws std::invalid_argument with what rig.validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   explicit ConeTracer(const CameraRig& rig);
 
   /// The ray from `light_m` over the mirror to the point `aperture_m` of the lens; none when the

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
+
 namespace bearing_calibration::core {
 
 /// An 8-bit image of the sensor's own values, row by row without gaps.
@@ -30,7 +32,7 @@ struct ImageEncoding {
   double red_response = 1.0;
   double blue_response = 1.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
   /// Of the sensor's pixel to white light; 1 for a grey sensor.
   double responseAt(int column, int row) const;
 };

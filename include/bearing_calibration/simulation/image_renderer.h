@@ -2,9 +2,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/simulation/clutter.h"
 #include "bearing_calibration/simulation/cone_tracer.h"
@@ -34,13 +34,13 @@ struct RendererConfig {
   int rays_per_light = 4096;
   std::uint64_t seed = 1;  ///< of the noise
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Images of lights and surroundings as the camera of a CameraRig takes them.
 class ImageRenderer {
  public:
-  /// @throws std::invalid_argument with what config.validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   ImageRenderer(const RendererConfig& config, const RadianceFunction& surroundings);
 
   /// The expected photo-electrons of each pixel, without noise and saturation, of a sensor that

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/simulation/light.h"
 #include "bearing_calibration/simulation/scene_random.h"
 
@@ -14,7 +14,7 @@ struct LedRing {
   double radius_m = 0.02;
   double brightness_spread = 0.1;  ///< relative standard deviation among the LEDs
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// `light` as a horizontal ring of points around its position, equally bright together on average;

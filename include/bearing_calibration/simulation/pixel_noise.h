@@ -1,8 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
+
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -11,7 +12,7 @@ struct PixelConfig {
   double full_well_electrons = 12000.0;
   double read_noise_electrons = 12.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Photon (shot) noise and read noise, both Gaussian, then saturation and 8 bits.
@@ -19,7 +20,7 @@ class PixelNoise {
  public:
   static constexpr double kLargestValue = 255.0;
 
-  /// @throws std::invalid_argument with what validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   PixelNoise(const PixelConfig& config, std::uint64_t seed);
 
   /// `electrons`: expected photo-electrons of each pixel. The same seed and number give the same

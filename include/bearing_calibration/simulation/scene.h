@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/simulation/clutter.h"
 #include "bearing_calibration/simulation/led_ring.h"
 #include "bearing_calibration/simulation/light.h"
@@ -18,7 +18,7 @@ struct SceneConfig {
   RoomLook room;
   ClutterConfig clutter;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// What the camera is shown of it.
@@ -28,7 +28,7 @@ struct Scene {
   std::vector<MirrorHolder> holders;
 };
 
-/// The same seed gives the same scene. @throws std::invalid_argument with what validate() says.
+/// The same seed gives the same scene. @throws std::invalid_argument with what errorsOf() says.
 Scene drawScene(const SceneConfig& config, std::uint64_t seed);
 
 }  // namespace bearing_calibration::core

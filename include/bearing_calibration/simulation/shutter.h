@@ -1,9 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
-#include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/geometry/pose2.h"
 
 namespace bearing_calibration::core {
@@ -13,7 +12,7 @@ struct Shutter {
   double exposure_s = 0.0;  ///< of each row; 0 freezes every motion
   double row_time_s = 0.0;  ///< from one row's exposure to the next one's; 0 is a global shutter
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
   bool isInstant() const { return exposure_s <= 0.0 && row_time_s <= 0.0; }
 };
 

@@ -1,9 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
@@ -24,14 +23,14 @@ struct EncoderConfig {
   std::int64_t left_start_ticks = 0;  ///< counts before the first motion
   std::int64_t right_start_ticks = 0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Two encoders that count what the wheels roll, with the errors of Chong and Kleeman (paper,
 /// eq. 22): the displacement reported is the true one plus N(0, K |displacement|).
 class WheelEncoders {
  public:
-  /// @throws std::invalid_argument with what validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   WheelEncoders(const EncoderConfig& config, std::uint64_t seed);
 
   /// `turned`: what each wheel's rim has turned by (the way over ground unless it slips).

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration/vision/light_ellipse.h"
@@ -28,7 +28,7 @@ struct ColourConfig {
   std::vector<ColouredLight> lights;
   double tolerance = 0.0;  ///< largest distance between the parts of two like colours
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// The colour of a spot over its surroundings; nothing where it is too dim or too much of it full.

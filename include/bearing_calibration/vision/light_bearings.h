@@ -1,8 +1,8 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/vision/light_detector.h"
 
@@ -16,7 +16,7 @@ struct ShutterConfig {
   /// moment than the stamp says [rad/s].
   double max_turn_rate_radps = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Mid-exposure of a row (fractions are allowed).

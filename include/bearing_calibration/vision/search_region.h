@@ -1,9 +1,8 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/vision/annulus_mask.h"
 #include "bearing_calibration/vision/detector_config.h"
@@ -45,7 +44,7 @@ struct SearchConfig {
   double max_turn_rate_radps = 0.0;   ///< of the bearing: widens the region with the age
   double max_radius_rate_pxps = 0.0;  ///< of the image radius since the light was seen
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Where the light is expected in an image of `stamp`; nothing without a useful prediction, the
