@@ -8,7 +8,7 @@
 #include "bearing_calibration/output/unestimated_mount.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
-#include "bearing_calibration_ros/wheel_params.h"
+#include "bearing_calibration_ros/wheel_input.h"
 
 namespace bearing_calibration_ros {
 

@@ -13,11 +13,8 @@
 
 namespace bearing_calibration_ros {
 
-/// The value of a name such as "wheels/separation" in a tree of parameters; null when it has none.
-XmlRpc::XmlRpcValue* findIn(XmlRpc::XmlRpcValue* tree, const std::string& name);
-
-/// Names of all values in a tree that are no groups themselves.
-std::vector<std::string> namesIn(XmlRpc::XmlRpcValue& tree);
+/// Values by their whole names, such as "wheels/separation".
+using ParameterMap = std::map<std::string, XmlRpc::XmlRpcValue>;
 
 /// Reads what a configuration declares from one namespace (or from files: parameter_files.h), and
 /// collects every error, so that a node can stop with all of them at once:
@@ -31,9 +28,8 @@ std::vector<std::string> namesIn(XmlRpc::XmlRpcValue& tree);
 class ParamReader : public core::Parameters {
  public:
   explicit ParamReader(const ros::NodeHandle& node_handle);
-  /// @param tree the parameters, groups in groups; none when it is not a group itself
   /// @param prefix stands before each name in errors
-  ParamReader(const XmlRpc::XmlRpcValue& tree, const std::string& prefix);
+  explicit ParamReader(ParameterMap parameters, std::string prefix = "");
 
   // Where these return false, an error was added, and the value is as it was.
   bool read(const std::string& name, double& value) override;  ///< an integer is taken, too
@@ -59,7 +55,7 @@ class ParamReader : public core::Parameters {
   bool fail(const std::string& name, const std::string& why);
   void findUnknownNames();
 
-  XmlRpc::XmlRpcValue tree_;
+  ParameterMap parameters_;
   std::string prefix_;
   std::map<std::string, std::string> texts_;
   std::set<std::string> names_;         ///< relative names asked for

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "bearing_calibration/output/result_file.h"
 
@@ -20,8 +21,6 @@ std::string groupOf(const std::string& name) {
   const std::size_t slash = name.find('/');
   return slash == std::string::npos ? std::string() : name.substr(0, slash + 1);
 }
-
-bool isGroup(const XmlRpcValue& value) { return value.getType() == XmlRpcValue::TypeStruct; }
 
 /// False, and the target as it was, for a value of another kind.
 template <typename Value>
@@ -59,91 +58,63 @@ bool take(XmlRpcValue& value, std::vector<double>& targets) {
   return true;
 }
 
-/// A value as its writer would recognise it, with its kind where that is the trouble.
-std::string textOf(XmlRpcValue& value) {
-  std::ostringstream text;
-  text << std::boolalpha;
-  switch (value.getType()) {
-    case XmlRpcValue::TypeString: {
-      const std::string string = value;
-      char* end = nullptr;
-      const double number = std::strtod(string.c_str(), &end);
-      const bool looks_like_number = !string.empty() && *end == '\0' && std::isfinite(number);
-      text << "the string '" << string << "'";
-      if (looks_like_number) text << " (YAML wants a point and no quotes: 1.0e-6)";
-      break;
-    }
-    case XmlRpcValue::TypeBoolean:
-      text << static_cast<bool>(value);
-      break;
-    case XmlRpcValue::TypeArray:
-      text << "a list of " << value.size();
-      break;
-    case XmlRpcValue::TypeStruct:
-      text << "a group of parameters";
-      break;
-    default:
-      text << value;
+void flatten(XmlRpcValue& value, const std::string& name, ParameterMap* parameters) {
+  if (value.getType() != XmlRpcValue::TypeStruct) {
+    (*parameters)[name] = value;
+    return;
   }
-  return text.str();
+  for (auto& [key, child] : value) {
+    flatten(child, name.empty() ? key : name + "/" + key, parameters);
+  }
 }
 
 /// All parameters below the node's name, in one request to the master.
-XmlRpcValue treeOf(const ros::NodeHandle& node_handle) {
+ParameterMap parametersOf(const ros::NodeHandle& node_handle) {
   XmlRpcValue tree;
-  ros::param::get(node_handle.getNamespace(), tree);  // stays empty when there are none
-  return tree;
-}
-
-/// Full names of all values below `tree`, groups joined by slashes.
-void listNames(XmlRpcValue& tree, const std::string& prefix, std::vector<std::string>* names) {
-  if (!isGroup(tree)) {
-    names->push_back(prefix);
-    return;
-  }
-  for (auto& [name, value] : tree) {
-    listNames(value, prefix.empty() ? name : prefix + "/" + name, names);
-  }
+  ParameterMap parameters;
+  if (ros::param::get(node_handle.getNamespace(), tree)) flatten(tree, "", &parameters);
+  return parameters;
 }
 
 /// A value as it would stand in a YAML file.
 std::string yamlOf(XmlRpcValue& value) {
   std::string list;
-  double number = 0.0;
   switch (value.getType()) {
     case XmlRpcValue::TypeString:
       return '"' + static_cast<std::string>(value) + '"';
     case XmlRpcValue::TypeBoolean:
       return static_cast<bool>(value) ? "true" : "false";
+    case XmlRpcValue::TypeInt:
+      return core::shortestText(static_cast<int>(value));
+    case XmlRpcValue::TypeDouble:
+      return core::shortestText(static_cast<double>(value));
     case XmlRpcValue::TypeArray:
       for (int i = 0; i < value.size(); ++i) list += (i == 0 ? "" : ", ") + yamlOf(value[i]);
       return '[' + list + ']';
     default:
-      return take(value, number) ? core::shortestText(number) : "";
+      return {};
   }
+}
+
+/// A value as its writer would recognise it, with its kind where that is the trouble.
+std::string inWords(XmlRpcValue& value) {
+  std::string text;
+  if (value.getType() == XmlRpcValue::TypeArray) return "a list of " + std::to_string(value.size());
+  if (!take(value, text)) return yamlOf(value);
+  char* end = nullptr;
+  const bool is_number = std::isfinite(std::strtod(text.c_str(), &end)) && *end == '\0';
+  const bool looks_like_number = is_number && !text.empty();
+  return "the string '" + text + "'" +
+         (looks_like_number ? " (YAML wants a point and no quotes: 1.0e-6)" : "");
 }
 
 }  // namespace
 
-XmlRpcValue* findIn(XmlRpcValue* tree, const std::string& name) {
-  const std::size_t slash = name.find('/');
-  const std::string first = name.substr(0, slash);
-  if (!isGroup(*tree) || !tree->hasMember(first)) return nullptr;
-  XmlRpcValue* child = &(*tree)[first];
-  return slash == std::string::npos ? child : findIn(child, name.substr(slash + 1));
-}
-
-std::vector<std::string> namesIn(XmlRpcValue& tree) {
-  std::vector<std::string> names;
-  if (isGroup(tree)) listNames(tree, "", &names);
-  return names;
-}
-
 ParamReader::ParamReader(const ros::NodeHandle& node_handle)
-    : ParamReader(treeOf(node_handle), node_handle.getNamespace() + "/") {}
+    : ParamReader(parametersOf(node_handle), node_handle.getNamespace() + "/") {}
 
-ParamReader::ParamReader(const XmlRpcValue& tree, const std::string& prefix)
-    : tree_(tree), prefix_(prefix) {}
+ParamReader::ParamReader(ParameterMap parameters, std::string prefix)
+    : parameters_(std::move(parameters)), prefix_(std::move(prefix)) {}
 
 bool ParamReader::fail(const std::string& name, const std::string& why) {
   if (failed_names_.insert(name).second) {
@@ -155,20 +126,22 @@ bool ParamReader::fail(const std::string& name, const std::string& why) {
 /// Null, and an error, when there is none of that name.
 XmlRpcValue* ParamReader::find(const std::string& name) {
   names_.insert(name);
-  XmlRpcValue* found = findIn(&tree_, name);
-  if (found == nullptr) {
-    fail(name, "is missing");
-  } else {
-    texts_[name] = yamlOf(*found);
+  const auto found = parameters_.find(name);
+  if (found != parameters_.end()) {
+    texts_[name] = yamlOf(found->second);
+    return &found->second;
   }
-  return found;
+  const auto below = parameters_.lower_bound(name + "/");
+  const bool is_group = below != parameters_.end() && below->first.rfind(name + "/", 0) == 0;
+  fail(name, is_group ? "must be a value, but is a group of parameters" : "is missing");
+  return nullptr;
 }
 
 template <typename Value>
 bool ParamReader::readAs(const std::string& kind, const std::string& name, Value& value) {
   XmlRpcValue* found = find(name);
   if (found == nullptr) return false;
-  return take(*found, value) || fail(name, "must be " + kind + ", but is " + textOf(*found));
+  return take(*found, value) || fail(name, "must be " + kind + ", but is " + inWords(*found));
 }
 
 bool ParamReader::read(const std::string& name, double& value) {
@@ -192,7 +165,7 @@ bool ParamReader::read(const std::string& name, std::size_t row_size, Rows& rows
   XmlRpcValue* found = find(name);
   if (found == nullptr) return false;
   if (found->getType() != XmlRpcValue::TypeArray) {
-    return fail(name, "must be " + kind + ", but is " + textOf(*found));
+    return fail(name, "must be " + kind + ", but is " + inWords(*found));
   }
   Rows all(static_cast<std::size_t>(found->size()), std::vector<double>(row_size));
   for (int i = 0; i < found->size(); ++i) {
@@ -216,7 +189,7 @@ void ParamReader::findUnknownNames() {
   std::set<std::string> groups;
   for (const std::string& name : names_) groups.insert(groupOf(name));
   groups.erase("");  // other libraries put parameters of their own at the top level
-  for (const std::string& name : namesIn(tree_)) {
+  for (const auto& [name, value] : parameters_) {
     if (groups.count(groupOf(name)) != 0 && names_.count(name) == 0) {
       addError("parameter " + prefix_ + name + " is not known (misspelt?)");
     }

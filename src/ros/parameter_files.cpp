@@ -51,36 +51,52 @@ XmlRpcValue scalarFrom(const YAML::Node& node) {
 
 /// Turns a document into parameters, and ends where it is none: aliases may stand for any number of
 /// values, and for themselves.
-class TreeReader {
+class DocumentReader {
  public:
-  explicit TreeReader(const std::string& origin) : origin_(origin) {}
+  explicit DocumentReader(const std::string& origin) : origin_(origin) {}
 
-  XmlRpcValue read(const YAML::Node& node, int depth = 0) {
-    constexpr int kMostValues = 10000;  // fifty times as many as the largest of config/
-    constexpr int kDeepest = 20;
-    if (++values_ > kMostValues || depth > kDeepest) {
-      throw errorAt(
-          origin_, node.Mark(),
-          formatted("more than %d values or %d levels, aliases counted each time: this is "
-                    "no parameter file",
-                    kMostValues, kDeepest));
-    }
-    if (node.IsScalar()) return scalarFrom(node);
-    XmlRpcValue value;
-    if (node.IsSequence()) {
-      value.setSize(static_cast<int>(node.size()));
-      for (std::size_t i = 0; i < node.size(); ++i) {
-        value[static_cast<int>(i)] = read(node[i], depth + 1);
-      }
-      return value;
-    }
-    if (!node.IsMap()) return XmlRpcValue(std::string());  // null: a reader will name the parameter
-    for (const auto& member : node) value[member.first.Scalar()] = read(member.second, depth + 1);
-    return value;
+  ParameterMap read(const YAML::Node& document) {
+    readInto("", document, 0);
+    return std::move(parameters_);
   }
 
  private:
-  std::string origin_;
+  void readInto(const std::string& name, const YAML::Node& node, int depth) {
+    if (!node.IsMap()) {
+      parameters_[name] = valueOf(node, depth);
+      return;
+    }
+    count(node, depth);
+    for (const auto& member : node) {
+      const std::string& key = member.first.Scalar();
+      readInto(name.empty() ? key : name + "/" + key, member.second, depth + 1);
+    }
+  }
+
+  XmlRpcValue valueOf(const YAML::Node& node, int depth) {
+    count(node, depth);
+    if (node.IsScalar()) return scalarFrom(node);
+    if (!node.IsSequence()) return XmlRpcValue(std::string());  // a reader will name the parameter
+    XmlRpcValue list;
+    list.setSize(static_cast<int>(node.size()));
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      list[static_cast<int>(i)] = valueOf(node[i], depth + 1);
+    }
+    return list;
+  }
+
+  void count(const YAML::Node& node, int depth) {
+    constexpr int kMostValues = 10000;  // fifty times as many as the largest of config/
+    constexpr int kDeepest = 20;
+    if (++values_ <= kMostValues && depth <= kDeepest) return;
+    throw errorAt(origin_, node.Mark(),
+                  formatted("more than %d values or %d levels, aliases counted each time: this is "
+                            "no parameter file",
+                            kMostValues, kDeepest));
+  }
+
+  const std::string& origin_;
+  ParameterMap parameters_;
   int values_ = 0;
 };
 
@@ -97,30 +113,19 @@ std::string readText(const std::string& path) {
   return text;
 }
 
-XmlRpcValue parametersFromFile(const std::string& path) {
-  XmlRpcValue tree = parametersFromYaml(readText(path), path);
-  if (tree.getType() != XmlRpcValue::TypeStruct) {
+ParameterMap parametersFromFile(const std::string& path) {
+  ParameterMap parameters = parametersFromYaml(readText(path), path);
+  if (parameters.count("") != 0) {
     throw std::runtime_error(path + ": it is not a list of names and values");
   }
-  return tree;
-}
-
-/// Single values of `over` replace those of `tree`; groups are joined.
-void join(XmlRpcValue* tree, XmlRpcValue& over) {
-  const bool both_groups =
-      tree->getType() == XmlRpcValue::TypeStruct && over.getType() == XmlRpcValue::TypeStruct;
-  if (!both_groups) {
-    *tree = over;
-    return;
-  }
-  for (auto& [name, value] : over) join(&(*tree)[name], value);
+  return parameters;
 }
 
 }  // namespace
 
-XmlRpcValue parametersFromYaml(const std::string& text, const std::string& origin) {
+ParameterMap parametersFromYaml(const std::string& text, const std::string& origin) {
   try {
-    return TreeReader(origin).read(YAML::Load(text));
+    return DocumentReader(origin).read(YAML::Load(text));
   } catch (const YAML::Exception& error) {
     throw errorAt(origin, error.mark, error.msg);
   }
@@ -134,22 +139,20 @@ std::string packagedConfig(const std::string& file) {
   return package + "/config/" + file;
 }
 
-XmlRpcValue parametersFromFiles(const std::vector<std::string>& files) {
-  XmlRpcValue tree;
+ParameterMap parametersFromFiles(const std::vector<std::string>& files) {
+  ParameterMap all;
   for (const std::string& file : files) {
-    XmlRpcValue values = parametersFromFile(file);
-    join(&tree, values);
+    for (const auto& [name, value] : parametersFromFile(file)) all[name] = value;
   }
-  return tree;
+  return all;
 }
 
 void ParameterFiles::addNode(const std::string& node, const std::string& path) {
-  trees_[node] = parametersFromFile(path);
+  nodes_[node] = parametersFromFile(path);
 }
 
 void ParameterFiles::overlay(const std::string& path) {
-  XmlRpcValue tree = parametersFromFile(path);
-  for (const std::string& name : namesIn(tree)) place(name, *findIn(&tree, name), path);
+  for (const auto& [name, value] : parametersFromFile(path)) place(name, value, path);
 }
 
 void ParameterFiles::set(const std::string& assignment) {
@@ -159,23 +162,25 @@ void ParameterFiles::set(const std::string& assignment) {
                              "' is not of the form NAME=VALUE, such as wheels/separation=0.40");
   }
   const std::string name = assignment.substr(0, equals);
-  place(name, parametersFromYaml(assignment.substr(equals + 1), name), "the command line");
+  for (const auto& [below, value] : parametersFromYaml(assignment.substr(equals + 1), name)) {
+    place(below.empty() ? name : name + "/" + below, value, "the command line");
+  }
 }
 
 void ParameterFiles::place(const std::string& name, const XmlRpcValue& value,
                            const std::string& origin) {
-  bool known = false;
-  for (auto& node_and_tree : trees_) {
-    XmlRpcValue* found = findIn(&node_and_tree.second, name);
-    if (found == nullptr || found->getType() == XmlRpcValue::TypeStruct) continue;
-    *found = value;
-    known = true;
+  bool is_known = false;
+  for (auto& [node, parameters] : nodes_) {
+    const auto found = parameters.find(name);
+    if (found == parameters.end()) continue;
+    found->second = value;
+    is_known = true;
   }
-  if (!known) errors_.push_back("parameter " + name + " is not known (misspelt?): " + origin);
+  if (!is_known) errors_.push_back("parameter " + name + " is not known (misspelt?): " + origin);
 }
 
 ParamReader ParameterFiles::reader(const std::string& node) const {
-  ParamReader reader(trees_.at(node), "");
+  ParamReader reader(nodes_.at(node));
   for (const std::string& error : errors_) reader.addError(error);
   return reader;
 }

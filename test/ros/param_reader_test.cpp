@@ -119,7 +119,7 @@ TEST_F(ParamReaderTest, TakesNoListOfAnotherLength) {
 
 TEST_F(ParamReaderTest, TakesNoGroupForAList) {
   EXPECT_TRUE(rowsOf("other").empty());
-  expectOneErrorWith({"list of lists of 2", "a group of parameters"});
+  expectOneErrorWith({"other", "a group of parameters"});
 }
 
 // Misspelt names are looked for in the groups that are read from, nowhere else.

@@ -1,4 +1,4 @@
-#include "bearing_calibration_ros/camera_info.h"
+#include "bearing_calibration_ros/rig_checks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "bearing_calibration_ros/compressed_image.h"
+#include "bearing_calibration_ros/image_conversion.h"
 
 #include <gtest/gtest.h>
 #include <sensor_msgs/image_encodings.h>

@@ -102,11 +102,11 @@ TEST_F(ParametersFromFiles, ThatCannotBeReadAreNamed) {
 using XmlRpc::XmlRpcValue;
 
 XmlRpcValue::Type typeOf(const std::string& scalar) {
-  return parametersFromYaml(scalar, "a test").getType();
+  return parametersFromYaml(scalar, "a test").at("").getType();
 }
 
 double numberOf(const std::string& scalar) {
-  XmlRpcValue value = parametersFromYaml(scalar, "a test");
+  XmlRpcValue value = parametersFromYaml(scalar, "a test").at("");
   return value.getType() == XmlRpcValue::TypeInt ? static_cast<int>(value)
                                                  : static_cast<double>(value);
 }
@@ -155,9 +155,9 @@ TEST(ParametersFromYaml, ReadsValues) {
   EXPECT_DOUBLE_EQ(numberOf("deg(30)"), M_PI / 6.0);
   EXPECT_DOUBLE_EQ(numberOf("deg( -30.0 )"), -M_PI / 6.0);
   EXPECT_DOUBLE_EQ(numberOf("rad(0.5)"), 0.5);
-  XmlRpcValue tree = parametersFromYaml("group: {list: [[1, 2.5]], text: 'a b'}", "a test");
-  EXPECT_EQ(static_cast<double>((*findIn(&tree, "group/list"))[0][1]), 2.5);
-  EXPECT_EQ(static_cast<std::string>(*findIn(&tree, "group/text")), "a b");
+  ParameterMap parameters = parametersFromYaml("group: {list: [[1, 2.5]], text: 'a b'}", "a test");
+  EXPECT_EQ(static_cast<double>(parameters.at("group/list")[0][1]), 2.5);
+  EXPECT_EQ(static_cast<std::string>(parameters.at("group/text")), "a b");
 }
 
 TEST(ParametersFromYaml, NamesFileAndLineOfWhatCannotBeRead) {

@@ -1,4 +1,4 @@
-#include "bearing_calibration_ros/tick_message.h"
+#include "bearing_calibration_ros/wheel_input.h"
 
 #include <gtest/gtest.h>
 #include <std_msgs/Float32.h>

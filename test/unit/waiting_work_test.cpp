@@ -1,4 +1,4 @@
-#include "bearing_calibration_ros/waiting_work.h"
+#include "bearing_calibration_ros/image_input.h"
 
 #include <gtest/gtest.h>
 #include <ros/callback_queue.h>

@@ -8,11 +8,11 @@
 #include <variant>
 
 #include "bearing_calibration/calibration/calibrator.h"
-#include "bearing_calibration_ros/compressed_image.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_bearings.h"
+#include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/parameter_files.h"
-#include "bearing_calibration_ros/tick_message.h"
+#include "bearing_calibration_ros/wheel_input.h"
 #include "tools/common/timing.h"
 #include "tools/owner/bag_reader.h"
 

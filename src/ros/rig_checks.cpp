@@ -1,9 +1,14 @@
-#include "bearing_calibration_ros/camera_info.h"
+#include "bearing_calibration_ros/rig_checks.h"
 
 #include <algorithm>
+#include <boost/algorithm/string/join.hpp>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "bearing_calibration/optics/conic_mirror.h"
+#include "bearing_calibration/vision/mirror_check.h"
+#include "bearing_calibration/vision/mirror_rim.h"
 
 namespace bearing_calibration_ros {
 
@@ -40,6 +45,37 @@ std::string contradiction(const DeliveredImage& image, const core::DetectorConfi
          " px of the images as they come, that of lens/ " +
          std::to_string(std::lround(configured_px)) +
          " px: does lens/pixel_pitch count the binning?";
+}
+
+msg::FindMirrorResponse noMirror(const std::string& why) {
+  constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+  msg::FindMirrorResponse response;
+  response.centre_u = response.centre_v = response.radius = kNothing;
+  response.centre_u_stddev = response.centre_v_stddev = response.radius_stddev = kNothing;
+  response.text = why;
+  return response;
+}
+
+msg::FindMirrorResponse findMirror(const cv::Mat& image, const core::DetectorConfig& config) {
+  const std::optional<core::MirrorRim> rim =
+      core::findMirrorRim(image, core::rimSearchAround(config));
+  if (!rim) {
+    return noMirror(
+        "no rim within a quarter of the radius that lens and mirror predict: is the mirror in the "
+        "picture, and is there light beside it?");
+  }
+  const core::MirrorCheck check = core::checkMirror(*rim, config);
+  msg::FindMirrorResponse response;
+  response.found = true;
+  response.centre_u = rim->circle.centre_px.x();
+  response.centre_v = rim->circle.centre_px.y();
+  response.radius = rim->circle.radius_px;
+  response.centre_u_stddev = rim->stddev(0);
+  response.centre_v_stddev = rim->stddev(1);
+  response.radius_stddev = rim->stddev(2);
+  response.consistent = check.consistent;
+  response.text = boost::algorithm::join(check.sentences, "; ");
+  return response;
 }
 
 }  // namespace bearing_calibration_ros
