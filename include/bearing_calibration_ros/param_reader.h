@@ -31,14 +31,6 @@ class ParamReader : public core::Parameters {
   /// @param prefix stands before each name in errors
   explicit ParamReader(ParameterMap parameters, std::string prefix = "");
 
-  // Where these return false, an error was added, and the value is as it was.
-  bool read(const std::string& name, double& value) override;  ///< an integer is taken, too
-  bool read(const std::string& name, int& value) override;
-  bool read(const std::string& name, bool& value) override;
-  bool read(const std::string& name, std::string& value) override;
-  bool read(const std::string& name, std::vector<double>& values) override;
-  bool read(const std::string& name, std::size_t row_size, Rows& rows) override;
-
   /// A sentence about a parameter that could not be read is left out: it speaks of what stands in
   /// for the value. So is one that was said before.
   void addError(const std::string& sentence) override;
@@ -49,8 +41,8 @@ class ParamReader : public core::Parameters {
   void throwIfAnyError();
 
  private:
-  template <typename Value>
-  bool readAs(const std::string& kind, const std::string& name, Value& value);
+  /// Where it returns false, an error was added, and the value is as it was.
+  bool readInto(const std::string& name, const Target& target) override;
   XmlRpc::XmlRpcValue* find(const std::string& name);
   bool fail(const std::string& name, const std::string& why);
   void findUnknownNames();

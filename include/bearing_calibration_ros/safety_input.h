@@ -4,6 +4,7 @@
 #include <ros/time.h>
 #include <std_msgs/Bool.h>
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -56,7 +57,7 @@ class SafetyInput {
   ros::SteadyTime last_;  ///< zero: nobody was there yet
 };
 
-/// Both of a drive's, with their subscriptions.
+/// All that forbids to drive: both inputs with their subscriptions, and the end of the process.
 class SafetyInputs {
  public:
   /// Is told of a no at once.
@@ -78,16 +79,21 @@ class SafetyInputs {
           if (is_there) on_no(core::DriveEnd::kObstacle);
         })) {}
 
-  /// Why the robot must not drive; kNone when it may.
-  core::DriveEnd objection(const ros::SteadyTime& now) const {
+  /// Why the robot must not drive now; kNone when it may.
+  core::DriveEnd objection() const {
+    if (is_shut_down_) return core::DriveEnd::kShutDown;
+    const ros::SteadyTime now = ros::SteadyTime::now();
     const core::DriveEnd obstacle = obstacle_.objection(now);
     return obstacle != core::DriveEnd::kNone ? obstacle : enable_.objection(now);
   }
   /// Looks for publishers that have to speak from now on.
-  void seePublishers(const ros::SteadyTime& now) {
+  void seePublishers() {
+    const ros::SteadyTime now = ros::SteadyTime::now();
     if (enable_subscriber_.getNumPublishers() > 0) enable_.seePublisher(now);
     if (obstacle_subscriber_.getNumPublishers() > 0) obstacle_.seePublisher(now);
   }
+  /// No drive any more. For another thread.
+  void shutDown() { is_shut_down_ = true; }
 
  private:
   static ros::Subscriber subscribe(ros::NodeHandle& node_handle, const std::string& topic,
@@ -98,6 +104,7 @@ class SafetyInputs {
         ros::TransportHints().tcpNoDelay());
   }
 
+  std::atomic<bool> is_shut_down_{false};
   SafetyInput enable_, obstacle_;
   ros::Subscriber enable_subscriber_, obstacle_subscriber_;
 };

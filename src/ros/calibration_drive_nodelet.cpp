@@ -59,6 +59,8 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     pairing_.emplace(config_.geometry.counter_bits, config_.wheel_times.max_apart_s);
     odometer_.emplace(config_.geometry);
     advertise();
+    safety_inputs_ = std::make_unique<SafetyInputs>(node_handle_, private_node_handle_, config_,
+                                                    [this](DriveEnd reason) { end(reason); });
     shutdown_hook_ = std::make_unique<ShutdownHook>([this] { runShutdownHook(); });
     subscribe();
     spinner_ = std::make_unique<ros::AsyncSpinner>(1, &queue_);
@@ -69,7 +71,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   void runShutdownHook() {
     constexpr int kWaits = 100;
     constexpr std::chrono::milliseconds kWait{10};
-    is_shut_down_ = true;
+    safety_inputs_->shutDown();
     for (int i = 0; i < kWaits && is_driving_; ++i) std::this_thread::sleep_for(kWait);
     if (is_driving_) stand();  // the control loop is stuck
   }
@@ -97,8 +99,6 @@ class CalibrationDriveNodelet : public GuardedNodelet {
                                                  &CalibrationDriveNodelet::onBearings, this, hints);
     estimate_subscriber_ = node_handle_.subscribe(
         "estimate", kQueue, &CalibrationDriveNodelet::onEstimate, this, hints);
-    safety_inputs_ = std::make_unique<SafetyInputs>(node_handle_, private_node_handle_, config_,
-                                                    [this](DriveEnd reason) { end(reason); });
     for (const auto& [name, timeout_s] : {std::pair("enable", config_.enable_timeout_s),
                                           std::pair("obstacle", config_.obstacle_timeout_s)}) {
       if (timeout_s > 0.0) continue;
@@ -182,7 +182,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     // Whoever starts all nodes at once is ahead of /clock.
     ros::Time::waitForValid(ros::WallDuration(config_.clock_timeout_s));
     const ros::Time now = ros::Time::now();
-    const DriveEnd objected = objection();
+    const DriveEnd objected = safety_inputs_->objection();
     std::string error;
     if (objected != DriveEnd::kNone) {
       error = core::describe(objected);
@@ -206,18 +206,13 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     return error;
   }
 
-  /// Why the robot must not drive now; kNone when it may.
-  DriveEnd objection() const {
-    return is_shut_down_ ? DriveEnd::kShutDown : safety_inputs_->objection(ros::SteadyTime::now());
-  }
-
   void end(DriveEnd reason) {
     if (driver_) driver_->end(reason);
   }
 
   void onControl(const ros::WallTimerEvent&) {
     guarded("control", [this] {
-      safety_inputs_->seePublishers(ros::SteadyTime::now());
+      safety_inputs_->seePublishers();
       if (driver_) steer();
     });
   }
@@ -225,7 +220,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   void steer() {
     const ros::Time now = ros::Time::now();
     if (timeStandsStill(now)) end(DriveEnd::kClockLost);
-    const DriveEnd objected = objection();
+    const DriveEnd objected = safety_inputs_->objection();
     if (objected != DriveEnd::kNone) end(objected);
     const core::WheelSpeeds speeds = driver_->steer(stampFromRos(now));
     const bool is_without_time = driver_->ended() == DriveEnd::kClockLost;
@@ -279,10 +274,8 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   std::optional<core::WheelPairing> pairing_;  ///< of separate ticks
   std::optional<core::WheelOdometer> odometer_;
   std::optional<core::CalibrationDriver> driver_;  ///< until the robot stands
-  // Between the callbacks and the thread of the last words:
-  std::atomic<bool> is_driving_{false};    ///< there is a driver_
-  std::atomic<bool> is_shut_down_{false};  ///< no drive any more
-  msg::CalibrationEstimate estimate_;      ///< the last one
+  std::atomic<bool> is_driving_{false};  ///< there is a driver_: for the thread of the last words
+  msg::CalibrationEstimate estimate_;    ///< the last one
   ClockWatch clock_watch_;
   ros::Time last_time_;
   ros::SteadyTime last_time_moved_;

@@ -3,7 +3,6 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
-#include <boost/algorithm/string/join.hpp>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -14,6 +13,7 @@
 #include <utility>
 
 #include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration_ros/calibration_publisher.h"
 #include "bearing_calibration_ros/calibrator_params.h"
 #include "bearing_calibration_ros/conversions.h"
@@ -40,7 +40,7 @@ class CalibrationNodelet : public GuardedNodelet {
     calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator, core::FitsRun::kBeside);
     std::vector<std::string> wheel_topics = wheelTopics(config_.wheels.source);
     for (std::string& topic : wheel_topics) topic = getNodeHandle().resolveName(topic);
-    wheel_topic_ = boost::algorithm::join(wheel_topics, " with ");
+    wheel_topic_ = core::joined(wheel_topics, " with ");
     bearing_topic_ = getNodeHandle().resolveName("bearings");
     input_watch_ =
         std::make_unique<InputWatch>(wheel_topic_, bearing_topic_, config_.input_timeout_s);

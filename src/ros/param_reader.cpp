@@ -9,12 +9,14 @@
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 #include "bearing_calibration/output/result_file.h"
 
 namespace bearing_calibration_ros {
 namespace {
 
+using core::Parameters;
 using XmlRpc::XmlRpcValue;
 
 std::string groupOf(const std::string& name) {
@@ -58,6 +60,28 @@ bool take(XmlRpcValue& value, std::vector<double>& targets) {
   return true;
 }
 
+bool take(XmlRpcValue& value, Parameters::Rows& target) {
+  if (value.getType() != XmlRpcValue::TypeArray) return false;
+  std::vector<std::vector<double>> rows(static_cast<std::size_t>(value.size()),
+                                        std::vector<double>(target.size));
+  for (int i = 0; i < value.size(); ++i) {
+    if (!take(value[i], rows[static_cast<std::size_t>(i)])) return false;
+  }
+  target.rows = rows;
+  return true;
+}
+
+std::string kindOf(double) { return "a finite number"; }
+std::string kindOf(int) { return "an integer"; }
+std::string kindOf(bool) { return "true or false"; }
+std::string kindOf(const std::string&) { return "a string"; }
+std::string kindOf(const std::vector<double>& numbers) {
+  return "a list of " + std::to_string(numbers.size()) + " finite numbers";
+}
+std::string kindOf(const Parameters::Rows& target) {
+  return "a list of lists of " + std::to_string(target.size) + " finite numbers";
+}
+
 void flatten(XmlRpcValue& value, const std::string& name, ParameterMap* parameters) {
   if (value.getType() != XmlRpcValue::TypeStruct) {
     (*parameters)[name] = value;
@@ -96,16 +120,26 @@ std::string yamlOf(XmlRpcValue& value) {
   }
 }
 
-/// A value as its writer would recognise it, with its kind where that is the trouble.
-std::string inWords(XmlRpcValue& value) {
+/// What is wrong with a value, as its writer would recognise it.
+template <typename Target>
+std::string describe(XmlRpcValue& value, const Target&) {
   std::string text;
-  if (value.getType() == XmlRpcValue::TypeArray) return "a list of " + std::to_string(value.size());
-  if (!take(value, text)) return yamlOf(value);
+  if (value.getType() == XmlRpcValue::TypeArray)
+    return "is a list of " + std::to_string(value.size());
+  if (!take(value, text)) return "is " + yamlOf(value);
   char* end = nullptr;
   const bool is_number = std::isfinite(std::strtod(text.c_str(), &end)) && *end == '\0';
   const bool looks_like_number = is_number && !text.empty();
-  return "the string '" + text + "'" +
+  return "is the string '" + text + "'" +
          (looks_like_number ? " (YAML wants a point and no quotes: 1.0e-6)" : "");
+}
+
+std::string describe(XmlRpcValue& value, const Parameters::Rows& target) {
+  std::vector<double> row(target.size);
+  for (int i = 0; value.getType() == XmlRpcValue::TypeArray && i < value.size(); ++i) {
+    if (!take(value[i], row)) return "row " + std::to_string(i) + " is not";
+  }
+  return describe(value, row);
 }
 
 }  // namespace
@@ -137,43 +171,15 @@ XmlRpcValue* ParamReader::find(const std::string& name) {
   return nullptr;
 }
 
-template <typename Value>
-bool ParamReader::readAs(const std::string& kind, const std::string& name, Value& value) {
+bool ParamReader::readInto(const std::string& name, const Target& target) {
   XmlRpcValue* found = find(name);
   if (found == nullptr) return false;
-  return take(*found, value) || fail(name, "must be " + kind + ", but is " + inWords(*found));
-}
-
-bool ParamReader::read(const std::string& name, double& value) {
-  return readAs("a finite number", name, value);
-}
-bool ParamReader::read(const std::string& name, int& value) {
-  return readAs("an integer", name, value);
-}
-bool ParamReader::read(const std::string& name, bool& value) {
-  return readAs("true or false", name, value);
-}
-bool ParamReader::read(const std::string& name, std::string& value) {
-  return readAs("a string", name, value);
-}
-bool ParamReader::read(const std::string& name, std::vector<double>& values) {
-  return readAs("a list of " + std::to_string(values.size()) + " finite numbers", name, values);
-}
-
-bool ParamReader::read(const std::string& name, std::size_t row_size, Rows& rows) {
-  const std::string kind = "a list of lists of " + std::to_string(row_size) + " finite numbers";
-  XmlRpcValue* found = find(name);
-  if (found == nullptr) return false;
-  if (found->getType() != XmlRpcValue::TypeArray) {
-    return fail(name, "must be " + kind + ", but is " + inWords(*found));
-  }
-  Rows all(static_cast<std::size_t>(found->size()), std::vector<double>(row_size));
-  for (int i = 0; i < found->size(); ++i) {
-    if (take((*found)[i], all[static_cast<std::size_t>(i)])) continue;
-    return fail(name, "must be " + kind + ", but row " + std::to_string(i) + " is not");
-  }
-  rows = all;
-  return true;
+  return std::visit(
+      [&](auto* value) {
+        return take(*found, *value) ||
+               fail(name, "must be " + kindOf(*value) + ", but " + describe(*found, *value));
+      },
+      target);
 }
 
 void ParamReader::addError(const std::string& sentence) {

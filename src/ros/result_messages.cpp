@@ -1,12 +1,12 @@
 #include "bearing_calibration_ros/result_messages.h"
 
 #include <algorithm>
-#include <boost/algorithm/string/join.hpp>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/output/mount_quality.h"
 #include "bearing_calibration_ros/conversions.h"
 
@@ -126,7 +126,7 @@ std::string rejectionsText(const core::CalibrationResult& result,
     }
   }
   add("joint states without the wheels", joint_states_without_wheels);
-  return boost::algorithm::join(reasons, "; ");
+  return core::joined(reasons, "; ");
 }
 
 msg::CalibrationEstimate messageFromResult(const core::CalibrationResult& result,

@@ -13,6 +13,7 @@
 #include <map>
 #include <utility>
 
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/output/mount_quality.h"
 #include "bearing_calibration/output/saving_rule.h"
 #include "bearing_calibration_ros/result_messages.h"
@@ -25,19 +26,13 @@ std::string wallTimeText() {
   return boost::posix_time::to_iso_extended_string(ros::WallTime::now().toBoost()) + "Z";
 }
 
-/// "1.2.3" as a YAML string.
-template <typename... Numbers>
-std::string versionText(int first, Numbers... others) {
-  std::string text = '"' + std::to_string(first);
-  ((text += "." + std::to_string(others)), ...);
-  return text + '"';
-}
-
 std::map<std::string, std::string> versions() {
   return {
       {"bearing_calibration", '"' + std::string(BEARING_CALIBRATION_VERSION) + '"'},
-      {"roscpp", versionText(ROS_VERSION_MAJOR, ROS_VERSION_MINOR, ROS_VERSION_PATCH)},
-      {"eigen", versionText(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
+      {"roscpp",
+       core::formatted("\"%d.%d.%d\"", ROS_VERSION_MAJOR, ROS_VERSION_MINOR, ROS_VERSION_PATCH)},
+      {"eigen", core::formatted("\"%d.%d.%d\"", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
+                                EIGEN_MINOR_VERSION)},
   };
 }
 

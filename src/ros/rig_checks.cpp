@@ -1,11 +1,11 @@
 #include "bearing_calibration_ros/rig_checks.h"
 
 #include <algorithm>
-#include <boost/algorithm/string/join.hpp>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/optics/conic_mirror.h"
 #include "bearing_calibration/vision/mirror_check.h"
 #include "bearing_calibration/vision/mirror_rim.h"
@@ -29,10 +29,10 @@ DeliveredImage deliveredImage(const sensor_msgs::CameraInfo& info) {
 std::string contradiction(const DeliveredImage& image, const core::DetectorConfig& detector) {
   const core::ImageSensor& sensor = detector.sensor;
   if (image.isSaid() && !image.isOf(sensor)) {
-    return "it speaks of images of " + std::to_string(image.width_px) + "x" +
-           std::to_string(image.height_px) + ", sensor/width and sensor/height of " +
-           std::to_string(sensor.width_px) + "x" + std::to_string(sensor.height_px) +
-           ": the mirror's centre would not fit";
+    return core::formatted(
+        "it speaks of images of %ux%u, sensor/width and sensor/height of %dx%d: the mirror's "
+        "centre would not fit",
+        image.width_px, image.height_px, sensor.width_px, sensor.height_px);
   }
   // Data sheets and refocusing leave some per cent; a binning that was forgotten is a factor of 2.
   constexpr double kLargestRatio = 1.25;
@@ -41,10 +41,10 @@ std::string contradiction(const DeliveredImage& image, const core::DetectorConfi
       image.focal_length_px > 0.0 &&
       std::abs(std::log(image.focal_length_px / configured_px)) > std::log(kLargestRatio);
   if (!detector.gates.mirror || !differs) return {};
-  return "its focal length is " + std::to_string(std::lround(image.focal_length_px)) +
-         " px of the images as they come, that of lens/ " +
-         std::to_string(std::lround(configured_px)) +
-         " px: does lens/pixel_pitch count the binning?";
+  return core::formatted(
+      "its focal length is %.0f px of the images as they come, that of lens/ %.0f px: does "
+      "lens/pixel_pitch count the binning?",
+      image.focal_length_px, configured_px);
 }
 
 msg::FindMirrorResponse noMirror(const std::string& why) {
@@ -74,7 +74,7 @@ msg::FindMirrorResponse findMirror(const cv::Mat& image, const core::DetectorCon
   response.centre_v_stddev = rim->stddev(1);
   response.radius_stddev = rim->stddev(2);
   response.consistent = check.consistent;
-  response.text = boost::algorithm::join(check.sentences, "; ");
+  response.text = core::joined(check.sentences, "; ");
   return response;
 }
 

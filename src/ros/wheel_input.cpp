@@ -4,11 +4,11 @@
 #include <std_msgs/Header.h>
 
 #include <algorithm>
-#include <boost/algorithm/string/join.hpp>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration_ros/conversions.h"
 
 namespace bearing_calibration_ros {
@@ -104,7 +104,7 @@ bool namesEither(const sensor_msgs::JointState& message, const WheelJoints& join
 }
 
 std::string jointNames(const sensor_msgs::JointState& message) {
-  return boost::algorithm::join(message.name, ", ");
+  return core::joined(message.name, ", ");
 }
 
 bool isWheelCount(const std::string& message_definition) {

@@ -13,6 +13,8 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
+using Rows = std::vector<std::vector<double>>;
+
 /// The parameters stand in param_reader.test.
 class ParamReaderTest : public testing::Test {
  protected:
@@ -31,10 +33,10 @@ class ParamReaderTest : public testing::Test {
     params_.read(name, value);
     return value;
   }
-  ParamReader::Rows rowsOf(const std::string& name) {
-    ParamReader::Rows rows;
-    params_.read(name, 2, rows);
-    return rows;
+  Rows rowsOf(const std::string& name) {
+    ParamReader::Rows rows{2, {}};
+    params_.read(name, rows);
+    return rows.rows;
   }
 
   ParamReader params_{ros::NodeHandle("~")};
@@ -53,7 +55,7 @@ TEST_F(ParamReaderTest, ReadsEveryKind) {
   params_.choice("group/text", {"good morning", "hello"}, greeting);
   EXPECT_EQ(greeting, Greeting::kHello);
   EXPECT_EQ(valueOf("group/pair", std::vector<double>(2)), (std::vector<double>{1.5, 2.0}));
-  EXPECT_EQ(rowsOf("group/list"), (ParamReader::Rows{{1.0, 2.5}, {3.0, 4.0}}));
+  EXPECT_EQ(rowsOf("group/list"), (Rows{{1.0, 2.5}, {3.0, 4.0}}));
   EXPECT_TRUE(rowsOf("group/empty").empty());
   EXPECT_TRUE(params_.errors().empty()) << params_.errors().front();
 }

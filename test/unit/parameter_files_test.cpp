@@ -29,16 +29,18 @@ class ParametersFromFiles : public testing::Test {
   }
 };
 
+using Rows = std::vector<std::vector<double>>;
+
 /// What a reader makes of a name; as it was where it cannot.
 template <typename Value>
 Value valueOf(ParamReader& params, const std::string& name, Value value = {}) {
   params.read(name, value);
   return value;
 }
-ParamReader::Rows rowsOf(ParamReader& params, const std::string& name) {
-  ParamReader::Rows rows;
-  params.read(name, 2, rows);
-  return rows;
+Rows rowsOf(ParamReader& params, const std::string& name) {
+  ParamReader::Rows rows{2, {}};
+  params.read(name, rows);
+  return rows.rows;
 }
 
 TEST_F(ParametersFromFiles, HoldWhatRosparamReads) {
@@ -54,7 +56,7 @@ TEST_F(ParametersFromFiles, HoldWhatRosparamReads) {
   EXPECT_EQ(valueOf<std::string>(params, "group/quoted"), "3");
   EXPECT_TRUE(valueOf<bool>(params, "group/flag"));
   EXPECT_DOUBLE_EQ(valueOf<double>(params, "group/angle"), bearing_calibration::core::kPi / 6.0);
-  EXPECT_EQ(rowsOf(params, "group/rows"), (ParamReader::Rows{{1.0, 2.5}, {3.0, 4.0}}));
+  EXPECT_EQ(rowsOf(params, "group/rows"), (Rows{{1.0, 2.5}, {3.0, 4.0}}));
   EXPECT_NO_THROW(params.throwIfAnyError());
 }
 

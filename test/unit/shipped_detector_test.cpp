@@ -5,6 +5,7 @@
 
 #include <map>
 #include <string>
+#include <variant>
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration_ros/detection_params.h"
@@ -17,16 +18,13 @@ namespace {
 /// The numbers that a configuration declares, by name.
 class Numbers : public core::Parameters {
  public:
-  using core::Parameters::read;
-  bool read(const std::string& name, double& value) override { return add(name, value); }
-  bool read(const std::string& name, int& value) override { return add(name, value); }
-  bool read(const std::string& name, bool& value) override { return add(name, value ? 1.0 : 0.0); }
-
   std::map<std::string, double> all;
 
  private:
-  bool add(const std::string& name, double value) {
-    all[name] = value;
+  bool readInto(const std::string& name, const Target& target) override {
+    if (const auto* number = std::get_if<double*>(&target)) all[name] = **number;
+    if (const auto* integer = std::get_if<int*>(&target)) all[name] = **integer;
+    if (const auto* flag = std::get_if<bool*>(&target)) all[name] = **flag ? 1.0 : 0.0;
     return false;
   }
 };

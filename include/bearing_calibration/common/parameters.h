@@ -1,10 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <boost/algorithm/string/join.hpp>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
@@ -46,7 +46,13 @@ inline constexpr int kMostOfAKind = 1000000;  // bearings, images: a day of them
 /// sentence for each error, which has the parameter's name as a word.
 class Parameters {
  public:
-  using Rows = std::vector<std::vector<double>>;
+  /// A list of lists of as many numbers each.
+  struct Rows {
+    std::size_t size;
+    std::vector<std::vector<double>> rows;
+  };
+  /// Where a value goes that is read; a list of numbers has its size already.
+  using Target = std::variant<double*, int*, bool*, std::string*, std::vector<double>*, Rows*>;
 
   virtual ~Parameters() = default;
 
@@ -66,27 +72,22 @@ class Parameters {
     if (!read(name, chosen)) return;
     const auto found = std::find(names.begin(), names.end(), chosen);
     if (found != names.end()) value = static_cast<Enumeration>(found - names.begin());
-    that(found != names.end(), name + " must be one of (" + boost::algorithm::join(names, ", ") +
-                                   "), but is '" + chosen + "'");
+    that(found != names.end(),
+         name + " must be one of (" + joined(names, ", ") + "), but is '" + chosen + "'");
   }
   /// A list of items of `row_size` finite numbers each.
   template <typename Item, typename ItemFrom>
   void list(const std::string& name, std::size_t row_size, std::vector<Item>& items,
             ItemFrom item_from) {
-    Rows rows;
-    read(name, row_size, rows);
-    for (const std::vector<double>& row : rows) items.push_back(item_from(row));
+    Rows rows{row_size, {}};
+    read(name, rows);
+    for (const std::vector<double>& row : rows.rows) items.push_back(item_from(row));
   }
 
   /// What is read as it is, without bounds. @returns whether it was read
-  virtual bool read(const std::string& /*name*/, double& /*value*/) { return false; }
-  virtual bool read(const std::string& /*name*/, int& /*value*/) { return false; }
-  virtual bool read(const std::string& /*name*/, bool& /*value*/) { return false; }
-  virtual bool read(const std::string& /*name*/, std::string& /*value*/) { return false; }
-  /// A list of as many numbers as there are values.
-  virtual bool read(const std::string& /*name*/, std::vector<double>& /*values*/) { return false; }
-  virtual bool read(const std::string& /*name*/, std::size_t /*row_size*/, Rows& /*rows*/) {
-    return false;
+  template <typename Value>
+  bool read(const std::string& name, Value& value) {
+    return readInto(name, &value);
   }
 
   /// What must hold beyond the bounds.
@@ -114,6 +115,7 @@ class Parameters {
   const std::vector<std::string>& errors() const { return errors_; }
 
  private:
+  virtual bool readInto(const std::string& /*name*/, const Target& /*target*/) { return false; }
   static std::string textOf(double value) { return formatted("%.9g", value); }
 
   std::vector<std::string> errors_;
@@ -132,7 +134,7 @@ std::vector<std::string> errorsOf(Config config) {
 template <typename Config>
 const Config& validated(const Config& config) {
   const std::vector<std::string> errors = errorsOf(config);
-  if (!errors.empty()) throw std::invalid_argument(boost::algorithm::join(errors, "; "));
+  if (!errors.empty()) throw std::invalid_argument(joined(errors, "; "));
   return config;
 }
 
