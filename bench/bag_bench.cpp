@@ -80,15 +80,15 @@ void RenderedBag::write() const {
     bag.write("wheel_ticks", ticks.header.stamp, ticks);
   }
   for (std::size_t i = 0; i < record.bearings.size(); ++i) {
-    const core::MonoImage rendered = renderer.render(
-        simulated.lights, record.world_from_base[i] * simulated.robot.base_from_sensor, i);
+    const cv::Mat rendered = renderer.render(
+        simulated.lights, {record.world_from_base[i] * simulated.robot.base_from_sensor}, i);
     sensor_msgs::Image image;
     image.header.stamp = rosFromStamp(record.bearings[i].stamp);
-    image.width = static_cast<std::uint32_t>(rendered.width_px);
-    image.height = static_cast<std::uint32_t>(rendered.height_px);
+    image.width = static_cast<std::uint32_t>(rendered.cols);
+    image.height = static_cast<std::uint32_t>(rendered.rows);
     image.step = image.width;
     image.encoding = sensor_msgs::image_encodings::MONO8;
-    image.data = rendered.values;
+    image.data.assign(rendered.datastart, rendered.dataend);
     bag.write("image", image.header.stamp, image);
   }
 }

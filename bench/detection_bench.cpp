@@ -14,8 +14,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/simulation/random_scene.h"
-#include "bearing_calibration/vision/bearing_variance.h"
+#include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/default_rig.h"
 #include "support/synthetic_spot.h"
@@ -162,20 +161,20 @@ void spotAlone(benchmark::State& state) {
   const DetectorConfig config = detectorOf(state);
   const cv::Mat image = sceneOf(config);
   const Detection light = LightDetector(config).detect(image).lights.at(0);
-  const Eigen::Vector2d mirror_centre(config.view.centre_u_px, config.view.centre_v_px);
-  const Eigen::Vector2d outward = (light.ellipse.centre_px - mirror_centre).normalized();
-  const Eigen::Vector2d across(-outward.y(), outward.x());
-  const SpotWindow window{{light.ellipse.centre_px,
-                           light.ellipse.radial_variance_px2 * outward * outward.transpose() +
-                               light.ellipse.tangential_variance_px2 * across * across.transpose(),
-                           2.5},
-                          CentreWeight::kOutline};
-  const SpotLevels levels{kThreshold, light.ellipse.background_levels, levelNoise(config.sensor)};
-  if (!measureSpot(image, image, window, levels, mirror_centre)) {
+  const LightEllipse& ellipse = light.ellipse;
+  const Eigen::Matrix2d axes = mirrorAxes(ellipse.centre_px, config.view.centre_px());
+  const SpotWindow window{
+      {ellipse.centre_px, axes * ellipse.variances_px2().asDiagonal() * axes.transpose(), 2.5},
+      true};
+  Search search;
+  search.threshold_levels = kThreshold;
+  search.background_levels = ellipse.background_levels;
+  const SearchedImage searched{image, image};
+  if (!measureSpot(searched, ellipse, window, search, config)) {
     state.SkipWithError("the light was not measured");
   }
   for (auto _ : state) {
-    benchmark::DoNotOptimize(measureSpot(image, image, window, levels, mirror_centre));
+    benchmark::DoNotOptimize(measureSpot(searched, ellipse, window, search, config));
   }
 }
 

@@ -11,15 +11,15 @@ namespace {
 void decision(benchmark::State& state) {
   const MotionPlanner planner({PlannerConfig::Block::kMount, 0.5, 2.0, 0.1, 1.0}, {0.25, 0.2, 0.5},
                               {{1e-6, 0.0}, 0.0175, 10.0}, {4.0, {}});
-  RobotEstimate estimate;
-  estimate.cartesian.mean << 0.01 * static_cast<double>(state.range(0)), 0.0, 0.08, 0.05, 1.0;
-  estimate.cartesian.covariance = 1e-4 * Matrix5::Identity();
+  CartesianEstimate start;
+  start.mean << 0.01 * static_cast<double>(state.range(0)), 0.0, 0.08, 0.05, 1.0;
+  start.covariance = 1e-4 * Matrix5::Identity();
   ErrorPriors errors;
   errors.setBlock(TimeOffset::kName, 0.1);
   errors.setBlock(WheelScales::kName, 0.03);
   errors.setBlock(WheelSeparation::kName, 0.01);
-  estimate.errors = priorEstimate(errors);
-  for (auto _ : state) benchmark::DoNotOptimize(planner.plan(estimate, {}));
+  const StateEstimate known = StateEstimate::of(start, kWheelErrors, priorEstimate(errors));
+  for (auto _ : state) benchmark::DoNotOptimize(planner.plan(known, {}));
 }
 BENCHMARK(decision)->Arg(60)->Arg(100)->Arg(300)->Unit(benchmark::kMillisecond);
 

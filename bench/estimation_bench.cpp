@@ -21,7 +21,7 @@ void attempt(benchmark::State& state) {
 BENCHMARK(attempt)->Arg(150)->Arg(300)->Arg(1000)->Unit(benchmark::kMillisecond);
 
 /// The batch over the whole run with `range` states: light, mount, and the first errors of the
-/// robot; 17 have elevations to use.
+/// robot; all of them have elevations to use.
 void batchStates(benchmark::State& state) {
   constexpr double kErrorStddev = 0.01;
   const ObservationRun& run = elevationRun();
@@ -31,7 +31,12 @@ void batchStates(benchmark::State& state) {
   const RecordStart start{run.truth.back(), run.observations.size() - 1};
   for (auto _ : state) benchmark::DoNotOptimize(estimator.estimate(run.observations, start));
 }
-BENCHMARK(batchStates)->Arg(5)->Arg(9)->Arg(14)->Arg(17)->Unit(benchmark::kMillisecond);
+BENCHMARK(batchStates)
+    ->Arg(5)
+    ->Arg(5 + kWheelErrors)
+    ->Arg(5 + placeOf<SensorTilt>())
+    ->Arg(5 + kErrorCount)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace bearing_calibration::core

@@ -2,7 +2,7 @@
 // dynamic size, for its size.
 #include <benchmark/benchmark.h>
 
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bench/paper_run.h"
 #include "bench/reference/dynamic_ekf.h"
@@ -15,72 +15,76 @@ CartesianEstimate goodStart() {
   return {paperRun().truth.front(), kVariance * Matrix5::Identity()};
 }
 
+Bearing bearingOf(const Observation& observation) {
+  Bearing bearing;
+  bearing.azimuth_rad = observation.azimuth_rad;
+  bearing.azimuth_variance_rad2 = observation.azimuth_variance_rad2;
+  if (!observation.elevation) return bearing;
+  bearing.elevation_rad = observation.elevation->angle_rad;
+  bearing.elevation_variance_rad2 = observation.elevation->variance_rad2;
+  return bearing;
+}
+
 /// A run, over and over: each pass starts afresh, so that nothing can run away.
-template <class MakeFilter, class Update>
-void stepThroughRun(benchmark::State& state, const ObservationRun& run,
-                    const MakeFilter& make_filter, const Update& update) {
+template <class Filter, class Update>
+void stepThroughRun(benchmark::State& state, const ObservationRun& run, const Filter& start,
+                    const Update& update) {
   const std::vector<Observation>& observations = run.observations;
-  auto filter = make_filter();
+  Filter filter = start;
   std::size_t i = 1;
   for (auto _ : state) {
-    filter->predict(observations[i].motion);
-    update(*filter, observations[i]);
+    filter.predict(observations[i].motion);
+    update(observations[i], &filter);
     if (++i < observations.size()) continue;
-    filter = make_filter();
+    filter = start;
     i = 1;
   }
 }
 
-template <class MakeFilter>
-void stepThroughRun(benchmark::State& state, const MakeFilter& make_filter) {
-  stepThroughRun(state, paperRun(), make_filter, [](auto& filter, const Observation& observation) {
-    filter.update(observation.azimuth_rad, observation.azimuth_variance_rad2);
+void stepThroughRun(benchmark::State& state, const ObservationRun& run, const LiveFilter& start) {
+  stepThroughRun(state, run, start, [](const Observation& observation, LiveFilter* filter) {
+    filter->update(bearingOf(observation));
   });
 }
 
 void cartesianStep(benchmark::State& state) {
-  stepThroughRun(state, [] { return makeCartesianFilter({goodStart(), {}}); });
+  stepThroughRun(state, paperRun(), LiveFilter(StateEstimate::of(goodStart())));
 }
 BENCHMARK(cartesianStep);
 
 void paperStep(benchmark::State& state) {
-  stepThroughRun(state, [] { return makePaperFilter(goodStart()); });
+  stepThroughRun(state, paperRun(), PaperFilter(paperFromCartesian(goodStart())),
+                 [](const Observation& observation, PaperFilter* filter) {
+                   filter->update(observation.azimuth_rad, observation.azimuth_variance_rad2);
+                 });
 }
 BENCHMARK(paperStep);
 
 void dynamicStep(benchmark::State& state) {
-  stepThroughRun(state, [&state] {
-    return std::make_unique<reference::DynamicEkf>(goodStart(), state.range(0));
-  });
+  stepThroughRun(state, paperRun(), reference::DynamicEkf(goodStart(), state.range(0)),
+                 [](const Observation& observation, reference::DynamicEkf* filter) {
+                   filter->update(observation.azimuth_rad, observation.azimuth_variance_rad2);
+                 });
 }
 BENCHMARK(dynamicStep)->Arg(5)->Arg(10)->Arg(15)->Arg(20)->Arg(30);
 
-/// Light, mount and all errors of the robot.
-RobotEstimate robotStart() {
+/// Light, mount and the first errors of the robot.
+LiveFilter robotStart(std::int64_t states) {
   constexpr double kErrorVariance = 1e-4;  // a hundredth, 10 ms
-  RobotEstimate start;
-  start.cartesian = goodStart();
-  start.errors.covariance = kErrorVariance * ErrorMatrix::Identity();
-  return start;
+  return LiveFilter(
+      StateEstimate::of(goodStart(), static_cast<int>(states) - 5,
+                        {ErrorVector::Zero(), kErrorVariance * ErrorMatrix::Identity()}));
 }
 
-/// With so many states in all: the first errors of the robot beside light and mount.
+/// With so many states in all.
 void robotStep(benchmark::State& state) {
-  const RobotEstimate start = robotStart();
-  const int errors_in_use = static_cast<int>(state.range(0)) - 5;
-  stepThroughRun(state, [&] { return makeCartesianFilter(start, errors_in_use); });
+  stepThroughRun(state, paperRun(), robotStart(state.range(0)));
 }
-BENCHMARK(robotStep)->Arg(9)->Arg(14)->Arg(17);  // the sizes that there are
+BENCHMARK(robotStep)->Arg(5 + kWheelErrors)->Arg(5 + placeOf<SensorTilt>())->Arg(5 + kErrorCount);
 
 /// With the elevation of each observation, which takes all errors.
 void elevationStep(benchmark::State& state) {
-  const RobotEstimate start = robotStart();
-  stepThroughRun(
-      state, elevationRun(), [&] { return makeCartesianFilter(start, kErrorCount); },
-      [](auto& filter, const Observation& observation) {
-        filter.update(observation.azimuth_rad, observation.azimuth_variance_rad2, {},
-                      observation.elevation);
-      });
+  stepThroughRun(state, elevationRun(), robotStart(5 + kErrorCount));
 }
 BENCHMARK(elevationStep);
 

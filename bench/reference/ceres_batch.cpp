@@ -120,8 +120,8 @@ CeresAnswer estimateByCeres(const std::vector<Observation>& observations, const 
     poses.push_back({pose.position_m.x(), pose.position_m.y(), pose.yaw_rad});
   }
   Eigen::Vector2d light =
-      posed[start.observation].first_from_base * Eigen::Vector2d(start.state.head<2>());
-  Eigen::Vector3d mount = start.state.tail<3>();
+      posed[start.observation].first_from_base * Eigen::Vector2d(start.lights_in_base.col(0));
+  Eigen::Vector3d mount = start.mount;
 
   ceres::Problem problem;
   for (std::size_t i = 0; i < observations.size(); ++i) {

@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/init/fixed_path_fit.h"
 #include "bearing_calibration/solve/batch_estimator.h"
-#include "bearing_calibration/solve/light_track.h"
+#include "bearing_calibration/solve/record_track.h"
 
 namespace bearing_calibration::core::reference {
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 
 namespace bearing_calibration::core::reference {

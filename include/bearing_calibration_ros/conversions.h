@@ -11,7 +11,7 @@
 #include <string>
 
 #include "bearing_calibration/common/stamp.h"
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/state.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/output/unestimated_mount.h"

@@ -103,9 +103,9 @@ inline void fillDiagnostics(const DetectionCounts& counts, const ImagesOfLate& i
   };
   status->add("light's peak (levels)", observation.light->peak_levels);
   status->add("light's saturated part", observation.light->saturated_fraction);
-  status->add("light's width along the azimuth (px)",
-              width(observation.light->tangential_variance_px2));
-  status->add("light's width along the radius (px)", width(observation.light->radial_variance_px2));
+  const Eigen::Vector2d variances_px2 = observation.light->variances_px2();
+  status->add("light's width along the azimuth (px)", width(variances_px2(0)));
+  status->add("light's width along the radius (px)", width(variances_px2(1)));
 }
 
 }  // namespace bearing_calibration_ros

@@ -43,11 +43,11 @@ inline msg::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver&
                                                   const msg::CalibrationEstimate& estimate) {
   auto feedback = reportFrom<msg::CalibrationDriveFeedback>(driver, estimate);
   feedback.state_text = estimate.state_text + ": " + estimate.advice;
-  core::Vector5 expected = core::Vector5::Constant(std::numeric_limits<double>::quiet_NaN());
-  if (driver.plan()) expected = driver.plan()->expected.cartesian.covariance.diagonal().cwiseSqrt();
-  feedback.expected_x_stddev_m = expected(core::CartesianIndex::kSensorX);
-  feedback.expected_y_stddev_m = expected(core::CartesianIndex::kSensorY);
-  feedback.expected_yaw_stddev_rad = expected(core::CartesianIndex::kSensorYaw);
+  Eigen::Vector3d expected = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  if (driver.plan()) expected = driver.plan()->expected.covariance.diagonal().cwiseSqrt();
+  feedback.expected_x_stddev_m = expected.x();
+  feedback.expected_y_stddev_m = expected.y();
+  feedback.expected_yaw_stddev_rad = expected.z();
   feedback.light_distance_m = std::hypot(estimate.light_x_m, estimate.light_y_m);
   return feedback;
 }
@@ -114,8 +114,8 @@ class DrivePublisher {
     way_publisher_.publish(way);
     if (!driver.plan()) return;
     // z, roll and pitch play no part here: they are shown flat and with no variance.
-    expected_publisher_.publish(poseFromMount(mountFromCartesian(driver.plan()->expected.cartesian),
-                                              {}, stampFromRos(now), base_frame));
+    expected_publisher_.publish(
+        poseFromMount(driver.plan()->expected, {}, stampFromRos(now), base_frame));
   }
 
  private:

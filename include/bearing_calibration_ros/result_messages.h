@@ -8,21 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/output/error_report.h"
 #include "bearing_calibration/output/result.h"
 #include "bearing_calibration_ros/namespaces.h"
 
-/// What a calibration knows, as messages. Joint states without the wheels never
-/// reach the core, so they are counted beside its result.
+/// What a calibration knows, as messages. Joint states without the wheels never reach the core, so
+/// they are counted beside its result.
 namespace bearing_calibration_ros {
 
-/// The robot's errors, then the levels of the noise. @param tilt_stddev_rad  see
-/// core::reportBlocks()
-std::vector<core::BlockReport> reportErrors(const core::CalibrationResult& result,
-                                            double tilt_stddev_rad = 0.0);
-
-/// "bearings stamp in the future: 3; ..." over both streams, empty when nothing
-/// was refused or changed.
+/// "bearings stamp in the future: 3; ..." over both streams, empty when nothing was refused or
+/// changed.
 std::string rejectionsText(const core::CalibrationResult& result,
                            std::uint32_t joint_states_without_wheels);
 
@@ -30,9 +24,9 @@ std::string rejectionsText(const core::CalibrationResult& result,
 msg::CalibrationEstimate messageFromResult(const core::CalibrationResult& result,
                                            std::uint32_t joint_states_without_wheels,
                                            const std::string& base_frame);
-/// Light and mount of such a message, with the errors of clock and wheels; none
-/// where it has no estimate yet.
-std::optional<core::RobotEstimate> robotFromMessage(const msg::CalibrationEstimate& message);
+/// Light and mount of such a message, with the errors of clock and wheels; none where it has no
+/// estimate yet.
+std::optional<core::StateEstimate> robotFromMessage(const msg::CalibrationEstimate& message);
 
 /// State and counts as one diagnostic status: an error when the calibration is inconsistent; a
 /// warning when the motion is degenerate, an input is silent (`silence` says which) or inputs were

@@ -27,7 +27,7 @@ std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& r
 
 /// What is in the configured folder's result.yaml to go on from.
 struct EarlierResult {
-  std::optional<core::LastingEstimate> lasting;
+  std::optional<core::StateEstimate> lasting;
   std::string message;  ///< what was taken up, or why nothing was
 };
 
@@ -35,7 +35,7 @@ struct EarlierResult {
 /// other frames, or was not trusted when it was written.
 EarlierResult readEarlierResult(const CalibrationNodeConfig& config);
 
-/// Saves what a node finds, by the rule of saving_rule.h: when somebody asks for it, when it has
+/// Saves what a node finds, by the rule of result_store.h: when somebody asks for it, when it has
 /// become CONVERGED, every output/save_period, before it is forgotten, and at the node's end, by a
 /// signal too. Without being asked only what may be trusted, and only what has changed.
 ///

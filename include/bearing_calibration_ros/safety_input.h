@@ -9,7 +9,7 @@
 #include <functional>
 #include <string>
 
-#include "bearing_calibration/planning/drive_end.h"
+#include "bearing_calibration/planning/calibration_driver.h"
 #include "bearing_calibration_ros/drive_params.h"
 #include "bearing_calibration_ros/namespaces.h"
 

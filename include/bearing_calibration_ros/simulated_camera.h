@@ -28,11 +28,12 @@
 
 namespace bearing_calibration_ros {
 
-/// A rendered image as the camera's driver would deliver it, without stamp and frame.
-inline sensor_msgs::ImagePtr messageFromRendered(const core::MonoImage& image,
+/// A rendered image (the sensor's values) as the camera's driver would deliver it, without stamp
+/// and frame.
+inline sensor_msgs::ImagePtr messageFromRendered(const cv::Mat& values,
                                                  const core::ImageEncoding& encoding) {
   const std::string& name = core::layoutNames()[static_cast<std::size_t>(encoding.layout)];
-  return cv_bridge::CvImage({}, name, core::encode(image, encoding)).toImageMsg();
+  return cv_bridge::CvImage({}, name, core::encode(values, encoding)).toImageMsg();
 }
 
 /// The lens alone: the mirror in front of it has no place in this message.
@@ -128,8 +129,8 @@ class SimulatedCamera {
   void publish(const Shot& shot) {
     if (publisher_.getNumSubscribers() == 0) return;  // nobody looks
     static const std::vector<core::Light> kDarkness;
-    const core::MonoImage rendered = renderer_.renderMoving(
-        shot.lights_occluded ? kDarkness : lights_, shot.motion, shot.number);
+    const cv::Mat rendered =
+        renderer_.render(shot.lights_occluded ? kDarkness : lights_, shot.motion, shot.number);
     const sensor_msgs::ImagePtr image = messageFromRendered(rendered, renderer_.config().encoding);
     const auto info = boost::make_shared<sensor_msgs::CameraInfo>(camera_info_);
     image->header.frame_id = camera_info_.header.frame_id;

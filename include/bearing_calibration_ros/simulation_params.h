@@ -12,7 +12,7 @@
 #include "bearing_calibration/simulation/image_renderer.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
 #include "bearing_calibration/simulation/scene.h"
-#include "bearing_calibration/simulation/trajectory_config.h"
+#include "bearing_calibration/simulation/trajectory.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
 

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/odometry/wheel_pairing.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration_ros/namespaces.h"
 

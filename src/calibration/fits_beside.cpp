@@ -13,8 +13,7 @@ constexpr std::size_t kMostFrames = 6000;
 }  // namespace
 
 FitsBeside::FitsBeside(const CalibratorConfig& config, FitsRun fits_run)
-    : fits_run_(fits_run),
-      live_(std::make_unique<SeveralLights>(config, fits_run)) {
+    : fits_run_(fits_run), live_(std::make_unique<SeveralLights>(config, fits_run)) {
   if (fits_run_ == FitsRun::kAtOnce) return;
   copy_ = std::make_unique<SeveralLights>(*live_);
   worker_ = std::thread([this] { serve(); });
@@ -98,7 +97,7 @@ void FitsBeside::forget(const CalibratorConfig& config) {
   error_ = nullptr;
 }
 
-void FitsBeside::resume(const LastingEstimate& earlier) {
+void FitsBeside::resume(const StateEstimate& earlier) {
   drop();
   live_->resume(earlier);
 }

@@ -7,7 +7,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/judge/lights_agreement.h"
-#include "bearing_calibration/solve/fit_scatter.h"
+#include "bearing_calibration/solve/mount_displacement.h"
 #include "bearing_calibration/solve/record_weights.h"
 
 namespace bearing_calibration::core {
@@ -33,16 +33,15 @@ bool fitsWell(const BatchEstimate& fit, const InitializerConfig& config) {
 
 /// What the suppositions about slips in one light's record differ by (see averageOverSlips).
 Eigen::Matrix3d spreadOf(const LandmarkSolution& answer) {
-  const MountEstimate average = mountFromCartesian(answer.average.cartesian);
-  const MountEstimate best = mountFromCartesian(answer.fit.at_last_observation);
-  Eigen::Vector3d shift = average.mean - best.mean;
-  shift.z() = wrapAngle(shift.z());
+  const MountEstimate average = answer.average.mount();
+  const MountEstimate best = answer.fit.last.mount();
+  const Eigen::Vector3d shift = mountDifference(average.mean, best.mean);
   return average.covariance - best.covariance + shift * shift.transpose();
 }
 
 /// A slip that one light suspects and another does not is none: the least spread stays in the
 /// mount's covariance.
-void addSpread(const std::vector<const LandmarkSolution*>& answers, LightsEstimate* estimate) {
+void addSpread(const std::vector<const LandmarkSolution*>& answers, StateEstimate* estimate) {
   std::vector<Eigen::Matrix3d> spreads;
   spreads.reserve(answers.size());
   for (const LandmarkSolution* answer : answers) spreads.push_back(spreadOf(*answer));
@@ -72,15 +71,14 @@ void JointCalibration::add(const LightsImage& image) {
     joint_.reset();
     return;
   }
-  LightsEstimate& estimate = joint_->estimate;
-  propagate(lineariseMotion(estimate.layout, estimate.mean, withNoise(image.motion, wheel_noise_)),
-            &estimate);
+  joint_->filter.predict(withNoise(image.motion, wheel_noise_));
   for (std::size_t i = 0; i < joint_->lights.size(); ++i) {
     const LightObservation& observation = image.lights.at(joint_->lights[i]);
     if (!observation.isSeen()) continue;
-    const LightsVector about = estimate.mean;
-    updateByAzimuth(about, static_cast<int>(i), observation.azimuth_rad,
-                    widening_[i] * observation.azimuth_variance_rad2, image.nearby, &estimate);
+    Bearing bearing;
+    bearing.azimuth_rad = observation.azimuth_rad;
+    bearing.azimuth_variance_rad2 = widening_[i] * observation.azimuth_variance_rad2;
+    joint_->filter.update(bearing, image.nearby, static_cast<int>(i));
   }
 }
 
@@ -93,15 +91,17 @@ void JointCalibration::forget(std::size_t light) {
 }
 
 void JointCalibration::review(const std::vector<const LandmarkSolution*>& answers,
-                              const std::optional<LastingEstimate>& earlier) {
+                              const LightPositions& lights_in_base,
+                              const std::optional<StateEstimate>& earlier) {
   is_review_due_ = false;
+  lights_in_base_ = lights_in_base;
   reviews_.begin(record_, fitPace(config_.refit_growth));
   std::vector<std::size_t> lights;
   std::vector<MountEstimate> mounts;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     if (answers[i] == nullptr) continue;
     lights.push_back(i);
-    mounts.push_back(mountFromCartesian(answers[i]->average.cartesian));
+    mounts.push_back(answers[i]->average.mount());
   }
   const LightsAgreement agreement = compareLights(mounts);
   contradicting_.clear();
@@ -130,10 +130,10 @@ void JointCalibration::review(const std::vector<const LandmarkSolution*>& answer
   constexpr double kFalseDoubt = 1e-3;
   const double most = contradictionOf(*answers[mostContradicted(answers)]);
   const bool is_clear = most <= largestContradiction(agreeing.size(), kFalseDoubt);
-  if (earlier) {
-    addEarlier(*earlier, config_.initializer.batch.errors, &joint_->estimate);
-  }
-  joint_->judgement = judge(joint_->estimate, is_clear);
+  StateEstimate estimate = joint_->filter.estimate();
+  if (earlier) addEarlier(*earlier, config_.initializer.batch.errors, &estimate);
+  joint_->filter.restart(estimate);
+  joint_->judgement = judge(estimate, is_clear);
   if (!is_clear || !oldest_) return;
   record_.cut(*oldest_);
   lights_given_away_ = joint_->lights;
@@ -151,7 +151,7 @@ std::optional<RecordBeginning> JointCalibration::beginningOf(
                          ? std::nullopt
                          : std::optional(static_cast<int>(known - lights_given_away_.begin())));
   }
-  beginning->known = withLights(beginning->known, places);
+  beginning->known = partOf(beginning->known, beginning->known.layout.errors, places);
   return beginning;
 }
 
@@ -177,7 +177,7 @@ std::optional<RecordPart> JointCalibration::oldestPart(const std::vector<Observa
   RecordPart part;
   part.known =
       BatchEstimator(withoutSlips(config_.initializer.batch)).knownAt(end - 1, observations, fit);
-  part.scatter = scatterOf(fit, 0, end);
+  part.scatter = scatterOf(fit.mount_displacements, 0, end);
   while (images[part.count].stamp <= observations[end - 1].stamp) ++part.count;
   return part;
 }
@@ -196,14 +196,19 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   wheel_noise_.wheel = surestOf(taken).noise.wheel;
   const std::vector<Observation> observations =
       withNoise(observationsOf(record_.entries(), lights), taken);
-  const JointStart start = startFromAnswers(observations, taken);
-  const BatchEstimate fit =
-      BatchEstimator(withoutSlips(config_.initializer.batch))
-          .estimate(observations, start.track, start.slips, beginningOf(lights));
+  RecordStart start(surestOf(taken).fit.last, observations.size() - 1);
+  start.lights_in_base = lights_in_base_(Eigen::all, lights);
+  RecordTrack track = trackLights(observations, start);
+  setOutliersAside(observations, taken, &track);
+  SlipHypothesis slips;
+  slips.given_up = slipsOf(observations, taken);
+  const BatchEstimate fit = BatchEstimator(withoutSlips(config_.initializer.batch))
+                                .estimate(observations, track, slips, beginningOf(lights));
   if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
-  joint_ = Joint{widened(fit.last, scatterOf(fit).widening()), lights, {}};
+  StateEstimate estimate = widened(fit.last, fit.scatter().widening());
+  addSpread(taken, &estimate);
+  joint_ = Joint{LiveFilter(estimate), lights, {}};
   oldest_ = oldestPart(observations, fit, lights.size());
-  addSpread(taken, &joint_->estimate);
   const double most = contradictionOf(*answers[mostContradicted(answers)]);
   return most > largestContradiction(lights.size(), kFalseAlarm) ? Outcome::kTorn : Outcome::kJoint;
 }
@@ -223,7 +228,7 @@ std::optional<std::size_t> JointCalibration::oneTooMany(
 }
 
 double JointCalibration::contradictionOf(const LandmarkSolution& answer) const {
-  return contradiction(mountFromCartesian(answer.average.cartesian), joint_->estimate.mount());
+  return contradiction(answer.average.mount(), joint_->filter.estimate().mount());
 }
 
 std::size_t JointCalibration::mostContradicted(
@@ -234,9 +239,9 @@ std::size_t JointCalibration::mostContradicted(
                            });
 }
 
-Judgement JointCalibration::judge(const LightsEstimate& estimate, bool is_clear) const {
-  const MountEstimate mount = mountFromCartesian(withNearness(
-      estimate.robot(0).cartesian, config_.initializer.batch.errors.nearness_stddev_m));
+Judgement JointCalibration::judge(const StateEstimate& estimate, bool is_clear) const {
+  const MountEstimate mount =
+      withNearness(estimate, config_.initializer.batch.errors.nearness_stddev_m).mount();
   const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
   char text[256];
   if (!meetsTargets(mount, config_.converged)) {

@@ -5,9 +5,9 @@
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/judge/fault_finder.h"
-#include "bearing_calibration/judge/mount_agreement.h"
-#include "bearing_calibration/solve/fit_scatter.h"
+#include "bearing_calibration/solve/mount_displacement.h"
 #include "bearing_calibration/solve/noise_review.h"
+#include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/track/light_start.h"
 
 namespace bearing_calibration::core {
@@ -30,6 +30,7 @@ AssociationOutcome MountCalibration::process(const BearingSet& image,
   is_work_due_ = false;
   const BearingSet ours{image.stamp, ofThisLight(image.candidates)};
   motion_since_observation_ = append(motion_since_observation_, motion);
+  way_m_ += motionOf(motion.distance_m, motion.rotation_rad);
   picker_.move(motion);
   AssociationOutcome outcome = AssociationOutcome::of(image.stamp, motion, nearby);
   search_.move(motion);
@@ -38,6 +39,7 @@ AssociationOutcome MountCalibration::process(const BearingSet& image,
     follow(ours, nearby, &outcome);
   }
   if (!started_) start(ours, nearby, &outcome);
+  if (outcome.kind == AssociationOutcome::Kind::kTaken) last_seen_ = image.stamp;
   return outcome;
 }
 
@@ -92,9 +94,8 @@ void MountCalibration::attemptStart() {
   }
   diagnosis_ = {};
   const std::vector<Observation>& observations = initializer_.record().observations();
-  record_fit_.beginAt({attempt.estimate.mean, observations.size() - 1, attempt.errors.mean},
-                      observations);
-  startTracker(withEarlier({attempt.estimate, attempt.errors}), attempt.bearing_correlation);
+  record_fit_.beginAt({attempt.estimate, observations.size() - 1}, observations);
+  startTracker(withEarlier(attempt.estimate), attempt.bearing_correlation);
   judge_.emplace(config_.converged, config_.initializer.batch.errors.nearness_stddev_m);
   started_ = true;
 }
@@ -102,25 +103,20 @@ void MountCalibration::attemptStart() {
 void MountCalibration::startFromGuess(const Bearing& light) {
   const InitialisationConfig& guess = config_.initialisation;
   constexpr double kUncorrelated = 0.0;
-  RobotEstimate robot;
-  robot.errors = priorEstimate(config_.initializer.batch.errors);
-  if (earlier_) {
-    constexpr LightDistance kSomewhereNear{2.0, 1.0};  // corrected by the first metre driven
-    robot.cartesian = placeLight(earlier_->mount(), kSomewhereNear, light.azimuth_rad,
-                                 light.azimuth_variance_rad2);
-    startTracker(robot, kUncorrelated);
-    return;
-  }
-  if (guess.kind != InitialisationConfig::Kind::kGuess) return;
-  robot.cartesian =
-      placeLight(guess.mount(), {guess.light_distance_m, guess.light_distance_stddev_m},
-                 light.azimuth_rad, light.azimuth_variance_rad2);
-  startTracker(robot, kUncorrelated);
+  constexpr LightDistance kSomewhereNear{2.0, 1.0};  // corrected by the first metre driven
+  if (!earlier_ && guess.kind != InitialisationConfig::Kind::kGuess) return;
+  const LightDistance distance =
+      earlier_ ? kSomewhereNear
+               : LightDistance{guess.light_distance_m, guess.light_distance_stddev_m};
+  const ErrorPriors& errors = config_.initializer.batch.errors;
+  startTracker(StateEstimate::of(placeLight(earlier_ ? earlier_->mount() : guess.mount(), distance,
+                                            light.azimuth_rad, light.azimuth_variance_rad2),
+                                 errorsInUse(errors), priorEstimate(errors)),
+               kUncorrelated);
 }
 
-void MountCalibration::startTracker(const RobotEstimate& estimate, double bearing_correlation) {
-  tracker_.emplace(config_.filter, estimate, bearing_correlation,
-                   errorsInUse(config_.initializer.batch.errors));
+void MountCalibration::startTracker(const StateEstimate& estimate, double bearing_correlation) {
+  tracker_.emplace(config_.filter, estimate, bearing_correlation);
 }
 
 void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nearby,
@@ -149,14 +145,44 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
   if (started_) startAnew();
 }
 
-void MountCalibration::noteSolution(const SlipAverage& settled, const RobotEstimate& estimate) {
+/// For the other lights, after the judge has spoken.
+void MountCalibration::noteSolution(const std::optional<SlipAverage>& settled,
+                                    const StateEstimate& estimate) {
+  const Judgement& judgement = judge_->last();
+  if (judgement.cause != Fault::kMountMoved)
+    mount_moved_at_m_.reset();
+  else if (!mount_moved_at_m_)
+    mount_moved_at_m_ = way_m_;
   const std::vector<Observation>& observations = initializer_.record().observations();
-  const bool tells_one =
-      !settled.rival.isOpen() && tellsOneMount(*tracker_, observations, settled.best);
-  answer_ = LandmarkSolution{
-      {},    settled.best, estimate, tells_one, motionOf(observations, settled.best.beginning),
-      noise_};
-  for (const Observation& observation : observations) answer_->stamps.push_back(observation.stamp);
+  if (settled) {
+    answer_ = LandmarkSolution{{}, settled->best, estimate, noise_};
+    for (const Observation& observation : observations)
+      answer_->stamps.push_back(observation.stamp);
+  }
+  const bool is_refuted = judgement.state == CalibrationState::kInconsistent ||
+                          (settled && (settled->rival.isOpen() ||
+                                       !tellsOneMount(*tracker_, observations, settled->best)));
+  if (is_refuted) {
+    is_sound_ = false;
+    one_mount_since_m_.reset();
+    return;
+  }
+  if (!settled) return;
+  const double motion_m = motionOf(observations, settled->best.beginning);
+  if (!one_mount_since_m_) one_mount_since_m_ = motion_m;
+  is_sound_ = motion_m - *one_mount_since_m_ >= kHeldOver_m;
+}
+
+std::optional<double> MountCalibration::movedFor() const {
+  if (!mount_moved_at_m_) return std::nullopt;
+  return way_m_ - *mount_moved_at_m_;
+}
+
+std::string MountCalibration::obstacle() const {
+  if (!isFound()) return "not found yet";
+  const Judgement& judgement = judge_->last();
+  if (judgement.state == CalibrationState::kInconsistent) return judgement.advice;
+  return is_sound_ ? "" : "not yet confirmed";
 }
 
 bool MountCalibration::isFitDue() const {
@@ -170,19 +196,19 @@ void MountCalibration::refineAndJudge() {
   const ObservationRecord& record = initializer_.record();
   fits_.begin(record, fitPace(config_.refit_growth));
   const std::vector<Observation> observations = withNoise(record.observations(), noise_);
-  const RobotEstimate robot = tracker_->filter().robot();
   const std::optional<SlipAverage> settled =
-      record_fit_.fit(observations, robot, record.beginning());
+      record_fit_.fit(observations, tracker_->filter().estimate(), record.beginning());
+  StateEstimate estimate;
   if (settled) {
     rival_ = settled->rival;
-    const RobotEstimate estimate = withItsNoise(*settled);
+    estimate = withItsNoise(*settled);
     if (!tracker_->isSearching()) {
-      tracker_->rebase(withEarlier(widened(estimate, scatterOf(settled->best).widening())),
+      tracker_->rebase(withEarlier(widened(estimate, settled->best.scatter().widening())),
                        settled->best.correlation);
     }
-    if (config_.max_lights > 1) noteSolution(*settled, estimate);
   }
   judge_->judge(*tracker_, observations, settled);
+  if (config_.max_lights > 1) noteSolution(settled, estimate);
   if (judge_->last().state == CalibrationState::kConverged) {
     most_noise_ = most_noise_ ? atMost(noise_.atMost(), *most_noise_) : noise_.atMost();
   }
@@ -204,7 +230,7 @@ std::size_t MountCalibration::surplus() const {
 
 /// What a fit says when nobody knows the noise. The levels are for the next fit: all hypotheses of
 /// one must be weighed alike.
-RobotEstimate MountCalibration::withItsNoise(const SlipAverage& settled) {
+StateEstimate MountCalibration::withItsNoise(const SlipAverage& settled) {
   const std::vector<Observation>& observations = initializer_.record().observations();
   const InitializerConfig& config = config_.initializer;
   correlation_time_ = correlationTime(observations, settled.best.correlation);
@@ -217,15 +243,14 @@ RobotEstimate MountCalibration::withItsNoise(const SlipAverage& settled) {
 
 /// An estimate from the observations, with the earlier calibration unless they contradict it: then
 /// that one is forgotten.
-RobotEstimate MountCalibration::withEarlier(const RobotEstimate& estimate) {
+StateEstimate MountCalibration::withEarlier(StateEstimate estimate) {
   constexpr double kFalseAlarm = 1e-4;
-  if (earlier_ && disagreement(mountFromCartesian(estimate.cartesian), earlier_->mount()) >
+  if (earlier_ && disagreement(estimate.mount(), earlier_->mount()) >
                       chiSquareQuantile(1.0 - kFalseAlarm, 3.0)) {
     earlier_.reset();
   }
-  if (!earlier_) return estimate;
-  return ::bearing_calibration::core::withEarlier(estimate, *earlier_,
-                                                  config_.initializer.batch.errors);
+  if (earlier_) addEarlier(*earlier_, config_.initializer.batch.errors, &estimate);
+  return estimate;
 }
 
 bool MountCalibration::isNoiseSurprising() const {
@@ -270,7 +295,7 @@ void MountCalibration::startAnew() {
 std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
     const OdometryIncrement& motion, const OdometryWindow& nearby) const {
   if (!tracker_ || tracker_->isSearching()) return std::nullopt;
-  return tracker_->filter().predictAzimuthAfter(motion, nearby);
+  return tracker_->predictAzimuthAfter(motion, nearby);
 }
 
 void MountCalibration::describe(CalibrationResult* result) const {
@@ -284,12 +309,12 @@ void MountCalibration::describe(CalibrationResult* result) const {
   result->bearings_gated = bearings_gated_;
   std::optional<CartesianEstimate> own;
   if (const std::optional<MountTracker>& known = tracker_ ? tracker_ : search_.weak(); known) {
-    const RobotEstimate robot = known->filter().robot();
-    sayEstimate(robot, result);
+    const StateEstimate estimate = known->filter().estimate();
+    sayEstimate(estimate, result);
     if (config_.filter.parametrisation == FilterConfig::Parametrisation::kPaper) {
       result->paper_state = known->filter().paper();
     }
-    own = robot.cartesian;
+    own = estimate.cartesian();
     const Consistency consistency = known->consistency();
     result->nis = consistency.nis;
     result->nis_mean = consistency.nis_mean;

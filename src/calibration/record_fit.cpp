@@ -4,7 +4,7 @@
 
 #include "bearing_calibration/init/other_answers.h"
 #include "bearing_calibration/init/start_candidates.h"
-#include "bearing_calibration/solve/fit_scatter.h"
+#include "bearing_calibration/solve/mount_displacement.h"
 
 namespace bearing_calibration::core {
 
@@ -13,7 +13,7 @@ void RecordFit::beginAt(const RecordStart& start, const std::vector<Observation>
 }
 
 std::optional<SlipAverage> RecordFit::fit(const std::vector<Observation>& observations,
-                                          const RobotEstimate& running,
+                                          const StateEstimate& running,
                                           const std::optional<RecordBeginning>& beginning) {
   const BatchEstimate batch = fitOnce(observations, running, beginning);
   if (!hasSettled(batch)) return std::nullopt;
@@ -27,7 +27,7 @@ std::optional<SlipAverage> RecordFit::fit(const std::vector<Observation>& observ
 }
 
 BatchEstimate RecordFit::fitOnce(const std::vector<Observation>& observations,
-                                 const RobotEstimate& running,
+                                 const StateEstimate& running,
                                  const std::optional<RecordBeginning>& beginning) const {
   if (settled_) {
     const auto there = std::find_if(
@@ -40,15 +40,13 @@ BatchEstimate RecordFit::fitOnce(const std::vector<Observation>& observations,
       if (hasSettled(batch)) return batch;
     }
   }
-  return batch_.estimate(observations,
-                         {running.cartesian.mean, observations.size() - 1, running.errors.mean}, {},
-                         beginning);
+  return batch_.estimate(observations, {running, observations.size() - 1}, {}, beginning);
 }
 
 /// The best other minimum that is another mount.
 RivalMount RecordFit::otherMinimum(const std::vector<Observation>& observations,
                                    const SlipAverage& settled) const {
-  const MountEstimate mount = mountFromCartesian(settled.estimate.cartesian);
+  const MountEstimate mount = settled.estimate.mount();
   RivalMount rival;
   rival.minima = kYawsAround;
   for (const OtherAnswer& other : findOtherAnswers(observations, settled.best, config_)) {
@@ -71,7 +69,8 @@ std::optional<RecordPart> RecordFit::oldestPart(const std::vector<Observation>& 
   // not within a slip, which nobody could look for any more
   while (count > 1 && (fit.weights[count - 1].slipped || fit.weights[count].slipped)) --count;
   if (count <= 1) return std::nullopt;
-  return RecordPart{count, batch_.knownAt(count - 1, observations, fit), scatterOf(fit, 0, count)};
+  return RecordPart{count, batch_.knownAt(count - 1, observations, fit),
+                    scatterOf(fit.mount_displacements, 0, count)};
 }
 
 }  // namespace bearing_calibration::core

@@ -16,8 +16,7 @@ constexpr int kMisfitsToSay = 5;
 
 }  // namespace
 
-StartSearch::StartSearch(const CalibratorConfig& config)
-    : weak_filter_(config.filter), errors_in_use_(errorsInUse(config.initializer.batch.errors)) {
+StartSearch::StartSearch(const CalibratorConfig& config) : weak_filter_(config.filter) {
   weak_filter_.parametrisation =
       FilterConfig::Parametrisation::kCartesian;  // in which a motion is linear
 }
@@ -34,8 +33,7 @@ const StartAttempt& StartSearch::attempt(const Initializer& initializer) {
   is_refuted_ = false;
   weak_.reset();
   if (attempt_->obstacle == StartObstacle::kWeakDirection) {
-    weak_.emplace(weak_filter_, RobotEstimate{attempt_->estimate, attempt_->errors},
-                  attempt_->bearing_correlation, errors_in_use_);
+    weak_.emplace(weak_filter_, attempt_->estimate, attempt_->bearing_correlation);
   }
   misfits_ = doesNotFit(*attempt_) ? misfits_ + 1 : 0;
   attempts_.begin(initializer.record(), isInVain() ? kAttemptsInVain : kAttempts);

@@ -12,7 +12,6 @@
 #include <sstream>
 #include <system_error>
 #include <thread>
-#include <utility>
 
 namespace bearing_calibration::core {
 namespace {
@@ -34,13 +33,10 @@ class Descriptor {
       : number_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
     if (number_ < 0) throwSystemError("cannot open " + path.string());
   }
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
+  ~Descriptor() { ::close(number_); }
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   int get() const { return number_; }
-  int release() { return std::exchange(number_, -1); }
 
  private:
   int number_;
@@ -109,11 +105,6 @@ void takeOverReady(const fs::path& folder) {
   synchronise(folder);
 }
 
-void finishWhatWasBegun(const fs::path& folder) {
-  fs::remove_all(folder / kUnready);
-  if (fs::exists(folder / kReady)) takeOverReady(folder);
-}
-
 /// Makes files ready in a hidden folder, with the list that names them.
 fs::path prepare(const fs::path& folder, const std::vector<FileText>& files) {
   const fs::path unready = folder / kUnready;
@@ -129,16 +120,16 @@ fs::path prepare(const fs::path& folder, const std::vector<FileText>& files) {
   return unready;
 }
 
-/// @returns a descriptor that holds the lock. Where the file system knows no locks there is none.
-int lock(const fs::path& folder) {
+/// Locked for as long as it lives. Where the file system knows no locks there is none.
+std::shared_ptr<const void> lock(const fs::path& folder) {
   constexpr int kTries = 300;
   constexpr std::chrono::milliseconds kPause{10};
-  Descriptor descriptor(folder, O_RDONLY | O_DIRECTORY);
-  for (int i = 0; ::flock(descriptor.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; ++i) {
+  auto descriptor = std::make_shared<const Descriptor>(folder, O_RDONLY | O_DIRECTORY);
+  for (int i = 0; ::flock(descriptor->get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; ++i) {
     if (i == kTries) throw std::runtime_error("another program writes in " + folder.string());
     std::this_thread::sleep_for(kPause);
   }
-  return descriptor.release();
+  return descriptor;
 }
 
 int highestNumberIn(const fs::path& folder) {
@@ -167,41 +158,33 @@ std::string OwnedFolder::find(const std::string& wanted) {
 OwnedFolder::OwnedFolder(const std::string& wanted) : path_(find(wanted)) {
   std::error_code error;
   fs::create_directories(path_, error);
-  if (error) throw std::runtime_error(path_ + " cannot be made: " + error.message());
+  if (error) throw std::runtime_error(path() + " cannot be made: " + error.message());
   lock_ = lock(path_);
-  try {
-    finishWhatWasBegun(path_);
-  } catch (...) {
-    ::close(lock_);
-    throw;
-  }
+  fs::remove_all(path_ / kUnready);
+  if (fs::exists(path_ / kReady)) takeOverReady(path_);
 }
-
-OwnedFolder::~OwnedFolder() { ::close(lock_); }
 
 bool OwnedFolder::owns(const std::string& name) const {
   const std::vector<std::string> names = listIn(path_);
-  return std::find(names.begin(), names.end(), name) != names.end() &&
-         fs::exists(fs::path(path_) / name);
+  return std::find(names.begin(), names.end(), name) != names.end() && fs::exists(path_ / name);
 }
 
 void OwnedFolder::tryToWrite() {
   try {
     fs::remove_all(prepare(path_, {}));
   } catch (const std::system_error& error) {
-    throw std::runtime_error(path_ + " cannot be written to: " + error.code().message());
+    throw std::runtime_error(path() + " cannot be written to: " + error.code().message());
   }
 }
 
 std::string OwnedFolder::replace(const std::vector<FileText>& files) {
-  const fs::path folder(path_);
   for (const FileText& file : files) {
-    if (fs::exists(folder / file.name) && !owns(file.name)) return writeNumbered(files);
+    if (fs::exists(path_ / file.name) && !owns(file.name)) return writeNumbered(files);
   }
-  fs::rename(prepare(folder, files), folder / kReady);
-  synchronise(folder);
-  takeOverReady(folder);
-  return path_;
+  fs::rename(prepare(path_, files), path_ / kReady);
+  synchronise(path_);
+  takeOverReady(path_);
+  return path();
 }
 
 std::string OwnedFolder::add(const FileText& file) {
@@ -221,17 +204,16 @@ void OwnedFolder::claim() {
 }
 
 std::string OwnedFolder::writeNumbered(const std::vector<FileText>& files) {
-  const fs::path folder(path_);
-  const fs::path numbered = folder / std::to_string(highestNumberIn(folder) + 1);
-  fs::rename(prepare(folder, files), numbered);
-  synchronise(folder);
+  const fs::path numbered = path_ / std::to_string(highestNumberIn(path_) + 1);
+  fs::rename(prepare(path_, files), numbered);
+  synchronise(path_);
   return numbered;
 }
 
 std::vector<FileText> OwnedFolder::ownedFiles() const {
   std::vector<FileText> files;
   for (const std::string& name : listIn(path_)) {
-    if (owns(name)) files.push_back({name, textOf(fs::path(path_) / name)});
+    if (owns(name)) files.push_back({name, textOf(path_ / name)});
   }
   return files;
 }

@@ -1,78 +1,182 @@
 #include "bearing_calibration/filter/bearing_model.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/paper_state.h"
-#include "bearing_calibration/geometry/pose2.h"
+#include "bearing_calibration/filter/motion_model.h"
+#include "bearing_calibration/filter/observation.h"
 
 namespace bearing_calibration::core {
+namespace {
 
-Propagation propagateCartesian(const Vector5& state, const OdometryIncrement& motion) {
-  const Pose2& start_from_end = motion.start_from_end;
-  const Eigen::Matrix2d R_end_start = rotation2(-start_from_end.yaw_rad);
-  const Eigen::Vector2d light_in_end = R_end_start * (state.head<2>() - start_from_end.position_m);
-
-  Propagation next{state, Matrix5::Identity(), Eigen::Matrix<double, 5, 3>::Zero()};
-  next.state.head<2>() = light_in_end;
-  next.J_state_state.topLeftCorner<2, 2>() = R_end_start;
-  next.J_state_motion.topLeftCorner<2, 2>() = -R_end_start;
-  next.J_state_motion.topRightCorner<5, 1>().head<2>() = -perpendicular(light_in_end);
-  return next;
+CorrectedLight<kErrorCount> correctLight(const Eigen::Vector2d& light_in_base,
+                                         const ErrorVector& errors, const OdometryWindow& nearby,
+                                         int errors_in_use) {
+  CorrectedLight<kErrorCount> light;
+  light.in_base = light_in_base;
+  WheelFactors wheels;
+  forEachBlock(
+      [&](auto block, auto at) { decltype(block)::addTo(wheels, partOf(errors, block, at)); },
+      errors_in_use);
+  forEachBlock(
+      [&](auto block, auto at) {
+        decltype(block)::template correct<at.value>(light, nearby, wheels,
+                                                    partOf(errors, block, at));
+      },
+      errors_in_use);
+  return light;
 }
+
+/// A light as a sensor without errors sees it at the moment of a bearing.
+struct Ideal {
+  CorrectedLight<kErrorCount> light;
+  Eigen::Vector2d ray;  ///< from the sensor to the light
+  AzimuthModel azimuth;
+};
+
+Ideal seeIdeally(const Vector5& state, const ErrorVector& errors, const OdometryWindow& nearby,
+                 int errors_in_use) {
+  Ideal ideal;
+  ideal.light = correctLight(state.head<2>(), errors, nearby, errors_in_use);
+  Vector5 at_moment = state;
+  at_moment.head<2>() = ideal.light.in_base;
+  ideal.ray = ideal.light.in_base - state.segment<2>(CartesianIndex::kSensorX);
+  ideal.azimuth = azimuthFromCartesian(at_moment);
+  return ideal;
+}
+
+/// What the blocks of the sensor make of an angle, from the last of them to the first.
+template <class Corrected>
+Corrected bend(const Ideal& ideal, const ErrorVector& errors, int errors_in_use) {
+  Corrected angle;
+  angle.azimuth_rad = ideal.azimuth.azimuth_rad;
+  angle.range_m = ideal.ray.norm();
+  constexpr bool kBackwards = true;
+  forEachBlock(
+      [&](auto block, auto at) {
+        decltype(block)::template correct<at.value>(angle, partOf(errors, block, at));
+      },
+      errors_in_use, kBackwards);
+  return angle;
+}
+
+/// An angle with its Jacobian by the state, from those by what an ideal sensor sees.
+ExpectedAngle angleOf(const StateLayout& layout, int light, const Ideal& ideal, double angle_rad,
+                      double J_angle_ideal, double J_angle_range,
+                      const Eigen::Matrix<double, 1, kErrorCount>& J_angle_errors) {
+  const Eigen::RowVector2d J_angle_ray = J_angle_ideal * ideal.azimuth.J_azimuth_state.head<2>() +
+                                         J_angle_range * ideal.ray.transpose() / ideal.ray.norm();
+  ExpectedAngle angle{angle_rad, StateRow::Zero(layout.size())};
+  StateRow& J = angle.J_angle_state;
+  J.head<kMountSize>() << -J_angle_ray, -J_angle_ideal;
+  J.segment(kMountSize, layout.errors) =
+      J_angle_ray.lazyProduct(ideal.light.J_light_errors.leftCols(layout.errors)) +
+      J_angle_errors.head(layout.errors);
+  J.segment<2>(layout.lightAt(light)) = J_angle_ray * ideal.light.J_light_light;
+  return angle;
+}
+
+/// So many errors, from the first on, are not zero.
+int presentErrors(const ErrorVector& errors) {
+  int present = 0;
+  forEachBlock([&](auto block, auto at) {
+    if (!partOf(errors, block, at).isZero(0.0)) present = at.value + decltype(block)::kSize;
+  });
+  return present;
+}
+
+}  // namespace
 
 AzimuthModel azimuthFromCartesian(const Vector5& state) {
   const Eigen::Vector2d ray = state.head<2>() - state.segment<2>(CartesianIndex::kSensorX);
-  const Eigen::RowVector2d J_direction_observation =
-      perpendicular(ray).transpose() / ray.squaredNorm();
+  const Eigen::RowVector2d J_direction_ray = perpendicular(ray).transpose() / ray.squaredNorm();
   AzimuthModel model;
   model.azimuth_rad = wrapAngle(std::atan2(ray.y(), ray.x()) - state(CartesianIndex::kSensorYaw));
-  model.J_azimuth_state << J_direction_observation, -J_direction_observation, -1.0;
+  model.J_azimuth_state << J_direction_ray, -J_direction_ray, -1.0;
   return model;
 }
 
-Propagation propagatePaper(const Vector5& state, const OdometryIncrement& motion) {
-  // In the frame at the light whose x axis points to the base: the base stands at (D, 0) with the
-  // heading theta.
-  const double theta = state(PaperIndex::kTheta);
-  const Eigen::Matrix2d R_theta = rotation2(theta);
-  const Eigen::Vector2d step = R_theta * motion.start_from_end.position_m;
-  const Eigen::Vector2d base = Eigen::Vector2d(state(PaperIndex::kDistance), 0.0) + step;
-  const double distance = base.norm();
-  const Eigen::RowVector2d J_distance_base = base.transpose() / distance;
-  const Eigen::RowVector2d J_direction_base =
-      perpendicular(base).transpose() / (distance * distance);
-
-  Propagation next{state, Matrix5::Identity(), Eigen::Matrix<double, 5, 3>::Zero()};
-  next.state(PaperIndex::kDistance) = distance;
-  next.state(PaperIndex::kTheta) =
-      wrapAngle(theta + motion.start_from_end.yaw_rad - std::atan2(base.y(), base.x()));
-
-  const Eigen::Vector2d J_base_theta = perpendicular(step);
-  next.J_state_state.topLeftCorner<2, 2>() << J_distance_base.x(),
-      J_distance_base.dot(J_base_theta), -J_direction_base.x(),
-      1.0 - J_direction_base.dot(J_base_theta);
-  next.J_state_motion.topLeftCorner<1, 2>() = J_distance_base * R_theta;
-  next.J_state_motion.block<1, 2>(PaperIndex::kTheta, 0) = -J_direction_base * R_theta;
-  next.J_state_motion(PaperIndex::kTheta, 2) = 1.0;
-  return next;
+ExpectedAngle expectAzimuth(const StateLayout& layout, const StateVector& state, int light,
+                            const OdometryWindow& nearby) {
+  const ErrorVector errors = errorsOf(layout, state);
+  const Ideal ideal = seeIdeally(cartesianOf(layout, state, light), errors, nearby, layout.errors);
+  const auto azimuth = bend<CorrectedAzimuth<kErrorCount>>(ideal, errors, layout.errors);
+  return angleOf(layout, light, ideal, wrapAngle(azimuth.azimuth_rad), azimuth.J_azimuth_ideal,
+                 azimuth.J_azimuth_range, azimuth.J_azimuth_errors);
 }
 
-AzimuthModel azimuthFromPaper(const Vector5& state) {
-  const double distance = state(PaperIndex::kDistance);
-  const double rho = state(PaperIndex::kRho);
-  const double heading = state(PaperIndex::kTheta) + state(PaperIndex::kPhi);
-  const double s = std::sin(heading);
-  const double c = std::cos(heading);
-  const double gamma = distance * distance + 2.0 * distance * rho * c + rho * rho;
-  const double J_azimuth_heading = -distance * (distance + rho * c) / gamma;
+ExpectedAngle expectElevation(const StateLayout& layout, const StateVector& state, int light,
+                              const OdometryWindow& nearby) {
+  const ErrorVector errors = errorsOf(layout, state);
+  const Ideal ideal = seeIdeally(cartesianOf(layout, state, light), errors, nearby, layout.errors);
+  const auto elevation = bend<CorrectedElevation<kErrorCount>>(ideal, errors, layout.errors);
+  return angleOf(layout, light, ideal, elevation.elevation_rad, elevation.J_elevation_ideal,
+                 elevation.J_elevation_range, elevation.J_elevation_errors);
+}
 
-  AzimuthModel model;
-  model.azimuth_rad =
-      wrapAngle(std::atan2(-rho * s, -distance - rho * c) - heading - state(PaperIndex::kPsi));
-  model.J_azimuth_state << -rho * s / gamma, J_azimuth_heading, J_azimuth_heading,
-      distance * s / gamma, -1.0;
-  return model;
+ScalarUpdate prepareUpdate(const StateRow& H, double residual, double variance,
+                           const StateEstimate& estimate) {
+  ScalarUpdate update{
+      H.transpose(), estimate.covariance.lazyProduct(H.transpose()), variance, {residual, 0.0}};
+  update.innovation.variance = update.H.dot(update.gain) + variance;
+  update.gain /= update.innovation.variance;
+  return update;
+}
+
+void apply(const ScalarUpdate& update, StateEstimate* estimate) {
+  constexpr Eigen::Index kFew = 5;
+  const StateVector& K = update.gain;
+  StateMatrix& P = estimate->covariance;
+  estimate->mean += K * update.innovation.residual;
+  if (K.size() <= kFew) {
+    StateMatrix I_KH = -K.lazyProduct(update.H.transpose());
+    I_KH.diagonal().array() += 1.0;
+    const StateMatrix I_KH_P = I_KH.lazyProduct(P);
+    P = I_KH_P.lazyProduct(I_KH.transpose()) + (update.variance * K).lazyProduct(K.transpose());
+  } else {  // multiplied out: the cost grows with the square of the states instead of their cube
+    const StateVector PHt = update.innovation.variance * K;
+    P.noalias() -= K.lazyProduct(PHt.transpose());
+    const StateVector left = update.variance * K - P.lazyProduct(update.H);
+    P.noalias() += left.lazyProduct(K.transpose());
+  }
+  symmetrise(&P);
+}
+
+double residualOf(const Observation& observation, const Vector5& state, const ErrorVector& errors) {
+  const int present = presentErrors(errors);
+  const Ideal ideal = seeIdeally(state, errors, observation.nearby, present);
+  return wrapAngle(observation.azimuth_rad -
+                   bend<CorrectedAzimuth<kErrorCount>>(ideal, errors, present).azimuth_rad);
+}
+
+std::optional<double> elevationResidualOf(const Observation& observation, const Vector5& state,
+                                          const ErrorVector& errors) {
+  if (!observation.elevation) return std::nullopt;
+  const Ideal ideal = seeIdeally(state, errors, observation.nearby, kErrorCount);
+  const auto elevation = bend<CorrectedElevation<kErrorCount>>(ideal, errors, kErrorCount);
+  return observation.elevation->angle_rad - elevation.elevation_rad;
+}
+
+Pose2 stampFromMoment(const Observation& observation, const ErrorVector& errors) {
+  // where the base's own origin lies, seen from the moment, is all that it takes
+  const auto origin =
+      correctLight(Eigen::Vector2d::Zero(), errors, observation.nearby, kErrorCount);
+  const Eigen::Matrix2d& R = origin.J_light_light;
+  return Pose2{origin.in_base, std::atan2(R(1, 0), R(0, 0))}.inverse();
+}
+
+std::vector<Observation> withoutErrors(const std::vector<Observation>& observations,
+                                       const ErrorVector& errors) {
+  std::vector<Observation> corrected = observations;
+  Pose2 last;
+  for (Observation& observation : corrected) {
+    const Pose2 stamp_from_moment = stampFromMoment(observation, errors);
+    const Pose2 motion = correctMotion(observation.motion, errors).start_from_end;
+    observation.motion.start_from_end = last.inverse() * motion * stamp_from_moment;
+    last = stamp_from_moment;
+  }
+  return corrected;
 }
 
 }  // namespace bearing_calibration::core

@@ -7,6 +7,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/cancellation.h"
 #include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/robust_loss.h"
 #include "bearing_calibration/init/closed_form.h"
 
 namespace bearing_calibration::core {
@@ -15,18 +16,6 @@ namespace {
 constexpr double kCapSigmas = 3.0;
 
 double rangeOf(const Vector5& state) { return (state.head<2>() - state.segment<2>(2)).norm(); }
-
-/// Huber's cost of a residual and its weight in a least-squares step.
-struct Huber {
-  double cost;
-  double weight;
-};
-
-Huber huber(double sigmas, double limit) {
-  const double size = std::abs(sigmas);
-  if (size <= limit) return {size * size, 1.0};
-  return {limit * (2.0 * size - limit), limit / size};
-}
 
 /// Gradient and Hessian of half the cost.
 struct NormalEquations {
@@ -49,8 +38,8 @@ FixedPathFit evaluate(const std::vector<PosedObservation>& observations, const V
     if (normal == nullptr) continue;
     Eigen::Matrix<double, 1, 5> J = model.J_azimuth_state / stddev;
     J.head<2>() = (J.head<2>() * rotation2(-observation.first_from_base.yaw_rad)).eval();
-    normal->gradient += robust.weight * sigmas * J.transpose();
-    normal->hessian.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose(), robust.weight);
+    normal->gradient += sigmas / robust.doubt * J.transpose();
+    normal->hessian.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose(), 1.0 / robust.doubt);
   }
   return fit;
 }

@@ -89,7 +89,7 @@ class Search {
     for (const Start& start : starts) {
       BatchEstimate batch =
           refine(observations_, start.fit.state_at_first, window.middle(), start.errors, config_);
-      if (!batch.at_last_observation.mean.allFinite()) continue;
+      if (batch.last.empty() || !batch.last.mean.allFinite()) continue;
       if (!result_.best || batch.cost < result_.best->cost) result_.best = std::move(batch);
     }
   }
@@ -101,8 +101,7 @@ class Search {
     double ahead = 0.0;  // of what was found
     if (!others.empty() && others.front().gap < 0.0) {
       ahead = others.front().gap;
-      const Vector5& found = result_.best->at_last_observation.mean;
-      result_.rival.offer(-ahead, found.tail<3>());
+      result_.rival.offer(-ahead, result_.best->last.mount().mean);
       result_.best = std::move(others.front().fit);
       others.erase(others.begin());
     }
@@ -126,8 +125,7 @@ Answer findAnswer(const std::vector<Observation>& observations, const Initialize
   const SearchResult search = Search(observations, config).run();
   if (!search.best) return {};
   Answer answer{BatchEstimator(config.batch)
-                    .estimate(observations, {search.best->at_last_observation.mean,
-                                             observations.size() - 1, search.best->errors.mean}),
+                    .estimate(observations, {search.best->last, observations.size() - 1}),
                 search.rival};
   if (answer.fit->path.points.empty()) answer.fit.reset();
   return answer;
@@ -141,10 +139,9 @@ bool areAlike(const NoiseLevels& a, const NoiseLevels& b) {
          std::abs(std::log(a.wheel.value / b.wheel.value)) < std::log(kWheelFactor);
 }
 
-void describe(const RobotEstimate& estimate, StartAttempt* attempt) {
-  attempt->estimate = estimate.cartesian;
-  attempt->errors = estimate.errors;
-  attempt->weakest = weakestDirection(estimate.cartesian);
+void describe(const StateEstimate& estimate, StartAttempt* attempt) {
+  attempt->estimate = estimate;
+  attempt->weakest = weakestDirection(estimate.cartesian());
 }
 
 void describe(const Answer& answer, StartAttempt* attempt) {
@@ -209,11 +206,11 @@ StartAttempt findStart(const std::vector<Observation>& observations,
   }
   attempt.obstacle = StartObstacle::kNoSolution;
   if (!answer.fit) return attempt;
-  const auto reviewed = [&](const RobotEstimate& estimate) {
+  const auto reviewed = [&](const StateEstimate& estimate) {
     return review ? withItsNoise(estimate, *answer.fit, *review) : estimate;
   };
   describe(answer, &attempt);
-  describe(reviewed(answer.fit->robot()), &attempt);
+  describe(reviewed(answer.fit->last), &attempt);
   attempt.obstacle = answerObstacle(attempt, *answer.fit, config);
   if (!attempt.ready()) return attempt;
   describe(reviewed(averageOverSlips(weighed, *answer.fit, config.batch).estimate), &attempt);

@@ -26,11 +26,12 @@ namespace {
 
 /// The Cartesian state at a record's first observation, without the robot's errors.
 Vector5 stateAtFirst(const std::vector<Observation>& observations,
-                     const std::vector<PosedObservation>& posed, const BatchEstimate& found) {
-  Vector5 state = found.at_last_observation.mean;
-  state.head<2>() = posed.back().first_from_base *
-                    (stampFromMoment(observations.back(), found.errors.mean).inverse() *
-                     Eigen::Vector2d(state.head<2>()));
+                     const std::vector<PosedObservation>& posed, const BatchEstimate& found,
+                     const ErrorVector& errors) {
+  Vector5 state = cartesianOf(found.last.layout, found.last.mean, 0);
+  state.head<2>() =
+      posed.back().first_from_base *
+      (stampFromMoment(observations.back(), errors).inverse() * Eigen::Vector2d(state.head<2>()));
   return state;
 }
 
@@ -41,19 +42,19 @@ std::vector<OtherAnswer> findOtherAnswers(const std::vector<Observation>& all,
                                           const InitializerConfig& config) {
   constexpr int kMostRefined = 3;
   const std::vector<Observation> observations = thinned(all, kObservationsOfSearch);
-  const ErrorVector errors = found.errors.mean;
+  const ErrorVector errors = errorsOf(found.last.layout, found.last.mean);
   const std::vector<PosedObservation> posed = poseWithout(observations, errors);
   const FixedPathWeight weight{posed.size() / 2};
   const auto fitFrom = [&](const Vector5& state_at_first) {
     return refine(observations, state_at_first, weight.reference, errors, config);
   };
-  const Vector5 first = stateAtFirst(observations, posed, found);
+  const Vector5 first = stateAtFirst(observations, posed, found, errors);
   // fitted again, as the others are, to the path that the odometry alone gives
   const double found_cost = fitOnFixedPath(posed, first, weight).cost;
   const double within_m = sameMountWithin(summariseMotion(observations).extent_m);
   std::optional<double> cost;  // of what was found, on these observations
   if (observations.size() == all.size()) cost = found.cost;
-  std::vector<Vector5> refined = {found.at_last_observation.mean};
+  std::vector<Vector5> refined = {found.last.cartesian().mean};
   std::vector<OtherAnswer> answers;
   for (const FixedPathFit& other : findOtherMinima(posed, first, within_m)) {
     const double margin = other.cost - found_cost;
@@ -63,7 +64,8 @@ std::vector<OtherAnswer> findOtherAnswers(const std::vector<Observation>& all,
       continue;
     }
     BatchEstimate batch = fitFrom(other.state_at_first);
-    const Vector5 state = batch.at_last_observation.mean;
+    if (batch.last.empty()) continue;
+    const Vector5 state = batch.last.cartesian().mean;
     const bool is_known = std::any_of(refined.begin(), refined.end(), [&](const Vector5& known) {
       return isSameMount(known, state, within_m);
     });

@@ -6,10 +6,6 @@
 namespace bearing_calibration::core {
 namespace {
 
-double rangeOf(const Vector5& state) {
-  return (state.head<2>() - state.segment<2>(CartesianIndex::kSensorX)).norm();
-}
-
 bool isWellKnown(const CartesianEstimate& estimate, double range, double extent_m,
                  const InitializerConfig& config) {
   const Vector5 stddev = estimate.covariance.diagonal().cwiseSqrt();
@@ -44,7 +40,8 @@ StartObstacle motionObstacle(std::size_t observations, const MotionSummary& moti
 
 StartObstacle answerObstacle(const StartAttempt& attempt, const BatchEstimate& batch,
                              const InitializerConfig& config) {
-  const double range = rangeOf(attempt.estimate.mean);
+  const CartesianEstimate estimate = attempt.estimate.cartesian();
+  const double range = estimate.range();
   if (!batch.converged) return StartObstacle::kNoSolution;
   if (!fitsWell(batch, config)) return StartObstacle::kPoorFit;
   if (range < config.min_light_distance_m) return StartObstacle::kLightTooNear;
@@ -53,7 +50,7 @@ StartObstacle answerObstacle(const StartAttempt& attempt, const BatchEstimate& b
       attempt.motion.path_m < config.min_path_per_range * range) {
     return StartObstacle::kTooShortPath;
   }
-  if (!isWellKnown(attempt.estimate, range, attempt.motion.extent_m, config))
+  if (!isWellKnown(estimate, range, attempt.motion.extent_m, config))
     return StartObstacle::kWeakDirection;
   if (2.0 * attempt.rival.gap < config.min_runner_up_margin) return StartObstacle::kAmbiguous;
   return StartObstacle::kNone;

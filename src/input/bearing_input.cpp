@@ -8,6 +8,28 @@
 namespace bearing_calibration::core {
 namespace {
 
+/// Whether a candidate is a bearing at all.
+InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& config) {
+  constexpr double kTurn_rad = 2.0 * kPi * (1.0 + 1e-6);  // 2 pi as a float is a little more
+  const double variance = candidate.azimuth_variance_rad2;
+  if (!std::isfinite(candidate.azimuth_rad)) {
+    return {InputStatus::kAzimuthNotFinite, candidate.azimuth_rad};
+  }
+  if (std::abs(candidate.azimuth_rad) > kTurn_rad) {
+    return {InputStatus::kAzimuthBeyondATurn, candidate.azimuth_rad};
+  }
+  if (!(std::isfinite(variance) && variance > 0.0)) {
+    return {InputStatus::kVarianceNotPositive, variance};
+  }
+  if (variance > config.max_stddev_rad * config.max_stddev_rad) {
+    return {InputStatus::kVarianceAbsurd, variance};
+  }
+  if (!(candidate.probability >= 0.0 && candidate.probability <= 1.0)) {
+    return {InputStatus::kProbabilityOutOfRange, candidate.probability};
+  }
+  return {};
+}
+
 /// A stated variance below `least` becomes that. NaN, zero and less say that there is none.
 void raiseVariance(double least, double* variance, std::vector<InputOutcome>* remarks) {
   if (!(*variance > 0.0 && *variance < least)) return;
@@ -29,27 +51,6 @@ InputOutcome checkGeometry(const SensorGeometry& geometry) {
   for (const double value : {geometry.harmonic_stddev_rad, geometry.nearness_stddev_rad_m,
                              std::abs(geometry.near_per_far_m)}) {
     if (!(value >= 0.0 && value <= kMost)) return {InputStatus::kGeometryAbsurd, value};
-  }
-  return {};
-}
-
-InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& config) {
-  constexpr double kTurn_rad = 2.0 * kPi * (1.0 + 1e-6);  // 2 pi as a float is a little more
-  const double variance = candidate.azimuth_variance_rad2;
-  if (!std::isfinite(candidate.azimuth_rad)) {
-    return {InputStatus::kAzimuthNotFinite, candidate.azimuth_rad};
-  }
-  if (std::abs(candidate.azimuth_rad) > kTurn_rad) {
-    return {InputStatus::kAzimuthBeyondATurn, candidate.azimuth_rad};
-  }
-  if (!(std::isfinite(variance) && variance > 0.0)) {
-    return {InputStatus::kVarianceNotPositive, variance};
-  }
-  if (variance > config.max_stddev_rad * config.max_stddev_rad) {
-    return {InputStatus::kVarianceAbsurd, variance};
-  }
-  if (!(candidate.probability >= 0.0 && candidate.probability <= 1.0)) {
-    return {InputStatus::kProbabilityOutOfRange, candidate.probability};
   }
   return {};
 }

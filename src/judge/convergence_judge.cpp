@@ -74,12 +74,6 @@ std::optional<DisplacementTest> findDisplacement(const BatchEstimate& fit, doubl
   return std::nullopt;
 }
 
-/// Way with its turns: those of a point half a metre from the centre.
-double motionOf(double distance_m, double rotation_rad) {
-  constexpr double kLever_m = 0.5;
-  return distance_m + kLever_m * rotation_rad;
-}
-
 double motionTo(const Observation& observation) {
   return motionOf(observation.motion.distance_m, observation.motion.rotation_rad);
 }
@@ -130,6 +124,11 @@ void ConvergenceConfig::declare(Parameters& params) {
   params.number("converged/yaw_stddev", yaw_stddev_rad, kLeastAngle_rad, kTurn_rad);
 }
 
+double motionOf(double distance_m, double rotation_rad) {
+  constexpr double kLever_m = 0.5;
+  return distance_m + kLever_m * rotation_rad;
+}
+
 double motionOf(const std::vector<Observation>& record,
                 const std::optional<RecordBeginning>& beginning) {
   double motion_m = beginning ? motionOf(beginning->distance_m, beginning->rotation_rad) : 0.0;
@@ -165,7 +164,7 @@ void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Obse
   }
   const double motion_m = motionOf(record, settled->best.beginning);
   if (confirmed_) {
-    if (staysWhereItWas(mountFromCartesian(tracker.filter().cartesian()), motion_m)) return;
+    if (staysWhereItWas(tracker.filter().estimate().mount(), motion_m)) return;
     last_ = {CalibrationState::kConverging,
              "the estimate has changed by more than its uncertainty: the next metre and turn must "
              "confirm it"};
@@ -184,8 +183,7 @@ bool ConvergenceJudge::staysWhereItWas(const MountEstimate& mount, double motion
   constexpr double kFalseAlarm = 1e-4;
   static const double kLargest = chiSquareQuantile(1.0 - kFalseAlarm, kMountDegrees);
   if (claimed_) {
-    Eigen::Vector3d leap = mount.mean - claimed_->mean;
-    leap.z() = wrapAngle(leap.z());
+    const Eigen::Vector3d leap = mountDifference(mount.mean, claimed_->mean);
     if (leap.dot(claimed_->covariance.ldlt().solve(leap)) <= kLargest) {
       leapt_since_m_.reset();
     } else if (!leapt_since_m_) {
@@ -204,7 +202,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   if (const auto why = inconsistency(tracker.consistency())) {
     return {CalibrationState::kInconsistent, *why, Fault::kScatter};
   }
-  const CartesianEstimate estimate = tracker.filter().cartesian();
+  const StateEstimate estimate = withNearness(tracker.filter().estimate(), nearness_stddev_m_);
   if (mount_moved_) return *mount_moved_;
   if (!settled) return stillConverging(estimate);
   // What comes after the light was lost may be another light for a while, or the light after a
@@ -216,8 +214,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
     mount_moved_ = mountMoved(*jump);
     return *mount_moved_;
   }
-  const MountEstimate mount = mountFromCartesian(withNearness(estimate, nearness_stddev_m_));
-  if (!meetsTargets(mount, config_)) return stillConverging(estimate);
+  if (!meetsTargets(estimate.mount(), config_)) return stillConverging(estimate);
   if (jump) {
     return {CalibrationState::kInconsistent,
             "two parts of the drive give different mounts: check the latency and the wheels' "
@@ -248,15 +245,13 @@ Judgement ConvergenceJudge::mountMoved(const DisplacementTest& jump) {
           Fault::kMountMoved};
 }
 
-Judgement ConvergenceJudge::stillConverging(const CartesianEstimate& estimate) const {
-  const Eigen::Vector3d stddev = mountFromCartesian(withNearness(estimate, nearness_stddev_m_))
-                                     .covariance.diagonal()
-                                     .cwiseSqrt();
+Judgement ConvergenceJudge::stillConverging(const StateEstimate& estimate) {
+  const Eigen::Vector3d stddev = estimate.mount().covariance.diagonal().cwiseSqrt();
   return {CalibrationState::kConverging,
           format("position known to %.3f m and yaw to %.2f deg: keep driving straight lines and "
                  "turns; the light is %.1f m away, nearer is better",
                  stddev.head<2>().maxCoeff(), degreesFromRadians(stddev.z()),
-                 (estimate.lightInBase() - estimate.sensorInBase()).norm())};
+                 estimate.cartesian().range())};
 }
 
 }  // namespace bearing_calibration::core

@@ -3,9 +3,9 @@
 #include <optional>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/judge/mount_agreement.h"
 #include "bearing_calibration/record/observation_change.h"
 #include "bearing_calibration/record/observation_path.h"
+#include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -89,7 +89,7 @@ class FaultSearch {
     const StartAttempt second = findStart({middle, observations_.end()}, config_);
     constexpr double kSameMount = 0.999;
     return first.ready() && second.ready() &&
-           disagreement(mountFromCartesian(first.estimate), mountFromCartesian(second.estimate)) <
+           disagreement(first.estimate.mount(), second.estimate.mount()) <
                chiSquareQuantile(kSameMount, 3.0);
   }
 

@@ -8,7 +8,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/judge/mount_agreement.h"
+#include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -74,9 +74,7 @@ double contradiction(const MountEstimate& own, const MountEstimate& joint) {
   // Directions in which the joint estimate says hardly more than the light's own do not count.
   constexpr double kLeastGain = 0.05;
   const Eigen::LLT<Eigen::Matrix3d> root(own.covariance);
-  Eigen::Vector3d difference = own.mean - joint.mean;
-  difference.z() = wrapAngle(difference.z());
-  const Eigen::Vector3d standardised = root.matrixL().solve(difference);
+  const Eigen::Vector3d standardised = root.matrixL().solve(mountDifference(own.mean, joint.mean));
   const Eigen::Matrix3d half = root.matrixL().solve(joint.covariance);
   const Eigen::Matrix3d ratio = root.matrixL().solve(half.transpose());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (ratio + ratio.transpose()));

@@ -4,14 +4,6 @@
 
 namespace bearing_calibration::core {
 
-double DriveGeometry::leftMetersPerTick() const {
-  return 2.0 * kPi * left_wheel_radius_m / ticks_per_revolution;
-}
-
-double DriveGeometry::rightMetersPerTick() const {
-  return 2.0 * kPi * right_wheel_radius_m / ticks_per_revolution;
-}
-
 void DriveGeometry::declare(Parameters& params) {
   using namespace plausible;
   constexpr double kWidestRobot_m = 100.0;

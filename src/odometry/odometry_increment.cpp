@@ -1,5 +1,6 @@
 #include "bearing_calibration/odometry/odometry_increment.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace bearing_calibration::core {
@@ -15,6 +16,15 @@ Sinc sinc(double x) {
   constexpr double kSeriesBelow = 1e-4;  // the series' next terms, x^4/120 and x^3/30, are < 1e-13
   if (std::abs(x) < kSeriesBelow) return {1.0 - x * x / 6.0, -x / 3.0};
   return {std::sin(x) / x, (std::cos(x) - std::sin(x) / x) / x};
+}
+
+/// Covariance of (left_m, right_m) of one displacement (doc/model.md, eq. 3).
+Eigen::Matrix2d wheelCovariance(const WheelDisplacement& wheels, const WheelNoise& noise) {
+  Eigen::Matrix2d covariance =
+      Eigen::Matrix2d::Constant(noise.common_k_m * 0.5 * std::abs(wheels.left_m + wheels.right_m));
+  covariance(0, 0) += noise.independent_k_m * std::abs(wheels.left_m);
+  covariance(1, 1) += noise.independent_k_m * std::abs(wheels.right_m);
+  return covariance;
 }
 
 }  // namespace
@@ -34,16 +44,6 @@ Arc arcFromWheels(const WheelDisplacement& wheels, double wheel_separation_m) {
   Eigen::Matrix2d J_motion_wheels;
   J_motion_wheels << 0.5, 0.5, -1.0 / wheel_separation_m, 1.0 / wheel_separation_m;
   return {{distance * chord.value * direction, wrapAngle(turn)}, J_pose_motion * J_motion_wheels};
-}
-
-Eigen::Matrix2d wheelCovariance(const WheelDisplacement& wheels, const WheelNoise& noise) {
-  const double left = std::abs(wheels.left_m);
-  const double right = std::abs(wheels.right_m);
-  Eigen::Matrix2d covariance =
-      Eigen::Matrix2d::Constant(noise.common_k_m * 0.5 * std::abs(wheels.left_m + wheels.right_m));
-  covariance(0, 0) += noise.independent_k_m * left;
-  covariance(1, 1) += noise.independent_k_m * right;
-  return covariance;
 }
 
 OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplacement& wheels,
@@ -66,15 +66,48 @@ OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplace
 }
 
 OdometryIncrement append(const OdometryIncrement& first, const OdometryIncrement& second) {
-  const Pose2Composition sum = compose(first.start_from_end, second.start_from_end);
+  const Eigen::Matrix2d R_first = rotation2(first.start_from_end.yaw_rad);
+  Eigen::Matrix3d J_sum_first = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d J_sum_second = Eigen::Matrix3d::Identity();
+  J_sum_first.topRightCorner<2, 1>() = perpendicular(R_first * second.start_from_end.position_m);
+  J_sum_second.topLeftCorner<2, 2>() = R_first;
   OdometryIncrement result;
-  result.start_from_end = sum.a_from_c;
-  result.covariance = sum.J_ac_ab * first.covariance * sum.J_ac_ab.transpose() +
-                      sum.J_ac_bc * second.covariance * sum.J_ac_bc.transpose();
-  result.J_pose_wheels = sum.J_ac_ab * first.J_pose_wheels + sum.J_ac_bc * second.J_pose_wheels;
+  result.start_from_end = first.start_from_end * second.start_from_end;
+  result.covariance = J_sum_first * first.covariance * J_sum_first.transpose() +
+                      J_sum_second * second.covariance * J_sum_second.transpose();
+  result.J_pose_wheels = J_sum_first * first.J_pose_wheels + J_sum_second * second.J_pose_wheels;
   result.distance_m = first.distance_m + second.distance_m;
   result.rotation_rad = first.rotation_rad + second.rotation_rad;
   return result;
+}
+
+OdometryWindow::OdometryWindow(const std::array<WheelDisplacement, kSamples>& samples,
+                               double wheel_separation_m)
+    : samples_(samples), wheel_separation_m_(wheel_separation_m) {
+  const WheelDisplacement zero = samples_[kBefore];
+  for (WheelDisplacement& sample : samples_) {
+    sample.left_m -= zero.left_m;
+    sample.right_m -= zero.right_m;
+  }
+}
+
+std::size_t OdometryWindow::intervalAt(double time_s) {
+  const double steps = std::floor(time_s / kStep_s) + kBefore;
+  return static_cast<std::size_t>(std::clamp(steps, 0.0, static_cast<double>(kSamples - 2)));
+}
+
+WheelDisplacement OdometryWindow::travelTo(double time_s) const {
+  const std::size_t i = intervalAt(time_s);
+  const WheelSpeeds speeds = speedsAt(time_s);
+  const double since_s = time_s - (static_cast<double>(i) - kBefore) * kStep_s;
+  return {samples_[i].left_m + speeds.left_mps * since_s,
+          samples_[i].right_m + speeds.right_mps * since_s};
+}
+
+WheelSpeeds OdometryWindow::speedsAt(double time_s) const {
+  const std::size_t i = intervalAt(time_s);
+  return {(samples_[i + 1].left_m - samples_[i].left_m) / kStep_s,
+          (samples_[i + 1].right_m - samples_[i].right_m) / kStep_s};
 }
 
 }  // namespace bearing_calibration::core

@@ -4,17 +4,9 @@
 #include <stdexcept>
 
 namespace bearing_calibration::core {
-namespace {
-
-constexpr std::size_t kMaxReadings = 1U << 15U;  // 1.3 MB; 32 s of a 1 kHz encoder
-
-}  // namespace
 
 OdometryTrack::OdometryTrack(double wheel_separation_m, const WheelNoise& noise, Duration history)
-    : wheel_separation_m_(wheel_separation_m),
-      noise_(noise),
-      history_(history),
-      readings_(kMaxReadings) {}
+    : wheel_separation_m_(wheel_separation_m), noise_(noise), history_(history) {}
 
 void OdometryTrack::add(const WheelTravel& travel) {
   if (!empty() && travel.stamp <= newest()) {
@@ -30,7 +22,7 @@ bool OdometryTrack::covers(Stamp stamp) const {
 }
 
 OdometryIncrement OdometryTrack::motionTo(Stamp stamp) const {
-  if (!covers(stamp)) throw std::invalid_argument("OdometryTrack::motionTo: stamp not covered");
+  const WheelTravel end = travelAt(stamp);
   if (!anchor_) return {};
   if (stamp < anchor_->stamp) {
     throw std::invalid_argument("OdometryTrack::motionTo: stamp before the anchor");
@@ -44,20 +36,20 @@ OdometryIncrement OdometryTrack::motionTo(Stamp stamp) const {
     increment = appendTravel(increment, from, *next);
     from = *next;
   }
-  return appendTravel(increment, from, interpolate(stamp));
+  return appendTravel(increment, from, end);
 }
 
 OdometryWindow OdometryTrack::travelAround(Stamp stamp) const {
-  if (!covers(stamp)) throw std::invalid_argument("OdometryTrack::travelAround: stamp not covered");
+  if (!covers(stamp)) throw std::invalid_argument("OdometryTrack: stamp not covered");
   const Duration step = durationFromSeconds(OdometryWindow::kStep_s);
   std::array<WheelDisplacement, OdometryWindow::kSamples> samples;
   for (int i = 0; i < OdometryWindow::kSamples; ++i) {
     const Stamp moment = stamp + (i - OdometryWindow::kBefore) * step;
-    const WheelTravel travel = interpolate(std::clamp(moment, oldest(), newest()));
+    const WheelTravel travel = travelAt(std::clamp(moment, oldest(), newest()));
     auto& sample = samples[static_cast<std::size_t>(i)];
     sample = {travel.left_m, travel.right_m};
     if (moment <= newest() || readings_.size() < 2) continue;
-    const WheelTravel before = interpolate(std::max(newest() - step, oldest()));
+    const WheelTravel before = travelAt(std::max(newest() - step, oldest()));
     const double ahead =
         secondsFromDuration(moment - newest()) / secondsFromDuration(newest() - before.stamp);
     sample.left_m += ahead * (travel.left_m - before.left_m);
@@ -67,12 +59,12 @@ OdometryWindow OdometryTrack::travelAround(Stamp stamp) const {
 }
 
 void OdometryTrack::anchorAt(Stamp stamp) {
-  if (!covers(stamp)) throw std::invalid_argument("OdometryTrack::anchorAt: stamp not covered");
-  anchor_ = interpolate(stamp);
+  anchor_ = travelAt(stamp);
   folded_ = {};
 }
 
-WheelTravel OdometryTrack::interpolate(Stamp stamp) const {
+WheelTravel OdometryTrack::travelAt(Stamp stamp) const {
+  if (!covers(stamp)) throw std::invalid_argument("OdometryTrack: stamp not covered");
   const auto after = std::lower_bound(
       readings_.begin(), readings_.end(), stamp,
       [](const WheelTravel& reading, Stamp moment) { return reading.stamp < moment; });

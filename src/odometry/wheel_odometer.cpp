@@ -16,21 +16,16 @@ double largest(const WheelDisplacement& wheels) {
 
 }  // namespace
 
-std::int64_t wrappedTickDifference(std::int64_t from_ticks, std::int64_t to_ticks, int bits) {
-  const std::uint64_t difference =
-      static_cast<std::uint64_t>(to_ticks) - static_cast<std::uint64_t>(from_ticks);
-  if (bits == 64) return static_cast<std::int64_t>(difference);
-  const std::uint64_t range = std::uint64_t{1} << bits;
-  const std::uint64_t wrapped = difference & (range - 1);
-  return wrapped < range / 2
-             ? static_cast<std::int64_t>(wrapped)
-             : static_cast<std::int64_t>(wrapped) - static_cast<std::int64_t>(range);
+void JointRange::add(double position_rad) {
+  least_rad_ = std::min(least_rad_, position_rad);
+  most_rad_ = std::max(most_rad_, position_rad);
 }
 
-bool fitsCounter(std::int64_t ticks, int bits) {
-  if (bits == 64) return true;
-  const std::int64_t range = std::int64_t{1} << bits;
-  return ticks >= -range / 2 && ticks < range;
+double JointRange::turn(double from_rad, double to_rad) const {
+  constexpr double kRounding_rad = 1e-3;  // of drivers that count in floats
+  const double range_rad = std::max(most_rad_, to_rad) - std::min(least_rad_, to_rad);
+  const double turn_rad = to_rad - from_rad;
+  return range_rad < 2.0 * kPi + kRounding_rad ? wrapAngle(turn_rad) : turn_rad;
 }
 
 InputOutcome WheelOdometer::add(const WheelCounts& ticks) {
@@ -110,14 +105,16 @@ double WheelOdometer::farthestCertain(const Reading& from, const Reading& to) co
     return std::ldexp(0.5, geometry_.counter_bits) *
            std::min(geometry_.leftMetersPerTick(), geometry_.rightMetersPerTick());
   }
-  double farthest_m = std::numeric_limits<double>::infinity();
-  if (left_joint_.seemsToWrap(from.angles.left_rad, to.angles.left_rad)) {
-    farthest_m = kPi * geometry_.left_wheel_radius_m;
-  }
-  if (right_joint_.seemsToWrap(from.angles.right_rad, to.angles.right_rad)) {
-    farthest_m = std::min(farthest_m, kPi * geometry_.right_wheel_radius_m);
-  }
-  return farthest_m;
+  // A joint that is taken the shorter way round has wrapped, or turned by more than a half.
+  const auto certain_m = [](const JointRange& joint, double from_rad, double to_rad,
+                            double radius_m) {
+    const bool seems_to_wrap = joint.turn(from_rad, to_rad) != to_rad - from_rad;
+    return seems_to_wrap ? kPi * radius_m : std::numeric_limits<double>::infinity();
+  };
+  return std::min(certain_m(left_joint_, from.angles.left_rad, to.angles.left_rad,
+                            geometry_.left_wheel_radius_m),
+                  certain_m(right_joint_, from.angles.right_rad, to.angles.right_rad,
+                            geometry_.right_wheel_radius_m));
 }
 
 double WheelOdometer::timeBetween(const Reading& from, const Reading& to) const {

@@ -1,5 +1,6 @@
 #include "bearing_calibration/optics/conic_mirror.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -27,7 +28,6 @@ double exitAngle(const ConicMirror& mirror, double ray_angle_rad) {
 
 /// The path from the lens over the mirror to a light, all in one plane through the axis.
 struct LightPath {
-  double ray_angle_rad;
   double hit_radius_m;       ///< r
   double lens_to_mirror_m;   ///< s1
   double mirror_to_light_m;  ///< s2
@@ -43,7 +43,7 @@ LightPath pathToDistance(const ConicMirror& mirror, double ray_angle_rad, double
     throw std::invalid_argument("a light at " + std::to_string(distance_m) +
                                 " m from the axis lies inside the mirror");
   }
-  return {ray_angle_rad, hit_radius_m, lens_to_mirror_m, mirror_to_light_m};
+  return {hit_radius_m, lens_to_mirror_m, mirror_to_light_m};
 }
 
 /// In a plane through the axis the cone is a plane mirror: the light appears at its reflection in
@@ -57,6 +57,24 @@ double rayAngleFromLight(const ConicMirror& mirror, const LightPlace& light) {
 }
 
 double vergence(double distance_m) { return 1.0 / distance_m; }
+
+double rayAngleFromRadius(const ConicMirror& mirror, double image_radius_px) {
+  return std::atan(image_radius_px / imageDistancePx(mirror));
+}
+
+double radiusFromRayAngle(const ConicMirror& mirror, double ray_angle_rad) {
+  return imageDistancePx(mirror) * std::tan(ray_angle_rad);
+}
+
+/// How far the rim's centre lies from the principal point, for a lean and for an offset of 1
+/// [px/rad, px/m].
+Eigen::Vector2d rimShift(const ConicMirror& mirror) {
+  const double R = mirror.base_radius_m;
+  const double rim_over_apex_m = R * cot(mirror.half_angle_rad);
+  const double d = mirror.lens_to_apex_m + rim_over_apex_m;
+  // The rim is carried along by the lean, and its nearer side looks larger.
+  return imageDistancePx(mirror) * Eigen::Vector2d(rim_over_apex_m / d + R * R / (d * d), 1.0 / d);
+}
 
 }  // namespace
 
@@ -99,14 +117,6 @@ double imageDistancePx(const ConicMirror& mirror) {
   return 1.0 / (image_vergence * mirror.pixel_pitch_m);
 }
 
-double rayAngleFromRadius(const ConicMirror& mirror, double image_radius_px) {
-  return std::atan(image_radius_px / imageDistancePx(mirror));
-}
-
-double radiusFromRayAngle(const ConicMirror& mirror, double ray_angle_rad) {
-  return imageDistancePx(mirror) * std::tan(ray_angle_rad);
-}
-
 double elevationFromRadius(const ConicMirror& mirror, double image_radius_px) {
   return 0.5 * kPi - exitAngle(mirror, rayAngleFromRadius(mirror, image_radius_px));
 }
@@ -128,24 +138,6 @@ double rimRadiusPx(const ConicMirror& mirror) {
   const double rim_height_m =
       mirror.lens_to_apex_m + mirror.base_radius_m * cot(mirror.half_angle_rad);
   return imageDistancePx(mirror) * mirror.base_radius_m / rim_height_m;
-}
-
-MirrorRay rayFromMirrorPixel(const ConicMirror& mirror, const MirrorPixel& pixel) {
-  const double ray_angle = rayAngleFromRadius(mirror, pixel.image_radius_px);
-  const double hit_radius_m = hitRadius(mirror, ray_angle);
-  const double exit_angle = exitAngle(mirror, ray_angle);
-  const Eigen::Vector3d outward(std::cos(pixel.azimuth_rad), std::sin(pixel.azimuth_rad), 0.0);
-  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  return {hit_radius_m * outward + hit_radius_m * cot(mirror.half_angle_rad) * up,
-          std::sin(exit_angle) * outward + std::cos(exit_angle) * up};
-}
-
-std::optional<MirrorPixel> mirrorPixelFromPoint(const ConicMirror& mirror,
-                                                const Eigen::Vector3d& point_m) {
-  const std::optional<double> radius_px =
-      radiusFromLight(mirror, {std::hypot(point_m.x(), point_m.y()), point_m.z()});
-  if (!radius_px) return std::nullopt;
-  return MirrorPixel{*radius_px, std::atan2(point_m.y(), point_m.x())};
 }
 
 std::optional<double> radiusFromLight(const ConicMirror& mirror, const LightPlace& light) {
@@ -178,6 +170,36 @@ MisalignmentCoefficients misalignment(const ConicMirror& mirror, const LightPlac
       (1.0 - path.mirror_to_light_m * std::sin(theta) / D) / path.hit_radius_m;
   return {2.0 * (cot(mirror.half_angle_rad) - light.height_m / D), sagittal_curvature - vergence(D),
           -1.0 / radiusFromRayAngle(mirror, theta)};
+}
+
+MirrorMisalignment mirrorMisalignment(const ConicMirror& mirror, double height_m,
+                                      double least_distance_m, double most_distance_m) {
+  if (!(least_distance_m > 0.0 && most_distance_m > least_distance_m)) {
+    throw std::invalid_argument("the lights' least distance must be between 0 and the largest one");
+  }
+  const auto coefficientsAt = [&](double distance_m) -> Eigen::Vector3d {
+    const LightPlace light{distance_m, height_m};
+    if (!radiusFromLight(mirror, light)) {
+      throw std::invalid_argument("the mirror does not see lights at this height and distance");
+    }
+    const MisalignmentCoefficients coefficients = misalignment(mirror, light);
+    return {coefficients.tilt, coefficients.offset, coefficients.centre};
+  };
+  // Of each coefficient (lean, offset, centre): far + near / r.
+  const Eigen::Vector3d at_least = coefficientsAt(least_distance_m);
+  const Eigen::Vector3d at_most = coefficientsAt(most_distance_m);
+  const Eigen::Vector3d near =
+      (at_most - at_least) / (vergence(most_distance_m) - vergence(least_distance_m));
+  const Eigen::Vector3d far = at_least - near * vergence(least_distance_m);
+
+  // With the centre at part k of the way, lean (and alike the offset) makes
+  //   F = far.lean + k rim.lean far.centre,  N = near.lean + k rim.lean near.centre.
+  // Both have the same N / F at the k where their determinant is zero; k^2 drops out of it.
+  const Eigen::Vector2d rim = rimShift(mirror);
+  const Eigen::Vector3d cross = far.cross(near);
+  const double centre_part = cross(2) / (rim(0) * cross(0) + rim(1) * cross(1));
+  const double lean_centre = centre_part * rim(0);
+  return {centre_part, (near(0) + lean_centre * near(2)) / (far(0) + lean_centre * far(2))};
 }
 
 }  // namespace bearing_calibration::core

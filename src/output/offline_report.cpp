@@ -6,7 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/robot_errors.h"
-#include "bearing_calibration/solve/fit_scatter.h"
+#include "bearing_calibration/solve/mount_displacement.h"
 #include "bearing_calibration/solve/noise_review.h"
 
 namespace bearing_calibration::core {
@@ -34,15 +34,15 @@ Vector5 moved(const Vector5& state, const Pose2& start_from_end) {
 class Walk {
  public:
   Walk(const std::vector<Observation>& observations, const BatchEstimate& batch)
-      : observations_(observations), batch_(batch), left_out_(observations.size(), false) {
-    for (std::size_t rejected : batch.rejected) left_out_[rejected] = true;
-  }
+      : observations_(observations), batch_(batch) {}
 
   ReviewedImage review(const AssociationOutcome& outcome) {
     ReviewedImage reviewed;
     reviewed.outcome = outcome;
-    distance_m_ += is_first_ ? 0.0 : outcome.observation.motion.distance_m;
-    if (!is_first_) since_kept_ = append(since_kept_, outcome.observation.motion);
+    if (!is_first_) {
+      distance_m_ += outcome.observation.motion.distance_m;
+      since_kept_ = append(since_kept_, outcome.observation.motion);
+    }
     is_first_ = false;
     const bool kept =
         next_ < observations_.size() && observations_[next_].stamp == outcome.observation.stamp;
@@ -59,7 +59,7 @@ class Walk {
   bool isJudged() const { return !batch_.path.points.empty(); }
 
   Pose2 corrected(const OdometryIncrement& motion) const {
-    return correctMotion<kErrorCount>(motion, batch_.errors.mean).start_from_end;
+    return correctMotion(motion, batch_.path.errors).start_from_end;
   }
 
   void takeKept() {
@@ -78,20 +78,22 @@ class Walk {
     if (outcome.kind == AssociationOutcome::Kind::kNothingSeen) return Verdict::kNothingSeen;
     if (!isJudged()) return Verdict::kUnjudged;
     if (!kept) return Verdict::kThinned;
-    return left_out_[next_ - 1] ? Verdict::kLeftOut : Verdict::kUsed;
+    const auto& rejected = batch_.rejected;
+    const bool is_left_out =
+        std::find(rejected.begin(), rejected.end(), next_ - 1) != rejected.end();
+    return is_left_out ? Verdict::kLeftOut : Verdict::kUsed;
   }
 
   double residualOf(const AssociationOutcome& outcome) const {
     if (!isJudged() || next_ == 0 || outcome.kind == AssociationOutcome::Kind::kNothingSeen)
       return kNone;
     const Vector5 state = moved(batch_.path.state(next_ - 1), corrected(since_kept_));
-    return ::bearing_calibration::core::residualOf(outcome.observation, state, batch_.errors.mean);
+    return ::bearing_calibration::core::residualOf(outcome.observation, state, batch_.path.errors);
   }
 
   const std::vector<Observation>& observations_;
   const BatchEstimate& batch_;
-  std::vector<bool> left_out_;  ///< of each observation
-  std::size_t next_ = 0;        ///< observation that has not been passed yet
+  std::size_t next_ = 0;  ///< observation that has not been passed yet
   bool is_first_ = true;
   double distance_m_ = 0.0;
   Pose2 first_from_kept_;         ///< at the last observation that was passed
@@ -101,19 +103,8 @@ class Walk {
 }  // namespace
 
 const char* nameOf(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kNothingSeen:
-      return "nothing seen";
-    case Verdict::kUsed:
-      return "used";
-    case Verdict::kLeftOut:
-      return "left out";
-    case Verdict::kThinned:
-      return "thinned";
-    case Verdict::kUnjudged:
-      return "unjudged";
-  }
-  return "";
+  static const char* const kNames[] = {"nothing seen", "used", "left out", "thinned", "unjudged"};
+  return kNames[static_cast<int>(verdict)];
 }
 
 OfflineReport::OfflineReport(const InitializerConfig& config)
@@ -134,7 +125,7 @@ void OfflineReport::add(const AssociationOutcome& outcome) {
   motion_since_observation_ = {};
 }
 
-Review OfflineReport::conclude(const std::optional<RobotEstimate>& running,
+Review OfflineReport::conclude(const std::optional<StateEstimate>& running,
                                const ErrorPriors& errors) {
   config_.batch.errors = errors;
   Review review;
@@ -143,17 +134,19 @@ Review OfflineReport::conclude(const std::optional<RobotEstimate>& running,
   review.estimate = running;
   if (!running && !observations.empty()) {
     review.start = findStart(observations, config_);
-    if (review.start.ready()) review.estimate = {review.start.estimate, review.start.errors};
+    if (review.start.ready()) review.estimate = review.start.estimate;
   }
   BatchEstimate batch;
   if (review.estimate && !observations.empty()) {
     // the running estimate is at the last image, which may have shown nothing
-    const Vector5 at_last_observation =
-        running ? moved(running->cartesian.mean, motion_since_observation_.start_from_end.inverse())
-                : review.estimate->cartesian.mean;
+    Vector5 at_last_observation = review.estimate->cartesian().mean;
+    if (running) {
+      at_last_observation =
+          moved(at_last_observation, motion_since_observation_.start_from_end.inverse());
+    }
     const BatchEstimator estimator(config_.batch);
-    batch = estimator.estimate(
-        observations, {at_last_observation, observations.size() - 1, review.estimate->errors.mean});
+    batch = estimator.estimate(observations, {at_last_observation, observations.size() - 1,
+                                              review.estimate->errors().mean});
     const auto reviewed = [&] {
       return reviewNoise(observations, batch, errors, config_.noise, review.noise);
     };
@@ -166,13 +159,13 @@ Review OfflineReport::conclude(const std::optional<RobotEstimate>& running,
     review.slips = static_cast<int>(batch.slips.size());
     review.correlation = batch.correlation;
     if (review.settled) {
-      RobotEstimate estimate = batch.robot();
+      StateEstimate estimate = batch.last;
       if (config_.noise.any()) {
         const NoiseReview noise = reviewed();
         review.noise = noise.levels;
         estimate = withItsNoise(estimate, batch, noise);
       }
-      review.estimate = widened(estimate, scatterOf(batch).widening());
+      review.estimate = widened(estimate, batch.scatter().widening());
     }
   }
   if (!review.settled) batch = {};

@@ -2,13 +2,17 @@
 
 namespace bearing_calibration::core {
 
-void sayEstimate(const RobotEstimate& estimate, CalibrationResult* result) {
-  const CartesianEstimate cartesian =
-      withNearness(estimate.cartesian, result->error_priors.nearness_stddev_m);
+bool mayBeTrusted(CalibrationState state) {
+  return state == CalibrationState::kConverged || state == CalibrationState::kConverging;
+}
+
+void sayEstimate(const StateEstimate& estimate, CalibrationResult* result) {
+  result->estimate = withNearness(estimate, result->error_priors.nearness_stddev_m);
+  const CartesianEstimate cartesian = result->estimate->cartesian();
   result->cartesian_state = cartesian;
-  result->robot_errors = estimate.errors;
+  result->robot_errors = estimate.errors();
   result->paper_state = paperFromCartesian(cartesian);
-  result->base_from_sensor = mountFromCartesian(cartesian);
+  result->base_from_sensor = result->estimate->mount();
 }
 
 void sayRestarted(CalibrationResult* result) {

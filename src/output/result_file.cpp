@@ -1,249 +1,256 @@
 #include "bearing_calibration/output/result_file.h"
 
-#include <yaml-cpp/yaml.h>
-
-#include <Eigen/Core>
-#include <cmath>
-#include <cstdio>
+#include <algorithm>
 #include <cstdlib>
+#include <fstream>
+#include <sstream>
 
-#include "result_file_format.h"
+#include "yaml_walk.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-void emit(YAML::Emitter& out, const char* key, double value) {
-  out << YAML::Key << key << YAML::Value << shortestText(value);
-}
+constexpr char kFormat[] = "bearing_calibration result";
+constexpr int kVersion = 3;  // grows when an older program would misread
 
-void emit(YAML::Emitter& out, const char* key, const std::string& text) {
-  out << YAML::Key << key << YAML::Value << YAML::DoubleQuoted << text;
-}
-
-/// One line for each row.
-void emit(YAML::Emitter& out, const char* key, const Eigen::MatrixXd& matrix) {
-  out << YAML::Key << key << YAML::Value << YAML::BeginSeq;
-  for (int row = 0; row < matrix.rows(); ++row) {
-    out << YAML::Flow << YAML::BeginSeq;
-    for (int column = 0; column < matrix.cols(); ++column) out << shortestText(matrix(row, column));
-    out << YAML::EndSeq;
+template <class Walk, class Vector>
+void walkNumbers(Walk& walk, const std::vector<std::string>& keys, Vector& vector) {
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    walk(keys[i], vector(static_cast<Eigen::Index>(i)));
   }
-  out << YAML::EndSeq;
 }
 
-void beginGroup(YAML::Emitter& out, const char* key) {
-  out << YAML::Key << key << YAML::Value << YAML::BeginMap;
+template <class Walk, class Vector>
+void walkXYYaw(Walk& walk, const std::string& key, Vector& x_y_yaw) {
+  const auto numbers = [&](auto& in) { walkNumbers(in, {"x", "y", "yaw"}, x_y_yaw); };
+  walk.group(key, numbers, true);
 }
 
-void emitXYYaw(YAML::Emitter& out, const char* key, const Eigen::Vector3d& x_y_yaw) {
-  out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginMap;
-  emit(out, "x", x_y_yaw.x());
-  emit(out, "y", x_y_yaw.y());
-  emit(out, "yaw", x_y_yaw.z());
-  out << YAML::EndMap;
+template <class Walk, class Matrix>
+void walkCovariance(Walk& walk, const std::string& key, Matrix& matrix) {
+  const auto entry = [&](int row, int column) -> auto& { return matrix(row, column); };
+  walk.covariance(key, static_cast<int>(matrix.rows()), entry);
 }
 
-void emitMount(YAML::Emitter& out, const SavedCalibration& calibration) {
-  const MountEstimate& mount = calibration.base_from_sensor;
-  emit(out, "base_frame", calibration.base_frame);
-  emit(out, "camera_frame", calibration.sensor_frame);
-  emitXYYaw(out, "base_from_camera", mount.mean);
-  emitXYYaw(out, "stddev", mount.covariance.diagonal().cwiseSqrt());  // for people
-  emit(out, "covariance_x_y_yaw", mount.covariance);
-
-  beginGroup(out, "not_estimated");
-  emit(out, "z_m", calibration.unestimated.z_m);
-  emit(out, "z_stddev_m", calibration.unestimated.z_stddev_m);
-  emit(out, "roll_rad", calibration.unestimated.roll_rad);
-  emit(out, "roll_stddev_rad", calibration.unestimated.roll_stddev_rad);
-  emit(out, "pitch_rad", calibration.unestimated.pitch_rad);
-  emit(out, "pitch_stddev_rad", calibration.unestimated.pitch_stddev_rad);
-  out << YAML::EndMap;
+/// Whether there is a mean of a lasting number: the mount's always are.
+bool has(const YamlWriter&, const StateEstimate& lasting, const std::string& /*key*/, int place) {
+  return (lasting.covariance(place, place) > 0.0);
 }
-
-void emitStates(YAML::Emitter& out, const SavedCalibration& calibration) {
-  const PaperEstimate& paper = calibration.paper_state;
-  beginGroup(out, "paper_state");
-  emit(out, "D_m", paper.mean(PaperIndex::kDistance));
-  emit(out, "theta_rad", paper.mean(PaperIndex::kTheta));
-  emit(out, "phi_rad", paper.mean(PaperIndex::kPhi));
-  emit(out, "rho_m", paper.mean(PaperIndex::kRho));
-  emit(out, "psi_rad", paper.mean(PaperIndex::kPsi));
-  out << YAML::Key << "phi_psi_determined" << YAML::Value << paper.phi_psi_determined;
-  emit(out, "covariance_D_theta_phi_rho_psi", paper.covariance);
-  out << YAML::EndMap;
-
-  const CartesianEstimate& cartesian = calibration.cartesian_state;
-  beginGroup(out, "cartesian_state");
-  emit(out, "light_x_m", cartesian.mean(CartesianIndex::kLightX));
-  emit(out, "light_y_m", cartesian.mean(CartesianIndex::kLightY));
-  emit(out, "sensor_x_m", cartesian.mean(CartesianIndex::kSensorX));
-  emit(out, "sensor_y_m", cartesian.mean(CartesianIndex::kSensorY));
-  emit(out, "sensor_yaw_rad", cartesian.mean(CartesianIndex::kSensorYaw));
-  emit(out, "covariance", cartesian.covariance);
-  out << YAML::EndMap;
+bool has(const YamlReader& mean, const StateEstimate&, const std::string& key, int place) {
+  return place < kMountSize || mean.has(key);
 }
 
 /// What is known of mount and lasting errors together, without what is not.
-void emitLasting(YAML::Emitter& out, const LastingEstimate& lasting) {
+template <class Walk, class Lasting>
+void walkLasting(Walk& walk, Lasting& lasting) {
   const std::vector<std::string> names = lastingNames();
   std::vector<int> known;
-  for (int i = 0; i < LastingEstimate::kSize; ++i) {
-    if (lasting.isKnown(i)) known.push_back(i);
-  }
-  const auto size = static_cast<int>(known.size());
-  Eigen::MatrixXd covariance(size, size);
-  beginGroup(out, "lasting");
-  beginGroup(out, "mean");
-  for (int row = 0; row < size; ++row) {
-    const int place = known[static_cast<std::size_t>(row)];
-    emit(out, names[static_cast<std::size_t>(place)].c_str(), lasting.mean(place));
-    for (int column = 0; column < size; ++column) {
-      covariance(row, column) = lasting.covariance(place, known[static_cast<std::size_t>(column)]);
+  walk.group("mean", [&](auto& mean) {
+    for (int i = 0; i < lasting.layout.size(); ++i) {
+      const std::string& name = names[static_cast<std::size_t>(i)];
+      if (!has(mean, lasting, name, i)) continue;
+      mean(name, lasting.mean(i));
+      known.push_back(i);
     }
-  }
-  out << YAML::EndMap;
-  emit(out, "covariance", covariance);
-  out << YAML::EndMap;
+  });
+  const auto entry = [&](int row, int column) -> auto& {
+    const auto place = [&](int i) { return known[static_cast<std::size_t>(i)]; };
+    return lasting.covariance(place(row), place(column));
+  };
+  walk.covariance("covariance", static_cast<int>(known.size()), entry);
 }
 
-void emitBlocks(YAML::Emitter& out, const std::vector<BlockReport>& reports) {
-  out << YAML::Key << "blocks" << YAML::Value;
-  if (reports.empty()) out << YAML::Flow;
-  out << YAML::BeginSeq;
-  for (const BlockReport& report : reports) {
-    out << YAML::BeginMap;
-    emit(out, "name", report.name);
-    emit(out, "status", std::string(nameOf(report.status)));
-    beginGroup(out, "value");
-    for (const ReportedNumber& number : report.numbers) {
-      emit(out, labelOf(number.quantity).c_str(), number.value);
-    }
-    out << YAML::EndMap;
-    beginGroup(out, "stddev");
-    for (const ReportedNumber& number : report.numbers) {
-      emit(out, labelOf(number.quantity).c_str(), number.stddev);
-    }
-    out << YAML::EndMap;
-    if (!report.note.empty()) emit(out, "note", report.note);
-    out << YAML::EndMap;
-  }
-  out << YAML::EndSeq;
+void writeBlock(YamlWriter& write, const BlockReport& report) {
+  write.out << YAML::BeginMap;
+  write("name", report.name);
+  write("status", std::string(nameOf(report.status)));
+  write.group("value", [&](auto&) {
+    for (const auto& number : report.numbers) write(labelOf(number.quantity), number.value);
+  });
+  write.group("stddev", [&](auto&) {
+    for (const auto& number : report.numbers) write(labelOf(number.quantity), number.stddev);
+  });
+  if (!report.note.empty()) write("note", report.note);
+  write.out << YAML::EndMap;
 }
 
-void emitLights(YAML::Emitter& out, const std::vector<LightSummary>& lights) {
-  out << YAML::Key << "lights" << YAML::Value;
-  if (lights.empty()) out << YAML::Flow;
-  out << YAML::BeginSeq;
-  for (const LightSummary& light : lights) {
-    out << YAML::BeginMap;
-    if (light.light_id != kUnknownLight) out << YAML::Key << "id" << YAML::Value << light.light_id;
-    if (light.cartesian_state) {
-      const Eigen::Vector2d place = light.cartesian_state->lightInBase();
-      const Eigen::Matrix2d covariance = light.cartesian_state->covariance.topLeftCorner<2, 2>();
-      emit(out, "x_m", place.x());
-      emit(out, "y_m", place.y());
-      emit(out, "covariance_x_y", covariance);
-    }
-    out << YAML::Key << "in_estimate" << YAML::Value << light.in_estimate;
-    out << YAML::Key << "bearings_used" << YAML::Value << light.bearings_used;
-    if (!light.note.empty()) emit(out, "note", light.note);
-    out << YAML::EndMap;
+void writeLight(YamlWriter& write, const LightSummary& light) {
+  write.out << YAML::BeginMap;
+  if (light.light_id != kUnknownLight) write("id", light.light_id);
+  if (light.cartesian_state) {
+    const Eigen::Matrix2d covariance = light.cartesian_state->covariance.topLeftCorner<2, 2>();
+    walkNumbers(write, {"x_m", "y_m"}, light.cartesian_state->mean);
+    walkCovariance(write, "covariance_x_y", covariance);
   }
-  out << YAML::EndSeq;
+  write("in_estimate", light.in_estimate);
+  write("bearings_used", light.bearings_used);
+  if (!light.note.empty()) write("note", light.note);
+  write.out << YAML::EndMap;
 }
 
 /// Values that are YAML already: quoted strings, lists, plain scalars.
-void emitTexts(YAML::Emitter& out, const char* key,
-               const std::map<std::string, std::string>& texts) {
-  beginGroup(out, key);
-  for (const auto& name_and_text : texts) {
-    out << YAML::Key << name_and_text.first << YAML::Value;
-    const YAML::Node value = YAML::Load(name_and_text.second);
-    const bool is_quoted = value.IsScalar() && value.Tag() == "!";
-    if (is_quoted) {
-      out << YAML::DoubleQuoted << value.Scalar();
-    } else {
-      out << YAML::Flow << value;
+void writeTexts(YamlWriter& write, const std::string& key,
+                const std::map<std::string, std::string>& texts) {
+  write.group(key, [&](auto&) {
+    for (const auto& [name, text] : texts) {
+      const YAML::Node value = YAML::Load(text);
+      if (value.IsScalar() && value.Tag() == "!") {
+        write(name, value.Scalar());
+      } else {
+        write.begin(name) << YAML::Flow << value;
+      }
     }
+  });
+}
+
+template <class Walk, class Calibration>
+void walkEstimates(Walk& walk, Calibration& saved) {
+  auto& mount = *saved.result.base_from_sensor;
+  auto& paper = *saved.result.paper_state;
+  auto& cartesian = *saved.result.cartesian_state;
+  walkXYYaw(walk, "base_from_camera", mount.mean);
+  walk.forPeople([&](auto& write) {
+    const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
+    walkXYYaw(write, "stddev", stddev);
+  });
+  walkCovariance(walk, "covariance_x_y_yaw", mount.covariance);
+  walk.group("not_estimated", [&](auto& rest) {
+    rest("z_m", saved.unestimated.z_m);
+    rest("z_stddev_m", saved.unestimated.z_stddev_m);
+    rest("roll_rad", saved.unestimated.roll_rad);
+    rest("roll_stddev_rad", saved.unestimated.roll_stddev_rad);
+    rest("pitch_rad", saved.unestimated.pitch_rad);
+    rest("pitch_stddev_rad", saved.unestimated.pitch_stddev_rad);
+  });
+  walk.forPeople([&](auto& write) {
+    write.list("quality", qualityInWords(saved.result),
+               [&](const auto& sentence) { write.out << YAML::DoubleQuoted << sentence; });
+  });
+  walk.group("paper_state", [&](auto& in) {
+    walkNumbers(in, {"D_m", "theta_rad", "phi_rad", "rho_m", "psi_rad"}, paper.mean);
+    in("phi_psi_determined", paper.phi_psi_determined);
+    walkCovariance(in, "covariance_D_theta_phi_rho_psi", paper.covariance);
+  });
+  walk.group("cartesian_state", [&](auto& in) {
+    walkNumbers(in, {"light_x_m", "light_y_m", "sensor_x_m", "sensor_y_m", "sensor_yaw_rad"},
+                cartesian.mean);
+    walkCovariance(in, "covariance", cartesian.covariance);
+  });
+  walk.group("lasting", [&](auto& lasting) { walkLasting(lasting, saved.lasting); });
+}
+
+template <class Walk, class Calibration>
+void walkOrigin(Walk& walk, Calibration& saved) {
+  walk.group("record", [&](auto& record) {
+    record("nis_mean", saved.result.nis_mean);
+    record("distance_travelled_m", saved.result.distance_travelled_m);
+    record("rotation_travelled_rad", saved.result.rotation_travelled_rad);
+    record("bearings_used", saved.result.bearings_used);
+    record("bearings_gated", saved.result.bearings_gated);
+    record("ticks_used", saved.result.ticks_used);
+    record("rejections", saved.rejections);
+  });
+  walk.group("provenance", [&](auto& origin) {
+    auto& drive = saved.provenance.drive;
+    origin("program", saved.provenance.program);
+    origin("written_at", saved.provenance.written_at);
+    origin("source", saved.provenance.source);
+    origin("wheel_separation_m", drive.wheel_separation_m);
+    origin("left_wheel_radius_m", drive.left_wheel_radius_m);
+    origin("right_wheel_radius_m", drive.right_wheel_radius_m);
+    origin("ticks_per_revolution", drive.ticks_per_revolution);
+    origin("counter_bits", drive.counter_bits);
+    origin("max_wheel_speed_mps", drive.max_wheel_speed_mps);
+  });
+}
+
+template <class Walk, class Calibration>
+void walk(Walk& walk, Calibration& saved) {
+  walk("state", saved.result.state);
+  walk("advice", saved.result.advice);
+  walk("stamp_ns", saved.result.stamp);
+  walk("base_frame", saved.base_frame);
+  walk("camera_frame", saved.sensor_frame);
+  walkEstimates(walk, saved);
+  walk.forPeople([&](auto& write) {
+    write.list("blocks", saved.blocks(), [&](const auto& block) { writeBlock(write, block); });
+    write.list("lights", saved.result.lights, [&](const auto& light) { writeLight(write, light); });
+  });
+  walkOrigin(walk, saved);
+  walk.forPeople([&](auto& write) {
+    writeTexts(write, "versions", saved.provenance.versions);
+    writeTexts(write, "parameters", saved.provenance.parameters);
+  });
+}
+
+SavedCalibration calibrationFromYaml(const YAML::Node& root) {
+  if (!root.IsMap() || !root["format"] || root["format"].as<std::string>("") != kFormat) {
+    throw std::runtime_error("it is not a result file of this package");
   }
-  out << YAML::EndMap;
-}
-
-void emitQuality(YAML::Emitter& out, const SavedCalibration& calibration) {
-  out << YAML::Key << "quality" << YAML::Value;
-  if (calibration.quality.empty()) out << YAML::Flow;
-  out << YAML::BeginSeq;
-  for (const std::string& sentence : calibration.quality) out << YAML::DoubleQuoted << sentence;
-  out << YAML::EndSeq;
-}
-
-void emitOrigin(YAML::Emitter& out, const SavedCalibration& calibration) {
-  beginGroup(out, "record");
-  emit(out, "nis_mean", calibration.nis_mean);
-  emit(out, "distance_travelled_m", calibration.distance_travelled_m);
-  emit(out, "rotation_travelled_rad", calibration.rotation_travelled_rad);
-  out << YAML::Key << "bearings_used" << YAML::Value << calibration.bearings_used;
-  out << YAML::Key << "bearings_gated" << YAML::Value << calibration.bearings_gated;
-  out << YAML::Key << "ticks_used" << YAML::Value << calibration.ticks_used;
-  emit(out, "rejections", calibration.rejections);
-  out << YAML::EndMap;
-
-  const DriveGeometry& drive = calibration.provenance.drive;
-  beginGroup(out, "provenance");
-  emit(out, "program", calibration.provenance.program);
-  emit(out, "written_at", calibration.provenance.written_at);
-  emit(out, "source", calibration.provenance.source);
-  emit(out, "wheel_separation_m", drive.wheel_separation_m);
-  emit(out, "left_wheel_radius_m", drive.left_wheel_radius_m);
-  emit(out, "right_wheel_radius_m", drive.right_wheel_radius_m);
-  emit(out, "ticks_per_revolution", drive.ticks_per_revolution);
-  out << YAML::Key << "counter_bits" << YAML::Value << drive.counter_bits;
-  emit(out, "max_wheel_speed_mps", drive.max_wheel_speed_mps);
-  out << YAML::EndMap;
-  emitTexts(out, "versions", calibration.provenance.versions);
-  emitTexts(out, "parameters", calibration.provenance.parameters);
+  const YamlReader read(root);
+  int version = 0;
+  read("version", version);
+  if (version != kVersion) {
+    throw std::runtime_error(
+        formatted("it has version %d, but this program reads version %d", version, kVersion));
+  }
+  SavedCalibration saved;
+  saved.result.base_from_sensor.emplace();
+  saved.result.paper_state.emplace();
+  saved.result.cartesian_state.emplace();
+  walk(read, saved);
+  const std::vector<std::string> errors = errorsOf(saved.unestimated);
+  if (!errors.empty()) throw std::runtime_error(errors.front());
+  bool complete = false;
+  read("complete", complete);
+  if (!complete) throw std::runtime_error("it is marked as incomplete");
+  return saved;
 }
 
 }  // namespace
 
+std::vector<BlockReport> SavedCalibration::blocks() const {
+  return reportErrors(result, std::max(unestimated.roll_stddev_rad, unestimated.pitch_stddev_rad));
+}
+
 std::string shortestText(double value) {
   constexpr int kAlwaysEnoughDigits = 17;
-  constexpr std::size_t kLongestText = 32;  // sign, 17 digits, point, exponent
-  char text[kLongestText];
+  std::string text;
   for (int digits = 1; digits <= kAlwaysEnoughDigits; ++digits) {
-    std::snprintf(text, sizeof(text), "%.*g", digits, value);
-    if (std::strtod(text, nullptr) == value) break;
+    text = formatted("%.*g", digits, value);
+    if (std::strtod(text.c_str(), nullptr) == value) break;
   }
-  std::string shortest = text;
-  const std::size_t exponent = shortest.find('e');
-  if (exponent != std::string::npos && shortest.find('.') == std::string::npos) {
-    shortest.insert(exponent, ".0");  // YAML 1.1 takes 1e-6 for a string
+  const std::size_t exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos) {
+    text.insert(exponent, ".0");  // YAML 1.1 takes 1e-6 for a string
   }
-  return shortest;
+  return text;
 }
 
 std::string resultText(const SavedCalibration& calibration) {
-  YAML::Emitter out;
-  out << YAML::Comment(
+  YamlWriter write;
+  write.out << YAML::Comment(
       "The sensor's pose in the base frame (x forward, y left, yaw counter-clockwise): it maps\n"
       "points from the sensor's frame to the base's. Lengths in m, angles in rad.");
-  out << YAML::BeginMap;
-  emit(out, "format", std::string(kResultFileFormat));
-  out << YAML::Key << "version" << YAML::Value << kResultFileVersion;
-  emit(out, "state", std::string(nameOf(calibration.state)));
-  emit(out, "advice", calibration.advice);
-  out << YAML::Key << "stamp_ns" << YAML::Value << calibration.stamp.time_since_epoch().count();
-  emitMount(out, calibration);
-  emitQuality(out, calibration);
-  emitStates(out, calibration);
-  emitLasting(out, calibration.lasting);
-  emitBlocks(out, calibration.robot_errors);
-  emitLights(out, calibration.lights);
-  emitOrigin(out, calibration);
-  out << YAML::Key << "complete" << YAML::Value << true;  // last: a file cut short lacks it
-  out << YAML::EndMap;
-  return std::string(out.c_str()) + "\n";
+  write.out << YAML::BeginMap;
+  write("format", std::string(kFormat));
+  write("version", kVersion);
+  walk(write, calibration);
+  write("complete", true);  // last: a file cut short lacks it
+  write.out << YAML::EndMap;
+  return std::string(write.out.c_str()) + "\n";
+}
+
+ResultFileContent readResultFile(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf()))
+    return {std::nullopt, path + " cannot be read, or is empty"};
+  try {
+    return {calibrationFromYaml(YAML::Load(text.str())), ""};
+  } catch (const std::exception& error) {  // of YAML too
+    return {std::nullopt, path + " is refused: " + error.what()};
+  }
 }
 
 }  // namespace bearing_calibration::core

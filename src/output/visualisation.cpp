@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "bearing_calibration/geometry/covariance_ellipse.h"
+#include "bearing_calibration/geometry/pictures.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -44,35 +44,30 @@ Visualisation Visualiser::draw(const CalibrationResult& result, const Pose2& sta
   return visualisation;
 }
 
-std::vector<Eigen::Vector2d> Visualiser::ellipseInStart(const CartesianEstimate& estimate,
-                                                        const Pose2& start_from_base) const {
+Visualisation::Light Visualiser::drawLight(const CartesianEstimate& estimate,
+                                           const Pose2& start_from_base, bool in_estimate) const {
   const Eigen::Matrix2d covariance = estimate.covariance.topLeftCorner<2, 2>();
-  std::vector<Eigen::Vector2d> ellipse =
-      outlineOf(covarianceEllipse(covariance, sigmas_), estimate.lightInBase(), kEllipseSegments);
-  for (Eigen::Vector2d& point : ellipse) point = start_from_base * point;
-  return ellipse;
+  Visualisation::Light light{
+      start_from_base * estimate.lightInBase(),
+      ellipseOutline(covariance, sigmas_, estimate.lightInBase(), kEllipseSegments), in_estimate};
+  for (Eigen::Vector2d& point : light.ellipse_in_start) point = start_from_base * point;
+  return light;
 }
 
 Visualisation::Found Visualiser::drawFound(const CalibrationResult& result) const {
   const CartesianEstimate& estimate = *result.cartesian_state;
-  const Eigen::Matrix2d sensor_covariance =
-      estimate.covariance.block<2, 2>(CartesianIndex::kSensorX, CartesianIndex::kSensorX);
-  const double yaw_variance =
-      estimate.covariance(CartesianIndex::kSensorYaw, CartesianIndex::kSensorYaw);
+  const MountEstimate mount = mountFromCartesian(estimate);
   Visualisation::Found found;
-  found.base_from_sensor = {estimate.sensorInBase(), estimate.sensorYaw()};
-  found.sensor_ellipse_in_base = outlineOf(covarianceEllipse(sensor_covariance, sigmas_),
-                                           estimate.sensorInBase(), kEllipseSegments);
-  found.sensor_yaw_band_rad = sigmas_ * std::sqrt(yaw_variance);
-  found.light_in_start = result.start_from_base * estimate.lightInBase();
-  found.light_ellipse_in_start = ellipseInStart(estimate, result.start_from_base);
+  found.base_from_sensor = {mount.mean.head<2>(), mount.mean.z()};
+  found.sensor_ellipse_in_base =
+      ellipseOutline(mount.covariance.topLeftCorner<2, 2>(), sigmas_, estimate.sensorInBase(),
+                     kEllipseSegments);
+  found.sensor_yaw_band_rad = sigmas_ * std::sqrt(mount.covariance(2, 2));
+  found.lights = {drawLight(estimate, result.start_from_base, true)};
   for (const LightSummary& light : result.lights) {
-    if (!light.cartesian_state) continue;
-    const Eigen::Vector2d in_base = light.cartesian_state->lightInBase();
-    if (in_base == estimate.lightInBase()) continue;
-    found.further_lights.push_back({result.start_from_base * in_base,
-                                    ellipseInStart(*light.cartesian_state, result.start_from_base),
-                                    light.in_estimate});
+    const auto& state = light.cartesian_state;
+    if (!state || state->lightInBase() == estimate.lightInBase()) continue;
+    found.lights.push_back(drawLight(*state, result.start_from_base, light.in_estimate));
   }
   return found;
 }

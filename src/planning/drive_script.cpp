@@ -1,5 +1,6 @@
 #include "bearing_calibration/planning/drive_script.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
@@ -7,6 +8,9 @@
 namespace bearing_calibration::core {
 namespace {
 
+constexpr double kFullTurn = 2.0 * kPi;
+constexpr double kSide_m = 1.0;                                   // the paper's
+constexpr MotionPrimitive kDanceStep{1.25 * kFullTurn, kSide_m};  // 450 degrees, the paper's
 /// Courses that are tried when the one that the opening wants is not allowed.
 constexpr double kCourseStep = 0.25 * kPi;
 constexpr int kCourses = 8;
@@ -16,25 +20,53 @@ constexpr double kMostMissed_rad = 0.2;
 
 }  // namespace
 
+const std::vector<std::string>& motionNames() {
+  static const std::vector<std::string> names = {"optimal", "dance", "corner_light"};
+  return names;
+}
+
+std::optional<DriveMotion> motionNamed(const std::string& name) {
+  const std::vector<std::string>& names = motionNames();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<DriveMotion>(found - names.begin());
+}
+
+std::vector<std::string> instructionsFor(DriveMotion motion) {
+  if (motion == DriveMotion::kOptimal) {
+    return {"This motion is planned while it is driven, by the robot itself."};
+  }
+  return {
+      motion == DriveMotion::kDance
+          ? "Put the light about two metres to the robot's left: the robot will drive a square "
+            "of 1 m, always turning left."
+          : "The robot will drive a square of 1 m, always turning left. Put the light inside of "
+            "it, half a metre ahead of the robot and near its first side: the standard "
+            "deviations of the mount are nearly proportional to the light's distance.",
+      "Drive 1 m straight on.",
+      "Turn on the spot to the left by one turn and a quarter (450 degrees).",
+      "Do both again, slowly and with the light in view, until the calibration says CONVERGED."};
+}
+
 DriveScript::DriveScript(DriveMotion motion)
-    : primitives_(motion == DriveMotion::kOptimal ? openingPrimitives()
-                                                  : scriptedPrimitives(motion)),
-      may_change_(motion == DriveMotion::kOptimal) {}
+    : is_opening_(motion == DriveMotion::kOptimal), beginning_{{0.0, kSide_m}} {
+  if (is_opening_) beginning_ = {{kFullTurn, 0.0}, {0.0, kSide_m}, {kFullTurn, 0.0}};
+}
 
 std::optional<MotionPrimitive> DriveScript::next(
     double turned_rad, const std::function<bool(const MotionPrimitive&)>& is_allowed) {
-  const MotionPrimitive& wanted = primitives_.at(next_++);
+  const MotionPrimitive wanted = next_ < beginning_.size() ? beginning_[next_++] : kDanceStep;
   if (std::abs(heading_rad_ - turned_rad) > kMostMissed_rad) heading_rad_ = turned_rad;
-  const int courses = may_change_ ? kCourses : 1;
   for (const double share : {1.0, 0.5}) {
-    for (int i = 0; i < courses; ++i) {
+    for (int i = 0; i < kCourses; ++i) {
       const double heading_rad = heading_rad_ + wanted.turn_rad + i * kCourseStep;
       const MotionPrimitive primitive{heading_rad - turned_rad, share * wanted.length_m};
-      if (!is_allowed(primitive)) continue;
-      heading_rad_ = heading_rad;
-      return primitive;
+      if (is_allowed(primitive)) {
+        heading_rad_ = heading_rad;
+        return primitive;
+      }
+      if (!is_opening_) return std::nullopt;
     }
-    if (!may_change_) break;
   }
   return std::nullopt;
 }

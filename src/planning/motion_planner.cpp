@@ -1,11 +1,14 @@
 #include "bearing_calibration/planning/motion_planner.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "bearing_calibration/common/parameters.h"
+#include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/motion_model.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -19,6 +22,9 @@ constexpr double kShortestPrimitive_m = 0.05;  // shorter ways teach less than t
 /// A side of the polygon about the light that the best drives known are made of (doc/driving.md).
 constexpr double kChord_m = 0.4;
 
+constexpr double kLongestStep_s = 0.25;  // 0.4 rad of a spin at 0.2 m/s: information hardly varies
+constexpr double kSameStep = 1e-9;       // of a part of the way: rounding
+
 /// All ways to turn so that the base then goes along `course_rad`, forward or backwards.
 void addTurns(double course_rad, double length_m, std::vector<MotionPrimitive>* primitives) {
   for (const double sense : {1.0, -1.0}) {
@@ -29,7 +35,58 @@ void addTurns(double course_rad, double length_m, std::vector<MotionPrimitive>* 
   }
 }
 
+/// Travel around a moment of wheels that keep their speed.
+OdometryWindow steadyTravel(const WheelSpeeds& speeds, double wheel_separation_m) {
+  std::array<WheelDisplacement, OdometryWindow::kSamples> samples;
+  double time_s = 0.0;
+  for (WheelDisplacement& sample : samples) {
+    sample = {time_s * speeds.left_mps, time_s * speeds.right_mps};
+    time_s += OdometryWindow::kStep_s;
+  }
+  return {samples, wheel_separation_m};
+}
+
+/// Lets the wheels roll from standstill to standstill.
+void follow(const WheelDisplacement& wheels, const WheelLimits& limits, const SensingModel& sensing,
+            StateEstimate* estimate) {
+  const double duration_s = travelTime(wheels.right_m, limits);
+  const int steps = static_cast<int>(std::ceil(duration_s / kLongestStep_s));
+  double done = 0.0;
+  double last_part = 0.0;
+  OdometryIncrement motion;
+  OdometryWindow nearby;
+  for (int i = 1; i <= steps; ++i) {
+    const double step_s = duration_s / steps;
+    const double share = travelAt(i * step_s, wheels.right_m, limits) / wheels.right_m;
+    const double part = share - done;
+    done = share;
+    if (std::abs(part - last_part) > kSameStep) {  // at full speed one step is like the last
+      const WheelDisplacement rolled{part * wheels.left_m, part * wheels.right_m};
+      motion = append({}, rolled, limits.wheel_separation_m, sensing.wheel_noise);
+      nearby = steadyTravel({rolled.left_m / step_s, rolled.right_m / step_s},
+                            limits.wheel_separation_m);
+      last_part = part;
+    }
+    propagate(motion, estimate);
+    const ExpectedAngle azimuth = expectAzimuth(estimate->layout, estimate->mean, 0, nearby);
+    constexpr double kAsExpected = 0.0;
+    apply(
+        prepareUpdate(azimuth.J_angle_state, kAsExpected,
+                      std::pow(sensing.bearing_stddev_rad, 2) / (step_s * sensing.bearing_rate_hz),
+                      *estimate),
+        estimate);
+  }
+}
+
 }  // namespace
+
+void SensingModel::declare(Parameters& params) {
+  wheel_noise.declare(params);
+  params.number("planner/bearing_stddev", bearing_stddev_rad, plausible::kLeastAngle_rad,
+                plausible::kTurn_rad);
+  params.number("planner/bearing_rate", bearing_rate_hz, plausible::kRarest_hz,
+                plausible::kMostFrequent_hz);
+}
 
 void PlannerConfig::declare(Parameters& params) {
   using plausible::kFarthest_m;
@@ -40,17 +97,29 @@ void PlannerConfig::declare(Parameters& params) {
   params.number("planner/max_straight", max_straight_m, 2.0 * kShortestPrimitive_m, kFarthest_m);
 }
 
-Pose2 poseAfter(const MotionPrimitive& primitive, const Pose2& frame_from_base) {
-  const Pose2 turned{frame_from_base.position_m,
-                     wrapAngle(frame_from_base.yaw_rad + primitive.turn_rad)};
-  return turned * Pose2{{primitive.length_m, 0.0}, 0.0};
+StateEstimate predictAfter(const MotionPrimitive& primitive, StateEstimate estimate,
+                           const WheelLimits& limits, const SensingModel& sensing) {
+  follow(turningWheels(primitive, limits.wheel_separation_m), limits, sensing, &estimate);
+  follow(straightWheels(primitive), limits, sensing, &estimate);
+  return estimate;
 }
 
-/// A primitive, where it leads, and what it brings.
+double lightClearance(const MotionPrimitive& primitive, const StateEstimate& estimate,
+                      double sigmas) {
+  const Eigen::Vector2d light = estimate.mean.tail<2>();
+  const Eigen::Vector2d course(std::cos(primitive.turn_rad), std::sin(primitive.turn_rad));
+  const double nearest_m = std::clamp(course.dot(light), std::min(0.0, primitive.length_m),
+                                      std::max(0.0, primitive.length_m));
+  const Eigen::Vector2d to_light = light - nearest_m * course;
+  const double distance_m = to_light.norm();
+  if (distance_m <= 0.0) return 0.0;
+  const Eigen::Vector2d direction = to_light / distance_m;
+  const Eigen::Matrix2d covariance = estimate.covariance.bottomRightCorner<2, 2>();
+  return distance_m - sigmas * std::sqrt(direction.dot(covariance * direction));
+}
+
 struct MotionPlanner::Candidate {
   MotionPrimitive primitive;
-  RobotEstimate expected;
-  Pose2 start_from_base;
   double duration_s = 0.0;
   double gain = 0.0;  ///< by how much the log det falls
   double rate() const { return gain / duration_s; }
@@ -63,19 +132,11 @@ MotionPlanner::MotionPlanner(const PlannerConfig& config, const WheelLimits& lim
       sensing_(validated(sensing)),
       region_(validated(region)) {}
 
-double MotionPlanner::logDet(const CartesianEstimate& estimate) const {
-  const auto log_det = [](const auto& covariance) {
-    return 2.0 * covariance.llt().matrixLLT().diagonal().array().log().sum();
-  };
-  switch (config_.block) {
-    case PlannerConfig::Block::kMount:
-      return log_det(Eigen::Matrix3d(estimate.covariance.bottomRightCorner<3, 3>()));
-    case PlannerConfig::Block::kPosition:
-      return log_det(Eigen::Matrix2d(estimate.covariance.block<2, 2>(2, 2)));
-    case PlannerConfig::Block::kYaw:
-      break;
-  }
-  return std::log(estimate.covariance(CartesianIndex::kSensorYaw, CartesianIndex::kSensorYaw));
+double MotionPlanner::logDet(const StateEstimate& estimate) const {
+  const Eigen::Matrix3d mount = estimate.covariance.topLeftCorner<3, 3>();
+  if (config_.block == PlannerConfig::Block::kMount) return std::log(mount.determinant());
+  if (config_.block == PlannerConfig::Block::kYaw) return std::log(mount(2, 2));
+  return std::log(mount.topLeftCorner<2, 2>().determinant());
 }
 
 bool MotionPlanner::staysInside(const MotionPrimitive& primitive,
@@ -85,24 +146,17 @@ bool MotionPlanner::staysInside(const MotionPrimitive& primitive,
   return region_.clearance(from, poseAfter(primitive, start_from_base).position_m) >= needed_m;
 }
 
-bool MotionPlanner::keepsAway(const MotionPrimitive& primitive,
-                              const CartesianEstimate& estimate) const {
-  const double here_m = lightClearance({}, estimate, config_.light_sigmas);
-  const double needed_m = std::min(config_.light_distance_m, here_m);
-  return lightClearance(primitive, estimate, config_.light_sigmas) >= needed_m;
-}
-
-bool MotionPlanner::isSurelyTooNear(const MotionPrimitive& primitive,
-                                    const CartesianEstimate& estimate) const {
-  const double here_m = lightClearance({}, estimate, -config_.light_sigmas);
-  const double needed_m = std::min(config_.light_distance_m, here_m);
-  return lightClearance(primitive, estimate, -config_.light_sigmas) < needed_m;
+bool MotionPlanner::keepsAway(const MotionPrimitive& primitive, const StateEstimate& estimate,
+                              bool is_asked_for) const {
+  const double sigmas = is_asked_for ? -config_.light_sigmas : config_.light_sigmas;
+  const double needed_m = std::min(config_.light_distance_m, lightClearance({}, estimate, sigmas));
+  return lightClearance(primitive, estimate, sigmas) >= needed_m;
 }
 
 /// Courses by where the light is: chords that pass it as near as allowed, a way straight to the
 /// nearest place allowed, and ways past and away from it.
-std::vector<MotionPrimitive> MotionPlanner::proposals(const CartesianEstimate& estimate) const {
-  const Eigen::Vector2d light = estimate.lightInBase();
+std::vector<MotionPrimitive> MotionPlanner::proposals(const StateEstimate& estimate) const {
+  const Eigen::Vector2d light = estimate.mean.tail<2>();
   const double distance_m = light.norm();
   const double to_light_rad = std::atan2(light.y(), light.x());
   const double sigmas_m = distance_m - lightClearance({}, estimate, config_.light_sigmas);
@@ -134,41 +188,42 @@ std::vector<MotionPrimitive> MotionPlanner::proposals(const CartesianEstimate& e
 }
 
 std::vector<MotionPlanner::Candidate> MotionPlanner::candidatesAt(
-    const RobotEstimate& estimate, const Pose2& start_from_base) const {
-  const double log_det = logDet(estimate.cartesian);
+    const StateEstimate& estimate, const Pose2& start_from_base) const {
+  const double log_det = logDet(estimate);
   std::vector<Candidate> candidates;
-  for (const MotionPrimitive& proposal : proposals(estimate.cartesian)) {
+  for (const MotionPrimitive& proposal : proposals(estimate)) {
     // judged as it will be driven: without a small turn a way may pass nearer to the light
     const MotionPrimitive primitive = driveable(proposal, limits_.wheel_separation_m);
-    if (!keepsAway(primitive, estimate.cartesian) || !staysInside(primitive, start_from_base))
-      continue;
-    Candidate candidate{primitive, predictAfter(primitive, estimate, limits_, sensing_),
-                        poseAfter(primitive, start_from_base), durationOf(primitive, limits_), 0.0};
-    candidate.gain = log_det - logDet(candidate.expected.cartesian);
-    if (std::isfinite(candidate.gain)) candidates.push_back(candidate);
+    if (!keepsAway(primitive, estimate) || !staysInside(primitive, start_from_base)) continue;
+    const double gain = log_det - logDet(after(primitive, estimate));
+    if (std::isfinite(gain))
+      candidates.push_back({primitive, durationOf(primitive, limits_), gain});
   }
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.rate() > b.rate(); });
   return candidates;
 }
 
-std::optional<PlannedPrimitive> MotionPlanner::plan(const RobotEstimate& estimate,
+std::optional<PlannedPrimitive> MotionPlanner::plan(const StateEstimate& estimate,
                                                     const Pose2& start_from_base) const {
-  const std::vector<Candidate> firsts = candidatesAt(estimate, start_from_base);
+  std::vector<Candidate> firsts = candidatesAt(estimate, start_from_base);
   if (firsts.empty()) return std::nullopt;
-  PlannedPrimitive best{firsts.front().primitive, {}, firsts.front().expected};
+  std::sort(firsts.begin(), firsts.end(),
+            [](const Candidate& a, const Candidate& b) { return a.rate() > b.rate(); });
+  firsts.resize(std::min(kBeam, firsts.size()));
+  PlannedPrimitive best{firsts.front().primitive, {}, {}};
   double best_rate = -std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < std::min(kBeam, firsts.size()); ++i) {
-    const Candidate& first = firsts[i];
-    for (const Candidate& second : candidatesAt(first.expected, first.start_from_base)) {
+  for (const Candidate& first : firsts) {
+    for (const Candidate& second : candidatesAt(after(first.primitive, estimate),
+                                                poseAfter(first.primitive, start_from_base))) {
       // Pairs are compared with pairs: a short primitive that gains much at once may end where
       // nothing more is to be gained.
       const double rate = (first.gain + second.gain) / (first.duration_s + second.duration_s);
       if (rate <= best_rate) continue;
       best_rate = rate;
-      best = {first.primitive, second.primitive, second.expected};
+      best.primitive = first.primitive;
+      best.next = second.primitive;
     }
   }
+  best.expected = after(best.next, after(best.primitive, estimate)).mount();
   return best;
 }
 

@@ -6,6 +6,17 @@
 #include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
+namespace {
+
+/// Share of the acceleration that braking for the end plans with: wheels answer late.
+constexpr double kBrakingShare = 0.7;
+/// A wheel may lag behind or roll back so far [m] before it is said to disobey.
+constexpr double kPatience_m = 0.1;
+/// ... or a part of a primitive may take so many times its duration, and so much longer [s].
+constexpr double kPatienceFactor = 3.0;
+constexpr double kPatience_s = 3.0;
+
+}  // namespace
 
 void WheelLimits::declare(Parameters& params) {
   constexpr double kSlowest_mps2 = 1e-4;
@@ -14,6 +25,12 @@ void WheelLimits::declare(Parameters& params) {
   params.number("limits/wheel_speed", max_speed_mps, plausible::kSlowest_mps,
                 plausible::kFastest_mps);
   params.number("limits/wheel_acceleration", max_acceleration_mps2, kSlowest_mps2, kFastest_mps2);
+}
+
+Pose2 poseAfter(const MotionPrimitive& primitive, const Pose2& frame_from_base) {
+  const Pose2 turned{frame_from_base.position_m,
+                     wrapAngle(frame_from_base.yaw_rad + primitive.turn_rad)};
+  return turned * Pose2{{primitive.length_m, 0.0}, 0.0};
 }
 
 WheelDisplacement turningWheels(const MotionPrimitive& primitive, double wheel_separation_m) {
@@ -40,20 +57,93 @@ double travelTime(double distance_m, const WheelLimits& limits) {
 
 double travelAt(double time_s, double distance_m, const WheelLimits& limits) {
   const double whole_s = travelTime(distance_m, limits);
-  const double ramp_s =
-      std::min(0.5 * whole_s, limits.max_speed_mps / limits.max_acceleration_mps2);
-  const double half_a = 0.5 * limits.max_acceleration_mps2;
   const double time = std::clamp(time_s, 0.0, whole_s);
-  const double way_m = std::abs(distance_m);
-  double travel_m = half_a * ramp_s * ramp_s + 2.0 * half_a * ramp_s * (time - ramp_s);
-  if (time < ramp_s) travel_m = half_a * time * time;
-  if (time > whole_s - ramp_s) travel_m = way_m - half_a * (whole_s - time) * (whole_s - time);
+  if (time > 0.5 * whole_s) return distance_m - travelAt(whole_s - time, distance_m, limits);
+  const double ramp_s = std::min(time, limits.max_speed_mps / limits.max_acceleration_mps2);
+  const double travel_m =
+      0.5 * limits.max_acceleration_mps2 * ramp_s * ramp_s + limits.max_speed_mps * (time - ramp_s);
   return std::copysign(travel_m, distance_m);
 }
 
 double durationOf(const MotionPrimitive& primitive, const WheelLimits& limits) {
   return travelTime(turningWheels(primitive, limits.wheel_separation_m).right_m, limits) +
          travelTime(primitive.length_m, limits);
+}
+
+WheelSpeeds braked(const WheelSpeeds& before, const WheelLimits& limits, double period_s) {
+  const double fastest = std::max(std::abs(before.left_mps), std::abs(before.right_mps));
+  constexpr double kRounding_mps = 1e-9;
+  if (fastest <= limits.max_acceleration_mps2 * period_s + kRounding_mps) return {};
+  // both by the same factor: the curvature stays, the faster wheel brakes with the full
+  // acceleration
+  const double factor = 1.0 - limits.max_acceleration_mps2 * period_s / fastest;
+  return {factor * before.left_mps, factor * before.right_mps};
+}
+
+PrimitiveFollower::PrimitiveFollower(const MotionPrimitive& primitive, const WheelLimits& limits,
+                                     const WheelDisplacement& travelled)
+    : primitive_(driveable(primitive, limits.wheel_separation_m)),
+      limits_(limits),
+      part_start_(travelled) {
+  if (primitive_.turn_rad == 0.0) nextPart(travelled);
+}
+
+/// Of the right wheel.
+double PrimitiveFollower::targetOfPart() const {
+  return part_ == Part::kTurning ? turningWheels(primitive_, limits_.wheel_separation_m).right_m
+                                 : primitive_.length_m;
+}
+
+/// What is left of it, taken over both wheels.
+double PrimitiveFollower::leftOfPart(const WheelDisplacement& travelled) const {
+  const double left_m = travelled.left_m - part_start_.left_m;
+  const double right_m = travelled.right_m - part_start_.right_m;
+  return targetOfPart() - 0.5 * (part_ == Part::kTurning ? right_m - left_m : right_m + left_m);
+}
+
+void PrimitiveFollower::nextPart(const WheelDisplacement& travelled) {
+  const bool has_straight = part_ == Part::kTurning && primitive_.length_m != 0.0;
+  part_ = has_straight ? Part::kStraight : Part::kDone;
+  part_start_ = travelled;
+  part_time_s_ = 0.0;
+}
+
+MotionPrimitive PrimitiveFollower::remaining(const WheelDisplacement& travelled) const {
+  if (done()) return {};
+  const double left_m = leftOfPart(travelled);
+  if (part_ == Part::kStraight) return {0.0, left_m};
+  return {2.0 * left_m / limits_.wheel_separation_m, primitive_.length_m};
+}
+
+bool PrimitiveFollower::isDisobeyed(const WheelDisplacement& travelled) const {
+  if (done()) return false;
+  const double target_m = targetOfPart();
+  const double ahead_m = std::copysign(1.0, target_m) * leftOfPart(travelled);
+  const double patience_s = kPatienceFactor * travelTime(target_m, limits_) + kPatience_s;
+  return ahead_m < -kPatience_m || ahead_m > std::abs(target_m) + kPatience_m ||
+         part_time_s_ > patience_s;
+}
+
+WheelSpeeds PrimitiveFollower::steer(const WheelDisplacement& travelled, const WheelSpeeds& before,
+                                     double period_s) {
+  if (is_abandoned_ || done()) {
+    const WheelSpeeds slower = braked(before, limits_, period_s);
+    if (isStanding(slower)) part_ = Part::kDone;
+    return slower;
+  }
+  part_time_s_ += period_s;
+  const double sense = std::copysign(1.0, targetOfPart());
+  const double ahead_m = sense * (leftOfPart(travelled) - before.right_mps * period_s);
+  const double braking = kBrakingShare * limits_.max_acceleration_mps2;
+  const double wanted = ahead_m <= kArrived_m
+                            ? 0.0
+                            : std::min(limits_.max_speed_mps, std::sqrt(2.0 * braking * ahead_m));
+  const double most = limits_.max_acceleration_mps2 * period_s;
+  const double speed =
+      before.right_mps + std::clamp(sense * wanted - before.right_mps, -most, most);
+  const WheelSpeeds next{part_ == Part::kTurning ? -speed : speed, speed};
+  if (wanted <= 0.0 && speed == 0.0) nextPart(travelled);
+  return next;
 }
 
 }  // namespace bearing_calibration::core

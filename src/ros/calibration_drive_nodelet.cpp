@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "bearing_calibration/odometry/wheel_odometer.h"
-#include "bearing_calibration/odometry/wheel_pairing.h"
+#include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/drive_params.h"
 #include "bearing_calibration_ros/drive_publisher.h"

@@ -1,13 +1,14 @@
 #include "bearing_calibration_ros/result_messages.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
-#include "bearing_calibration/output/mount_quality.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration_ros/conversions.h"
 
 namespace bearing_calibration_ros {
@@ -17,8 +18,9 @@ using diagnostic_msgs::DiagnosticStatus;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// Of light and mount with the errors of clock and wheels.
+/// Of light and mount with the errors of clock and wheels, in the message's order.
 constexpr int kWithWheels = 5 + core::kWheelErrors;
+constexpr std::array<int, kWithWheels> kPlacesWithWheels = {7, 8, 0, 1, 2, 3, 4, 5, 6};
 using MatrixWithWheels = Eigen::Matrix<double, kWithWheels, kWithWheels, Eigen::RowMajor>;
 
 void fillMount(const core::CalibrationResult& result, msg::CalibrationEstimate* message) {
@@ -50,12 +52,12 @@ void fillPaperState(const core::CalibrationResult& result, msg::CalibrationEstim
 /// The robot's errors, then the levels of the noise.
 void fillRobotErrors(const core::CalibrationResult& result, msg::CalibrationEstimate* message) {
   MatrixWithWheels covariance = MatrixWithWheels::Constant(kNone);
-  if (result.cartesian_state) {
-    const core::RobotEstimate robot{*result.cartesian_state, result.robot_errors};
-    covariance = robot.joint<core::kWheelErrors>().covariance;
+  if (result.estimate) {
+    covariance = core::partOf(*result.estimate, core::kWheelErrors, {0})
+                     .covariance(kPlacesWithWheels, kPlacesWithWheels);
   }
   fillRowMajor(covariance, &message->covariance_with_clock_and_wheels);
-  for (const core::BlockReport& report : reportErrors(result)) {
+  for (const core::BlockReport& report : core::reportErrors(result)) {
     if (report.status == core::BlockStatus::kOff) continue;
     for (const core::ReportedNumber& number : report.numbers) {
       msg::RobotError error;
@@ -102,14 +104,6 @@ msg::CalibrationLight messageFromLight(const core::LightSummary& light) {
 }
 
 }  // namespace
-
-std::vector<core::BlockReport> reportErrors(const core::CalibrationResult& result,
-                                            double tilt_stddev_rad) {
-  auto reports = core::reportBlocks(result.error_priors, result.robot_errors, tilt_stddev_rad);
-  const auto noise = core::reportNoise(result.noise_priors, result.noise, result.correlation_time);
-  reports.insert(reports.end(), noise.begin(), noise.end());
-  return reports;
-}
 
 std::string rejectionsText(const core::CalibrationResult& result,
                            std::uint32_t joint_states_without_wheels) {
@@ -164,14 +158,14 @@ msg::CalibrationEstimate messageFromResult(const core::CalibrationResult& result
   return message;
 }
 
-std::optional<core::RobotEstimate> robotFromMessage(const msg::CalibrationEstimate& message) {
-  core::Gaussian<kWithWheels> joint;
-  joint.mean << message.light_x_m, message.light_y_m, message.x_m, message.y_m, message.yaw_rad,
-      wheelErrorsFrom(message.robot_errors);
-  joint.covariance =
+std::optional<core::StateEstimate> robotFromMessage(const msg::CalibrationEstimate& message) {
+  core::StateEstimate estimate = core::StateEstimate::zero({core::kWheelErrors, 1});
+  estimate.mean << message.x_m, message.y_m, message.yaw_rad, wheelErrorsFrom(message.robot_errors),
+      message.light_x_m, message.light_y_m;
+  estimate.covariance(kPlacesWithWheels, kPlacesWithWheels) =
       Eigen::Map<const MatrixWithWheels>(message.covariance_with_clock_and_wheels.data());
-  if (!joint.mean.allFinite() || !joint.covariance.allFinite()) return std::nullopt;
-  return core::RobotEstimate::from<core::kWheelErrors>(joint);
+  if (!estimate.mean.allFinite() || !estimate.covariance.allFinite()) return std::nullopt;
+  return estimate;
 }
 
 void fillDiagnostics(const core::CalibrationResult& result,

@@ -5,7 +5,6 @@
 #include <ros/init.h>
 #include <ros/time.h>
 
-#include <algorithm>
 #include <boost/date_time/posix_time/posix_time.hpp>
 #include <chrono>
 #include <cstdio>
@@ -14,8 +13,7 @@
 #include <utility>
 
 #include "bearing_calibration/common/formatted.h"
-#include "bearing_calibration/output/mount_quality.h"
-#include "bearing_calibration/output/saving_rule.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration_ros/result_messages.h"
 #include "bearing_calibration_ros/thrown.h"
 
@@ -42,31 +40,13 @@ std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& r
                                                 const CalibrationNodeConfig& config,
                                                 const std::string& program,
                                                 const std::string& source) {
-  if (!result.base_from_sensor || !result.paper_state || !result.cartesian_state) {
-    return std::nullopt;
-  }
+  if (!result.estimate) return std::nullopt;
   core::SavedCalibration saved;
-  saved.state = result.state;
-  saved.advice = result.advice;
-  saved.stamp = result.stamp;
+  saved.result = result;
   saved.base_frame = config.frames.base;
   saved.sensor_frame = config.frames.sensor;
-  saved.base_from_sensor = *result.base_from_sensor;
+  saved.lasting = core::lastingPart(*result.estimate);
   saved.unestimated = config.unestimated_mount;
-  saved.paper_state = *result.paper_state;
-  saved.cartesian_state = *result.cartesian_state;
-  saved.lasting =
-      core::LastingEstimate::of(core::RobotEstimate{*result.cartesian_state, result.robot_errors});
-  saved.robot_errors = reportErrors(
-      result, std::max(saved.unestimated.roll_stddev_rad, saved.unestimated.pitch_stddev_rad));
-  saved.lights = result.lights;
-  saved.quality = core::qualityInWords(result);
-  saved.nis_mean = result.nis_mean;
-  saved.distance_travelled_m = result.distance_travelled_m;
-  saved.rotation_travelled_rad = result.rotation_travelled_rad;
-  saved.bearings_used = result.bearings_used;
-  saved.bearings_gated = result.bearings_gated;
-  saved.ticks_used = result.ticks_used;
   saved.rejections = rejectionsText(result, 0);
   saved.provenance = {program,    wallTimeText(), source, config.calibrator.drive,
                       versions(), config.texts};
@@ -81,8 +61,8 @@ EarlierResult readEarlierResult(const CalibrationNodeConfig& config) {
   const core::SavedCalibration& saved = *content.calibration;
   std::string why = core::whyOfAnotherRobot(saved, config.frames.base, config.frames.sensor,
                                             config.calibrator.drive);
-  if (why.empty() && !core::mayBeTrusted(saved.state)) {
-    why = std::string("it was ") + core::nameOf(saved.state) + " when it was written";
+  if (why.empty() && !core::mayBeTrusted(saved.result.state)) {
+    why = std::string("it was ") + core::nameOf(saved.result.state) + " when it was written";
   }
   if (!why.empty()) return {std::nullopt, "not resumed: " + path + ": " + why};
   return {saved.lasting, "resumed from " + path + ", written " + saved.provenance.written_at};

@@ -7,7 +7,6 @@
 
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/optics/conic_mirror.h"
-#include "bearing_calibration/vision/mirror_check.h"
 #include "bearing_calibration/vision/mirror_rim.h"
 
 namespace bearing_calibration_ros {

@@ -50,7 +50,7 @@ class SimulationNodelet : public GuardedNodelet {
                                                 config_.renderer, scene, log_error);
     constexpr std::uint32_t kTicksQueue = 1000;  // ten seconds: the calibration needs every reading
     ticks_publisher_ = node_handle.advertise<msg::WheelTicks>("wheel_ticks", kTicksQueue);
-    if (commanded_ != nullptr) {
+    if (commanded_) {
       command_subscriber_ =
           node_handle.subscribe("cmd_vel", 1, &SimulationNodelet::onCommand, this);
     }
@@ -60,18 +60,16 @@ class SimulationNodelet : public GuardedNodelet {
   void startRobot(core::RobotConfig config, const DrivingConfig& driving) {
     const core::DriveGeometry& drive = config.encoders.drive;
     config.start = clock_->start();
-    std::unique_ptr<core::Trajectory> trajectory;
+    core::Trajectory trajectory;
     if (driving.follows_commands) {
-      auto commanded = std::make_unique<core::CommandedTrajectory>(
-          drive.wheel_separation_m, drive.max_wheel_speed_mps, driving.command_timeout_s);
-      commanded_ = commanded.get();
-      trajectory = std::move(commanded);
+      commanded_.emplace(drive.wheel_separation_m, drive.max_wheel_speed_mps,
+                         driving.command_timeout_s);
+      trajectory = [this](double step_s) { return commanded_->advance(step_s); };
     } else {
       trajectory = core::makeTrajectory(driving.trajectory, drive.wheel_separation_m);
     }
     if (driving.duration_s > 0.0) {
-      trajectory =
-          std::make_unique<core::LimitedTrajectory>(std::move(trajectory), driving.duration_s);
+      trajectory = core::limitedTrajectory(std::move(trajectory), driving.duration_s);
     }
     simulator_ =
         std::make_unique<core::RobotSimulator>(config, config_.scene.lights, std::move(trajectory));
@@ -157,7 +155,7 @@ class SimulationNodelet : public GuardedNodelet {
   SimulationNodeConfig config_;
   std::unique_ptr<SimulatedClock> clock_;
   std::unique_ptr<core::RobotSimulator> simulator_;
-  core::CommandedTrajectory* commanded_ = nullptr;  ///< the simulator's, when it is such a one
+  std::optional<core::CommandedTrajectory> commanded_;  ///< the simulator's, when it is such a one
   std::unique_ptr<TruthPublisher> truth_;
   std::unique_ptr<SimulatedCamera> camera_;
   ros::Publisher ticks_publisher_;

@@ -150,7 +150,7 @@ void addSensor(const core::Visualisation& visualisation, const VisualisationStyl
 }
 
 /// A ball (`id`) with its ellipse (`id` + 1 and + 2); one that the mount does not rest on is grey.
-void addLight(const core::Visualisation::Found::FurtherLight& light, bool is_known, int id,
+void addLight(const core::Visualisation::Light& light, bool is_known, int id,
               const VisualisationStyle& style, std::vector<Marker>* markers) {
   const std_msgs::ColorRGBA body = light.in_estimate ? yellow(kOpaque) : grey(kOpaque);
   const std_msgs::ColorRGBA around = light.in_estimate ? orange(kOpaque) : grey(kOpaque);
@@ -166,14 +166,12 @@ void addLight(const core::Visualisation::Found::FurtherLight& light, bool is_kno
 void addLights(const core::Visualisation& visualisation, const VisualisationStyle& style,
                std::vector<Marker>* markers) {
   constexpr int kMarkersOfLight = 3;
-  const bool is_known = visualisation.found.has_value();
   const auto found = visualisation.found.value_or(core::Visualisation::Found{});
-  addLight({found.light_in_start, found.light_ellipse_in_start, true}, is_known, 0, style, markers);
-  for (int i = 1; i < style.most_lights; ++i) {
-    const auto at = static_cast<std::size_t>(i - 1);
-    const bool is_there = at < found.further_lights.size();
-    addLight(is_there ? found.further_lights[at] : core::Visualisation::Found::FurtherLight{},
-             is_there, kMarkersOfLight * i, style, markers);
+  for (int i = 0; i < style.most_lights; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const bool is_there = at < found.lights.size();
+    addLight(is_there ? found.lights[at] : core::Visualisation::Light{{}, {}, i == 0}, is_there,
+             kMarkersOfLight * i, style, markers);
   }
 }
 

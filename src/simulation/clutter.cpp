@@ -21,34 +21,45 @@ constexpr Look kLamp{{0.3, 3.0}, {0.7, 3.0}, {0.5, 1.5}, true, {0.4, 4.0}};
 constexpr Look kReflection{{-12.0, -1.0}, {0.5, 3.0}, {0.8, 4.0}, true, {0.15, 0.9}};
 constexpr Look kPaper{{-12.0, -1.0}, {0.5, 6.0}, {0.5, 4.0}, false, {0.15, 0.6}};
 
-BrightShape drawShape(const Look& look, SceneRandom* random) {
+Clutter::Shape drawShape(const Look& look, SceneRandom* random) {
   const auto radians = [&](const Interval& degrees) {
     return radiansFromDegrees(drawBetween(degrees, random));
   };
-  BrightShape shape;
-  shape.azimuth_rad = drawBetween({-kPi, kPi}, random);
-  shape.elevation_rad = radians(look.elevation_deg);
-  shape.half_width_rad = radians(look.half_width_deg);
-  shape.half_height_rad = radians(look.half_height_deg);
-  shape.is_round = look.is_round;
-  shape.brightness = drawBetween(look.brightness, random);
-  return shape;
+  // Braces are evaluated in order: it decides what a seed draws.
+  return {drawBetween({-kPi, kPi}, random),
+          radians(look.elevation_deg),
+          radians(look.half_width_deg),
+          radians(look.half_height_deg),
+          look.is_round,
+          drawBetween(look.brightness, random)};
 }
 
-Texture drawTexture(const Interval& contrast, SceneRandom* random) {
+std::vector<Clutter::Wave> drawTexture(SceneRandom* random) {
   constexpr int kWaves = 24;
   constexpr Interval kAround{1.0, 60.0};  // the finest is 6 degrees long
   constexpr Interval kUp{-80.0, 80.0};    // [rad/rad] and 4.5 degrees high
-  Texture texture;
-  texture.contrast = drawBetween(contrast, random);
+  std::vector<Clutter::Wave> waves;
   for (int i = 0; i < kWaves; ++i) {
-    Texture::Wave wave;
-    wave.around = std::round(drawBetween(kAround, random));
-    wave.up = drawBetween(kUp, random);
-    wave.phase_rad = drawBetween({-kPi, kPi}, random);
-    texture.waves.push_back(wave);
+    waves.push_back({std::round(drawBetween(kAround, random)), drawBetween(kUp, random),
+                     drawBetween({-kPi, kPi}, random)});
   }
-  return texture;
+  return waves;
+}
+
+bool covers(const Clutter::Shape& shape, double azimuth_rad, double elevation_rad) {
+  const double x = wrapAngle(azimuth_rad - shape.azimuth_rad) / shape.half_width_rad;
+  const double y = (elevation_rad - shape.elevation_rad) / shape.half_height_rad;
+  return shape.is_round ? x * x + y * y <= 1.0 : std::abs(x) <= 1.0 && std::abs(y) <= 1.0;
+}
+
+double textureAt(const Clutter& clutter, double azimuth_rad, double elevation_rad) {
+  if (clutter.texture_contrast <= 0.0) return 1.0;
+  double sum = 0.0;
+  for (const Clutter::Wave& wave : clutter.texture) {
+    sum += std::sin(wave.around * azimuth_rad + wave.up * elevation_rad + wave.phase_rad);
+  }
+  const double stddev = std::sqrt(0.5 * static_cast<double>(clutter.texture.size()));
+  return std::max(0.0, 1.0 + clutter.texture_contrast * sum / stddev);
 }
 
 void declareCount(Parameters& params, const std::string& name, CountRange& count) {
@@ -85,22 +96,6 @@ void ClutterConfig::declare(Parameters& params) {
                   holder_half_width_rad);
 }
 
-bool BrightShape::covers(double azimuth, double elevation) const {
-  const double x = wrapAngle(azimuth - azimuth_rad) / half_width_rad;
-  const double y = (elevation - elevation_rad) / half_height_rad;
-  return is_round ? x * x + y * y <= 1.0 : std::abs(x) <= 1.0 && std::abs(y) <= 1.0;
-}
-
-double Texture::at(double azimuth_rad, double elevation_rad) const {
-  if (contrast <= 0.0) return 1.0;
-  double sum = 0.0;
-  for (const Wave& wave : waves) {
-    sum += std::sin(wave.around * azimuth_rad + wave.up * elevation_rad + wave.phase_rad);
-  }
-  const double stddev = std::sqrt(0.5 * static_cast<double>(waves.size()));
-  return std::max(0.0, 1.0 + contrast * sum / stddev);
-}
-
 Clutter drawClutter(const ClutterConfig& config, SceneRandom* random) {
   Clutter clutter;
   const auto add = [&](const CountRange& count, const Look& look) {
@@ -112,7 +107,8 @@ Clutter drawClutter(const ClutterConfig& config, SceneRandom* random) {
   add(config.lamps, kLamp);
   add(config.reflections, kReflection);
   add(config.papers, kPaper);
-  clutter.texture = drawTexture(config.texture_contrast, random);
+  clutter.texture_contrast = drawBetween(config.texture_contrast, random);
+  clutter.texture = drawTexture(random);
   return clutter;
 }
 
@@ -136,9 +132,9 @@ bool isBehind(const std::vector<MirrorHolder>& holders, double azimuth_rad, doub
 RadianceFunction withClutter(const RadianceFunction& walls, const Clutter& clutter) {
   return [walls, clutter](double azimuth_rad, double elevation_rad) {
     double brightness =
-        walls(azimuth_rad, elevation_rad) * clutter.texture.at(azimuth_rad, elevation_rad);
-    for (const BrightShape& shape : clutter.shapes) {
-      if (shape.covers(azimuth_rad, elevation_rad)) {
+        walls(azimuth_rad, elevation_rad) * textureAt(clutter, azimuth_rad, elevation_rad);
+    for (const Clutter::Shape& shape : clutter.shapes) {
+      if (covers(shape, azimuth_rad, elevation_rad)) {
         brightness = std::max(brightness, shape.brightness);
       }
     }

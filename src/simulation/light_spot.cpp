@@ -29,6 +29,15 @@ Vector2d onDisc(double area_fraction, double angle_rad) {
 
 double fraction(double value) { return value - std::floor(value); }
 
+/// Where a ray starts that comes from the place `ball` of a light's unit disc.
+Vector3d sourceOf(const Light& light, const Vector2d& ball) {
+  const Vector2d sideways = light.radius_m * perpendicular(light.position_m).normalized();
+  Vector3d source = light.place_m();
+  source.head<2>() += ball.x() * sideways;
+  source.z() += ball.y() * light.radius_m;
+  return source;
+}
+
 /// Adds `amount` to the four pixels that a pixel-wide square around `pixel` covers.
 void shareOut(const CameraRig& rig, const Vector2d& pixel, double amount,
               std::vector<float>* electrons) {
@@ -53,7 +62,7 @@ double SpotMoments::plateau() const {
   return flux / (4.0 * kPi * std::sqrt(covariance_px2.determinant()));
 }
 
-LightSpot::LightSpot(const CameraRig& rig, int rays) {
+LightSpot::LightSpot(const CameraRig& rig, int rays) : tracer_(rig) {
   if (rays <= 0) throw std::invalid_argument("a light needs at least one ray");
   const double radius_m = 0.5 * rig.aperture_m;
   area_per_ray_m2_ = kPi * radius_m * radius_m / rays;
@@ -66,32 +75,13 @@ LightSpot::LightSpot(const CameraRig& rig, int rays) {
   }
 }
 
-Vector3d LightSpot::sourceOf(const Sample& sample, const LuminousBall& light) {
-  const Vector2d sideways =
-      light.radius_m * Vector2d(-light.position_m.y(), light.position_m.x()).normalized();
-  Vector3d source = light.position_m;
-  source.head<2>() += sample.ball.x() * sideways;
-  source.z() += sample.ball.y() * light.radius_m;
-  return source;
-}
-
-void LightSpot::trace(const ConeTracer& tracer, const LuminousBall& light,
-                      const RayVisitor& visit) const {
-  for (const Sample& sample : samples_) {
-    if (const auto hit = tracer.rayFrom(sourceOf(sample, light), sample.aperture_m)) {
-      visit(hit->pixel, light.brightness * hit->throughput * area_per_ray_m2_);
-    }
-  }
-}
-
-std::optional<LightSpot::RowExposure> LightSpot::rowExposureOf(const ConeTracer& tracer,
-                                                               const BallPath& path,
-                                                               const Shutter& shutter) {
+std::optional<LightSpot::RowExposure> LightSpot::rowExposureOf(const LightPath& path,
+                                                               const Shutter& shutter) const {
   // The row moves the time, and the time the row by less than a hundredth of that: fixed point.
   constexpr int kRounds = 5;
   RowExposure row;
   for (int round = 0; round < kRounds; ++round) {
-    const auto hit = tracer.rayFrom(path(row.time_s).position_m, Vector2d::Zero());
+    const auto hit = tracer_.rayFrom(path(row.time_s).place_m(), Vector2d::Zero());
     if (!hit) return std::nullopt;
     row.pixel = hit->pixel;
     row.time_s = hit->pixel.y() * shutter.row_time_s;
@@ -99,38 +89,38 @@ std::optional<LightSpot::RowExposure> LightSpot::rowExposureOf(const ConeTracer&
   return row;
 }
 
-void LightSpot::traceMoving(const ConeTracer& tracer, const BallPath& path, const Shutter& shutter,
-                            const RayVisitor& visit) const {
-  const auto middle = rowExposureOf(tracer, path, shutter);
-  if (!middle) return;
+void LightSpot::trace(const LightPath& path, const Shutter& shutter,
+                      const RayVisitor& visit) const {
+  const auto middle = rowExposureOf(path, shutter);
+  if (!middle && !shutter.isInstant()) return;
   // From the middle's row to the ray's own in two rounds, the second of which moves it by less
   // than a thousandth of a pixel.
   const int rounds = shutter.row_time_s > 0.0 ? 2 : 1;
   for (const Sample& sample : samples_) {
-    double row = middle->pixel.y();
+    double row = middle ? middle->pixel.y() : 0.0;
     for (int round = 1; round <= rounds; ++round) {
-      const double time_s = row * shutter.row_time_s + sample.moment * shutter.exposure_s;
-      const LuminousBall ball = path(time_s);
-      const auto hit = tracer.rayFrom(sourceOf(sample, ball), sample.aperture_m);
+      const Light light = path(row * shutter.row_time_s + sample.moment * shutter.exposure_s);
+      const auto hit = tracer_.rayFrom(sourceOf(light, sample.ball), sample.aperture_m);
       if (!hit) break;
       row = hit->pixel.y();
       if (round == rounds) {
-        visit(hit->pixel, ball.brightness * hit->throughput * area_per_ray_m2_);
+        visit(hit->pixel, light.brightness * hit->throughput * area_per_ray_m2_);
       }
     }
   }
 }
 
-SpotMoments LightSpot::moments(const ConeTracer& tracer, const LuminousBall& light) const {
+SpotMoments LightSpot::moments(const Light& light) const {
   SpotMoments moments;
   Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
-  const Vector2d origin = tracer.rig().centre_px;  // keeps the sums of squares small
-  trace(tracer, light, [&](const Vector2d& pixel, double flux) {
-    const Vector2d offset = pixel - origin;
-    moments.flux += flux;
-    moments.mean_px += flux * offset;
-    square += flux * offset * offset.transpose();
-  });
+  const Vector2d origin = tracer_.rig().centre_px;  // keeps the sums of squares small
+  trace([&light](double) { return light; }, Shutter(),
+        [&](const Vector2d& pixel, double flux) {
+          const Vector2d offset = pixel - origin;
+          moments.flux += flux;
+          moments.mean_px += flux * offset;
+          square += flux * offset * offset.transpose();
+        });
   if (moments.flux <= 0.0) return moments;
   moments.mean_px /= moments.flux;
   moments.covariance_px2 = square / moments.flux - moments.mean_px * moments.mean_px.transpose();
@@ -138,17 +128,10 @@ SpotMoments LightSpot::moments(const ConeTracer& tracer, const LuminousBall& lig
   return moments;
 }
 
-void LightSpot::addTo(const ConeTracer& tracer, const LuminousBall& light,
-                      double electrons_per_flux, std::vector<float>* electrons) const {
-  trace(tracer, light, [&](const Vector2d& pixel, double flux) {
-    shareOut(tracer.rig(), pixel, flux * electrons_per_flux, electrons);
-  });
-}
-
-void LightSpot::addMovingTo(const ConeTracer& tracer, const BallPath& path, const Shutter& shutter,
-                            double electrons_per_flux, std::vector<float>* electrons) const {
-  traceMoving(tracer, path, shutter, [&](const Vector2d& pixel, double flux) {
-    shareOut(tracer.rig(), pixel, flux * electrons_per_flux, electrons);
+void LightSpot::addTo(const LightPath& path, const Shutter& shutter, double electrons_per_flux,
+                      std::vector<float>* electrons) const {
+  trace(path, shutter, [&](const Vector2d& pixel, double flux) {
+    shareOut(tracer_.rig(), pixel, flux * electrons_per_flux, electrons);
   });
 }
 

@@ -2,74 +2,44 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/simulation/random_stream.h"
+#include "bearing_calibration/simulation/random_numbers.h"
 
 namespace bearing_calibration::core {
 namespace {
 
 constexpr double kRadiansPerColumn = 2.0 * kPi / Panorama::kColumns;
 
-/// Weights of a Gaussian blur at -n .. n cells, with sum 1.
-std::vector<double> blurWeights(double stddev_cells) {
+/// Cells on each side that a Gaussian blur takes in.
+int reachOf(double stddev_cells) {
   constexpr double kReach = 3.0;  // standard deviations; 0.3 % of the weight lies beyond
-  const int n = static_cast<int>(std::ceil(kReach * stddev_cells));
-  std::vector<double> weights(static_cast<std::size_t>(2 * n + 1), 1.0);
-  double sum = 0.0;
-  for (int i = -n; n > 0 && i <= n; ++i) {
-    const double distance = i / stddev_cells;
-    weights[static_cast<std::size_t>(i + n)] = std::exp(-0.5 * distance * distance);
-  }
-  for (double weight : weights) sum += weight;
-  for (double& weight : weights) weight /= sum;
-  return weights;
-}
-
-/// `value(place)` blurred along one axis, at `place`.
-template <typename Value>
-double blurred(const std::vector<double>& weights, int place, const Value& value) {
-  const int n = static_cast<int>(weights.size()) / 2;
-  double sum = 0.0;
-  for (int i = -n; i <= n; ++i) sum += weights[static_cast<std::size_t>(i + n)] * value(place + i);
-  return sum;
+  return static_cast<int>(std::ceil(kReach * stddev_cells));
 }
 
 }  // namespace
 
 Panorama::Panorama(const RadianceFunction& radiance, const Extent& extent) : extent_(extent) {
   const double radians_per_row = (extent.highest_rad - extent.lowest_rad) / (kRows - 1);
-  const auto column_weights = blurWeights(extent.azimuth_blur_rad / kRadiansPerColumn);
-  const auto row_weights =
-      blurWeights(radians_per_row > 0.0 ? extent.elevation_blur_rad / radians_per_row : 0.0);
-  table_.resize(static_cast<std::size_t>(kRows * kStride));
+  const double columns_blur = extent.azimuth_blur_rad / kRadiansPerColumn;
+  const double rows_blur =
+      radians_per_row > 0.0 ? extent.elevation_blur_rad / radians_per_row : 0.0;
+  const int beside = reachOf(columns_blur);
+  const int above = reachOf(rows_blur);
   // Rows beyond the table's edge count in the blur of its rows.
-  const int margin = static_cast<int>(row_weights.size()) / 2;
-  std::vector<std::vector<double>> rows(static_cast<std::size_t>(kRows + 2 * margin),
-                                        std::vector<double>(kColumns));
-  std::vector<double> sharp(kColumns);
-  for (int row = -margin; row < kRows + margin; ++row) {
-    const double elevation = extent.lowest_rad + row * radians_per_row;
+  cv::Mat1d sharp(kRows + 2 * above, kColumns);
+  for (int row = 0; row < sharp.rows; ++row) {
+    const double elevation = extent.lowest_rad + (row - above) * radians_per_row;
     for (int column = 0; column < kColumns; ++column) {
-      sharp[static_cast<std::size_t>(column)] = radiance(column * kRadiansPerColumn, elevation);
-    }
-    for (int column = 0; column < kColumns; ++column) {
-      rows[static_cast<std::size_t>(row + margin)][static_cast<std::size_t>(column)] =
-          blurred(column_weights, column, [&sharp](int place) {
-            return sharp[static_cast<std::size_t>((place + kColumns) % kColumns)];
-          });
+      sharp(row, column) = radiance(column * kRadiansPerColumn, elevation);
     }
   }
-  for (int row = 0; row < kRows; ++row) {
-    for (int column = 0; column < kStride; ++column) {
-      table_[static_cast<std::size_t>(row * kStride + column)] =
-          static_cast<float>(blurred(row_weights, row + margin, [&](int place) {
-            return rows[static_cast<std::size_t>(place)]
-                       [static_cast<std::size_t>(column % kColumns)];
-          }));
-    }
-  }
+  cv::Mat1d blurred;
+  cv::copyMakeBorder(sharp, blurred, 0, 0, beside, beside + 1, cv::BORDER_WRAP);
+  cv::GaussianBlur(blurred, blurred, {2 * beside + 1, 2 * above + 1}, columns_blur, rows_blur);
+  blurred(cv::Rect(beside, above, kColumns + 1, kRows)).convertTo(table_, CV_32F);
 }
 
 float Panorama::columnsFrom(double yaw_rad) {

@@ -76,7 +76,7 @@ void RobotConfig::declare(Parameters& params) {
 }
 
 RobotSimulator::RobotSimulator(const RobotConfig& config, std::vector<Light> lights,
-                               std::unique_ptr<Trajectory> trajectory)
+                               Trajectory trajectory)
     : config_(validated(config)),
       lights_(std::move(lights)),
       trajectory_(std::move(trajectory)),
@@ -97,7 +97,7 @@ bool RobotSimulator::lightsOccluded() const {
 }
 
 void RobotSimulator::step() {
-  const WheelDisplacement ground = trajectory_->advance(config_.step_s);
+  const WheelDisplacement ground = trajectory_(config_.step_s);
   world_from_base_ = world_from_base_ * arcFromWheels(ground, wheel_separation_m_).start_from_end;
   encoders_.roll(turned(ground));
   const double before_s = timeSeconds();

@@ -10,6 +10,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/cancellation.h"
 #include "bearing_calibration/common/parameters.h"
+#include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/record_weights.h"
 #include "bearing_calibration/solve/smoother.h"
 
@@ -80,13 +81,12 @@ class Fit {
   int failures_ = 0;
 };
 
-/// The part of mount and lights in a covariance.
-LightsMatrix placesOf(const LightsLayout& layout, const LightsMatrix& covariance) {
-  const int lights = 2 * layout.lights;
-  LightsMatrix places(kMountSize + lights, kMountSize + lights);
-  places << covariance.topLeftCorner(kMountSize, kMountSize),
-      covariance.topRightCorner(kMountSize, lights),
-      covariance.bottomLeftCorner(lights, kMountSize), covariance.bottomRightCorner(lights, lights);
+/// The places of mount and lights in a state.
+std::vector<int> placesOf(const StateLayout& layout) {
+  std::vector<int> places;
+  for (int i = 0; i < layout.size(); ++i) {
+    if (i < kMountSize || i >= layout.lastingSize()) places.push_back(i);
+  }
   return places;
 }
 
@@ -120,11 +120,12 @@ bool Fit::step() {
   constexpr double kTolerance = 1.0;
   constexpr double kRelativeTolerance = 0.2;
   if (!(cost <= cost_ * (1.0 + kRelativeTolerance) + kTolerance)) return false;
-  const LightsLayout& layout = pass.last.layout;
-  LightsVector change(kMountSize + 2 * layout.lights);
-  change << pass.path.mount - path_.mount,
-      (pass.path.points.back().lights_in_base - path_.points.back().lights_in_base).reshaped();
-  const LightsMatrix covariance = placesOf(layout, pass.last.covariance);
+  const StateLayout& layout = pass.last.layout;
+  const std::size_t end = path_.points.size() - 1;
+  const std::vector<int> places = placesOf(layout);
+  const StateVector change =
+      (pass.path.stateAt(layout, end) - path_.stateAt(layout, end))(places).eval();
+  const StateMatrix covariance = pass.last.covariance(places, places);
   const Eigen::Vector3d mount_change = change.head<kMountSize>();
   const Eigen::Matrix3d mount_covariance = covariance.topLeftCorner<kMountSize, kMountSize>();
   last_step_ = change.dot(covariance.ldlt().solve(change));
@@ -171,8 +172,7 @@ void Fit::judgeInnovations(BatchEstimate& estimate) const {
     }
     ++used;
     const SmoothedObservation& observation = pass.observations[i];
-    estimate.nis.back() = observation.innovation_rad * observation.innovation_rad /
-                          observation.innovation_variance_rad2;
+    estimate.nis.back() = observation.azimuth.nis();
     estimate.chi_square += estimate.nis.back();
   }
   estimate.slips = weights_.slips();
@@ -206,11 +206,7 @@ BatchEstimate Fit::run() {
   if (pass_.observations.empty()) return estimate;
   estimate.converged = stage_ == Stage::kDone && pass_.last.mean.allFinite() && hasLikelyErrors();
   estimate.last = pass_.last;
-  double& yaw = estimate.last.mean(kMountSize - 1);
-  yaw = wrapAngle(yaw);
-  const RobotEstimate robot = estimate.last.robot(0);
-  estimate.at_last_observation = robot.cartesian;
-  estimate.errors = robot.errors;
+  estimate.last.wrapYaw();
   estimate.cost = costOf(pass_, path_) + weights_.costOfDisbelief(path_);
   estimate.correlation = weights_.correlation();
   estimate.weights = weights_.observations();
@@ -238,6 +234,12 @@ double BatchEstimate::inlierFraction() const {
   return 1.0 - static_cast<double>(rejected.size()) / static_cast<double>(nis.size());
 }
 
+Scatter BatchEstimate::scatter() const {
+  Scatter all = beginning ? beginning->scatter : Scatter();
+  all += scatterOf(mount_displacements, 0, mount_displacements.size());
+  return all;
+}
+
 RecordStart surestStart(const BatchEstimate& fit) {
   std::size_t longest_begin = 0;
   std::size_t longest = 0;
@@ -252,7 +254,10 @@ RecordStart surestStart(const BatchEstimate& fit) {
   for (std::size_t slip : fit.slips) endStretch(slip);
   endStretch(fit.path.points.size());
   const std::size_t observation = longest_begin + longest / 2;
-  return {fit.path.state(observation), observation, fit.errors.mean};
+  RecordStart start(fit.last, observation);
+  start.mount = fit.path.mount;
+  start.lights_in_base = fit.path.points[observation].lights_in_base;
+  return start;
 }
 
 BatchEstimator::BatchEstimator(const BatchConfig& config) : config_(validated(config)) {}
@@ -263,10 +268,7 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
   if (start.observation >= observations.size()) {
     throw std::invalid_argument("the start of a batch estimate is not at one of its observations");
   }
-  const LightTrack light = trackLight(observations, start);
-  RecordTrack track{{{}, start.state.tail<kMountSize>(), start.errors}, light.is_plausible};
-  for (const Vector5& state : light.states) track.path.points.push_back({state.head<2>()});
-  return estimate(observations, track, slips, beginning);
+  return estimate(observations, trackLights(observations, start), slips, beginning);
 }
 
 BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observations,
@@ -280,7 +282,7 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
     throw std::invalid_argument(
         "the track or a supposed slip of a batch estimate is not at one of its observations");
   }
-  const LightsLayout layout{errorsInUse(config_.errors), track.path.lights()};
+  const StateLayout layout{errorsInUse(config_.errors), track.path.lights()};
   if (beginning && (beginning->known.layout.errors != layout.errors ||
                     beginning->known.layout.lights != layout.lights)) {
     throw std::invalid_argument(
@@ -305,16 +307,16 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
   return Fit(observations, track, config_, slips, beginning).run();
 }
 
-LightsEstimate BatchEstimator::knownAt(std::size_t observation,
-                                       const std::vector<Observation>& observations,
-                                       const BatchEstimate& fit) const {
+StateEstimate BatchEstimator::knownAt(std::size_t observation,
+                                      const std::vector<Observation>& observations,
+                                      const BatchEstimate& fit) const {
   const auto until = [observation](const auto& all) {
     return std::vector(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(observation + 1));
   };
   const RecordPath path{until(fit.path.points), fit.path.mount, fit.path.errors};
-  return smooth(until(observations), until(fit.weights), path, kFreePass, config_.errors,
-                fit.known())
-      .last;
+  const SmootherPass pass = smooth(until(observations), until(fit.weights), path, kFreePass,
+                                   config_.errors, fit.known());
+  return withoutLearntScale(pass.last, config_.errors);
 }
 
 }  // namespace bearing_calibration::core

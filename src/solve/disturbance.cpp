@@ -25,23 +25,23 @@ double gainOf(const Eigen::Matrix<double, D, 1>& pull,
 
 }  // namespace
 
-Disturbance::Disturbance(const LightsLayout& layout)
+Disturbance::Disturbance(const StateLayout& layout)
     : layout_(layout),
-      r_(LightsVector::Zero(layout.size())),
-      N_(LightsMatrix::Zero(layout.size(), layout.size())) {}
+      r_(StateVector::Zero(layout.size())),
+      N_(StateMatrix::Zero(layout.size(), layout.size())) {}
 
-void Disturbance::add(const LinearNumber& number, const LightsVector& future) {
-  const double precision = 1.0 / number.innovation_variance;
-  const double surprise = number.innovation * precision - number.gain.dot(r_);
+void Disturbance::add(const ScalarUpdate& number, double pull_variance, const StateVector& future) {
+  const auto& [residual, variance] = number.innovation;
+  const double surprise = residual / variance - number.gain.dot(r_);
   r_ += number.H * surprise;
   // (I - KH)' N (I - KH) + H'H/S, written as updates of rank 1 and 2
-  const double scale = future.dot(number.gain) + number.pull_variance;
-  const LightsVector half = 0.5 * scale * number.H - future;
+  const double scale = future.dot(number.gain) + pull_variance;
+  const StateVector half = 0.5 * scale * number.H - future;
   N_.noalias() += number.H * half.transpose();
   N_.noalias() += half * number.H.transpose();
 }
 
-void Disturbance::passMotion(const LightsMotion& motion) {
+void Disturbance::passMotion(const LinearMotion& motion) {
   const int size = 2 * layout_.lights;
   const int errors = layout_.errors;
   if (errors > 0) {
@@ -62,7 +62,7 @@ void Disturbance::passMotion(const LightsMotion& motion) {
   }
 }
 
-double Disturbance::slipGain(const LightsMotion& motion, double range_m2) const {
+double Disturbance::slipGain(const LinearMotion& motion, double range_m2) const {
   constexpr double kTellable = 0.2;  // standard deviation of the jump, over the range
   const double least_information = 1.0 / (kTellable * kTellable * range_m2);
   const int size = 2 * layout_.lights;

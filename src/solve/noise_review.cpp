@@ -32,7 +32,7 @@ double fromLogit(double logit) { return 1.0 / (1.0 + std::exp(-logit)); }
 /// Innovations of a record, and what it says of the robot in the end.
 struct Filtered {
   std::vector<Innovation> innovations;
-  LightsEstimate last;
+  StateEstimate last;
 };
 
 /// A record, linearised about the path of its fit, with the bearings' noise as a state of its own:
@@ -47,35 +47,35 @@ class LinearRecord {
 
  private:
   struct Step {
-    LightsMotion motion;  ///< with the stated noise
-    LightsVector path;
-    LightsRow H;
+    LinearMotion motion;  ///< with the stated noise
+    StateVector path;
+    StateRow H;
     double residual_rad;  ///< at the path
     double stddev_rad;    ///< as stated
     double intervals;     ///< since the observation before it
     bool moves, slipped, use_bearing;
     struct Elevation {
-      LightsRow H;
+      StateRow H;
       double residual_rad;
       double variance_rad2;
     };
     std::optional<Elevation> elevation;  ///< where it tells anything that is looked for
   };
 
-  LightsEstimate before_;
+  StateEstimate before_;
   std::vector<Step> steps_;
 };
 
 LinearRecord::LinearRecord(const std::vector<Observation>& observations, const BatchEstimate& fit,
                            const ErrorPriors& errors) {
-  const LightsLayout layout{errorsInUse(errors), 1};
+  const StateLayout layout{errorsInUse(errors), 1};
   const RecordPath& path = fit.path;
   const double usual_interval_s = usualInterval(observations);
   steps_.reserve(observations.size());
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const Observation& observation = observations[i];
-    const LightsVector at = path.lightsState(layout, i);
-    const LightsAngle expected = expectAzimuth(layout, at, 0, observation.nearby);
+    const StateVector at = path.stateAt(layout, i);
+    const ExpectedAngle expected = expectAzimuth(layout, at, 0, observation.nearby);
     const double interval_s =
         i == 0 ? 0.0 : secondsFromDuration(observation.stamp - observations[i - 1].stamp);
     steps_.push_back(
@@ -86,7 +86,7 @@ LinearRecord::LinearRecord(const std::vector<Observation>& observations, const B
          usual_interval_s > 0.0 ? interval_s / usual_interval_s : 1.0, i > 0 || fit.beginning,
          fit.weights[i].slipped, fit.weights[i].use_bearing, std::nullopt});
     if (!errors.usesElevations() || !observation.elevation) continue;
-    const LightsAngle over = expectElevation(layout, at, 0, observation.nearby);
+    const ExpectedAngle over = expectElevation(layout, at, 0, observation.nearby);
     steps_.back().elevation = {
         over.J_angle_state, observation.elevation->angle_rad - over.angle_rad,
         fit.weights[i].elevation_doubt * observation.elevation->variance_rad2};
@@ -102,17 +102,17 @@ Filtered LinearRecord::filter(const Unknowns& unknowns, bool gives_up_slips) con
   const double share = fromLogit(unknowns(kShare));
   Filtered filtered{{}, before_};
   filtered.innovations.reserve(steps_.size());
-  LightsEstimate& estimate = filtered.last;
+  StateEstimate& estimate = filtered.last;
   const int errors = estimate.layout.errors;
   // What lasts of the present bearing's noise, over its standard deviation, and its covariance with
   // the state.
   double noise = 0.0;
   double noise_variance = 1.0;
-  LightsVector shared = LightsVector::Zero(estimate.layout.size());
+  StateVector shared = StateVector::Zero(estimate.layout.size());
   // The EKF's update by an angle of which so much is the noise that lasts.
-  const auto takeIn = [&](const LightsRow& H, double residual_rad, double lasting_stddev_rad,
+  const auto takeIn = [&](const StateRow& H, double residual_rad, double lasting_stddev_rad,
                           double variance_rad2) {
-    const LightsVector PHt = estimate.covariance * H.transpose() + lasting_stddev_rad * shared;
+    const StateVector PHt = estimate.covariance * H.transpose() + lasting_stddev_rad * shared;
     const double noise_PHt = H.dot(shared.transpose()) + lasting_stddev_rad * noise_variance;
     const Innovation innovation{
         residual_rad - lasting_stddev_rad * noise,
@@ -127,7 +127,7 @@ Filtered LinearRecord::filter(const Unknowns& unknowns, bool gives_up_slips) con
   };
   for (const Step& step : steps_) {
     if (step.moves) {
-      LightsMotion motion = step.motion;
+      LinearMotion motion = step.motion;
       motion.covariance *= wheel_factor;
       if (step.slipped && gives_up_slips) motion.covariance += slipCovariance();
       propagate(motion, &estimate);
@@ -140,7 +140,7 @@ Filtered LinearRecord::filter(const Unknowns& unknowns, bool gives_up_slips) con
     shared *= kept;
     if (!step.use_bearing) continue;
     const double variance_rad2 = std::pow(bearing_factor * step.stddev_rad, 2);
-    const auto residual = [&](const LightsRow& H, double at_path_rad) {
+    const auto residual = [&](const StateRow& H, double at_path_rad) {
       return at_path_rad - H.dot((estimate.mean - step.path).transpose());
     };
     filtered.innovations.push_back(takeIn(step.H, residual(step.H, step.residual_rad),
@@ -265,31 +265,26 @@ class Levels {
   bool gives_up_slips_;
 };
 
-using Joint = Gaussian<5 + kErrorCount>;
-
 /// Mean and covariance over the levels, by two points of them for each unknown.
-RobotEstimate averageOver(const LinearRecord& record, const Likeliest& levels,
+StateEstimate averageOver(const LinearRecord& record, const Likeliest& levels,
                           bool gives_up_slips) {
   constexpr int kPoints = 2 * kUnknowns;
   const UnknownsMatrix root =
       std::sqrt(static_cast<double>(kUnknowns)) *
       Eigen::SelfAdjointEigenSolver<UnknownsMatrix>(levels.covariance).operatorSqrt();
-  const Joint middle =
-      record.filter(levels.unknowns, gives_up_slips).last.robot(0).joint<kErrorCount>();
-  Joint average{Joint().mean.Zero(), Joint().covariance.Zero()};
+  const StateEstimate middle = record.filter(levels.unknowns, gives_up_slips).last;
+  StateEstimate average = StateEstimate::zero(middle.layout);
   for (int i = 0; i < kPoints; ++i) {
     const double sign = i < kUnknowns ? 1.0 : -1.0;
-    const Joint point =
-        record.filter(levels.unknowns + sign * root.col(i % kUnknowns), gives_up_slips)
-            .last.robot(0)
-            .joint<kErrorCount>();
-    const auto off = (point.mean - middle.mean).eval();
+    const StateEstimate point =
+        record.filter(levels.unknowns + sign * root.col(i % kUnknowns), gives_up_slips).last;
+    const StateVector off = point.mean - middle.mean;
     average.mean += off / kPoints;
     average.covariance += (point.covariance + off * off.transpose()) / kPoints;
   }
   average.covariance -= average.mean * average.mean.transpose();
   average.mean += middle.mean;
-  return RobotEstimate::from<kErrorCount>(average);
+  return average;
 }
 
 /// Below it the bearings' level is not looked for.
@@ -333,28 +328,20 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
           averageOver(record, likeliest, gives_up_slips)};
 }
 
-RobotEstimate withItsNoise(const RobotEstimate& estimate, const BatchEstimate& fit,
+StateEstimate withItsNoise(StateEstimate estimate, const BatchEstimate& fit,
                            const NoiseReview& review) {
-  constexpr int kSize = 5 + kErrorCount;
-  using Matrix = Eigen::Matrix<double, kSize, kSize>;
-  using Vector = Eigen::Matrix<double, kSize, 1>;
-  const Gaussian<kSize> joint = fit.robot().joint<kErrorCount>();
-  const Gaussian<kSize> average = review.average.joint<kErrorCount>();
-  const Matrix& before = joint.covariance;
-  const Matrix more = average.covariance - before;
+  const StateMatrix& before = fit.last.covariance;
   // in standard deviations of the fit, so that metres and radians can be compared
-  const Vector unit = before.diagonal().cwiseSqrt();
-  const Vector per_unit = (unit.array() > 0.0).select(unit.cwiseInverse(), 0.0);
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(per_unit.asDiagonal() * more *
-                                                     per_unit.asDiagonal());
-  const Matrix directions = unit.asDiagonal() * solver.eigenvectors();
-  Gaussian<kSize> wider = estimate.joint<kErrorCount>();
-  wider.mean += average.mean - joint.mean;
-  double& yaw = wider.mean(CartesianIndex::kSensorYaw);
-  yaw = wrapAngle(yaw);
-  wider.covariance +=
+  const StateVector unit = before.diagonal().cwiseSqrt();
+  const StateVector per_unit = (unit.array() > 0.0).select(unit.cwiseInverse(), 0.0);
+  const Eigen::SelfAdjointEigenSolver<StateMatrix> solver(
+      per_unit.asDiagonal() * (review.average.covariance - before) * per_unit.asDiagonal());
+  const StateMatrix directions = unit.asDiagonal() * solver.eigenvectors();
+  estimate.mean += review.average.mean - fit.last.mean;
+  estimate.wrapYaw();
+  estimate.covariance +=
       directions * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * directions.transpose();
-  return RobotEstimate::from<kErrorCount>(wider);
+  return estimate;
 }
 
 }  // namespace bearing_calibration::core

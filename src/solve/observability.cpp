@@ -42,7 +42,7 @@ MotionSummary summariseMotion(const std::vector<Observation>& observations) {
 
 WeakestDirection weakestDirection(const CartesianEstimate& estimate) {
   WeakestDirection weakest;
-  weakest.lever_m = (estimate.lightInBase() - estimate.sensorInBase()).norm();
+  weakest.lever_m = estimate.range();
   Vector5 scale = Vector5::Ones();
   scale(CartesianIndex::kSensorYaw) = weakest.lever_m;
   const Matrix5 lengths = scale.asDiagonal() * estimate.covariance * scale.asDiagonal();
@@ -52,17 +52,10 @@ WeakestDirection weakestDirection(const CartesianEstimate& estimate) {
   return weakest;
 }
 
-Matrix5 cramerRaoBound(const std::vector<Observation>& observations,
-                       const std::vector<Eigen::Vector2d>& light_in_base,
-                       const Eigen::Vector3d& mount) {
-  return cramerRaoBoundWithErrors(observations, light_in_base, mount, ErrorVector::Zero(), {})
-      .cartesian.covariance;
-}
-
-RobotEstimate cramerRaoBoundWithErrors(const std::vector<Observation>& observations,
-                                       const std::vector<Eigen::Vector2d>& light_in_base,
-                                       const Eigen::Vector3d& mount, const ErrorVector& errors,
-                                       const ErrorPriors& priors) {
+StateEstimate cramerRaoBound(const std::vector<Observation>& observations,
+                             const std::vector<Eigen::Vector2d>& light_in_base,
+                             const Eigen::Vector3d& mount, const ErrorVector& errors,
+                             const ErrorPriors& priors) {
   std::vector<ObservationWeight> weights;
   RecordPath path{{}, mount, errors};
   for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -70,7 +63,7 @@ RobotEstimate cramerRaoBoundWithErrors(const std::vector<Observation>& observati
         {observations[i].azimuth_variance_rad2, observations[i].azimuth_variance_rad2});
     path.points.push_back({light_in_base[i]});
   }
-  return smooth(observations, weights, path, kFreePass, priors).last.robot(0);
+  return smooth(observations, weights, path, kFreePass, priors).last;
 }
 
 }  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/filter/robust_loss.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -13,19 +13,11 @@ namespace {
 /// Rejections may change so often before they are frozen: observations at the very limit could go
 /// in and out for ever.
 constexpr int kMaxRejectionRounds = 6;
-/// An elevation beyond so many standard deviations counts linearly to the end of the fit: it stands
-/// or falls with its bearing, and has no other gate.
-constexpr double kElevationHuberSigmas = 2.5;
 /// What a long motion can lower a slip's cost to: chance alone gains it once in ninety motions.
 constexpr double kLeastSlipCost = 9.0;
 /// Gain from which a fit gives up a motion by itself, however long. The more a robot is unlike its
 /// model, the more often a large gain is no slip.
 constexpr double kLeastOwnGain = 16.0;
-
-/// Huber's cost of a number of standard deviations.
-double huberCost(double sigmas, double limit) {
-  return sigmas > limit ? limit * (2.0 * sigmas - limit) : sigmas * sigmas;
-}
 
 /// Lag-1 correlation of standardised innovations, over those that follow each other; 0 where it is
 /// insignificant.
@@ -158,12 +150,12 @@ double RecordWeights::elevationSigmas(std::size_t i, const RecordPath& path) con
 void RecordWeights::weighBearings(const RecordPath& path) {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     const double variance = azimuthVariance(i);
-    const double doubt = huber_ ? std::max(1.0, sigmas(i, path) / config_.huber_sigmas) : 1.0;
+    const double doubt = huber_ ? huber(sigmas(i, path), config_.huber_sigmas).doubt : 1.0;
     weights_[i].sensor_variance_rad2 = variance;
     weights_[i].bearing_variance_rad2 = variance * doubt;
     weights_[i].elevation_doubt =
         elevation_widening_.at(static_cast<std::size_t>(records_[i].light)) *
-        std::max(1.0, elevationSigmas(i, path) / kElevationHuberSigmas);
+        huber(elevationSigmas(i, path), kElevationHuberSigmas).doubt;
   }
 }
 
@@ -248,8 +240,7 @@ bool RecordWeights::isInsideSlip(std::size_t i) const {
 bool RecordWeights::widenForCorrelation(const SmootherPass& pass, const RecordPath& path) {
   const auto azimuths = correlations(records_, [&](std::size_t i) -> std::optional<Innovation> {
     if (!weights_[i].use_bearing) return std::nullopt;
-    return Innovation{pass.observations[i].innovation_rad,
-                      pass.observations[i].innovation_variance_rad2};
+    return pass.observations[i].azimuth;
   });
   const auto elevations =
       correlations(records_, [&](std::size_t i) { return pass.observations[i].elevation; });
@@ -267,8 +258,8 @@ double RecordWeights::bearingCost(const RecordPath& path) const {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     if (!weights_[i].use_bearing) continue;
     const double size = sigmas(i, path);
-    cost += huber_ ? huberCost(size, config_.huber_sigmas) : size * size;
-    cost += huberCost(elevationSigmas(i, path), kElevationHuberSigmas);
+    cost += huber_ ? huber(size, config_.huber_sigmas).cost : size * size;
+    cost += huber(elevationSigmas(i, path), kElevationHuberSigmas).cost;
   }
   return cost;
 }

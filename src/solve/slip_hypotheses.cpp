@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/paper_filter.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -68,16 +68,14 @@ class Rivals {
 
   /// The best of all that were tried, ruled out or not, which gives another mount.
   /// @param cost  of the best one
-  RivalMount rivalOf(const RobotEstimate& average, double cost) const;
+  RivalMount rivalOf(const MountEstimate& average, double cost) const;
 
  private:
   struct Answer {
     double cost;
     MountEstimate mount;
   };
-  static Answer answerOf(const BatchEstimate& fit) {
-    return {fit.cost, mountFromCartesian(fit.at_last_observation)};
-  }
+  static Answer answerOf(const BatchEstimate& fit) { return {fit.cost, fit.last.mount()}; }
 
   /// Fits the best place for what a supposition leaves open, and trusts that place from then on.
   /// @returns whether the next best place is worth a fit
@@ -109,34 +107,31 @@ class Rivals {
 };
 
 /// Mean and covariance of the mixture of all fits.
-RobotEstimate mixture(const std::vector<BatchEstimate>& fits, const BatchEstimate& best) {
-  using Joint = Gaussian<5 + kErrorCount>;
-  const Joint reference = best.robot().joint<kErrorCount>();
+StateEstimate mixture(const std::vector<BatchEstimate>& fits, const BatchEstimate& best) {
+  StateEstimate average = best.last;
   double weights = 0.0;
-  decltype(Joint::mean) shift = decltype(Joint::mean)::Zero();  // of the mean, from the best fit's
-  decltype(Joint::covariance) spread = decltype(Joint::covariance)::Zero();
+  StateVector shift = StateVector::Zero(average.layout.size());  // of the mean, from the best fit's
+  average.covariance.setZero();
   for (const BatchEstimate& fit : fits) {
     const double weight = std::exp(0.5 * (best.cost - fit.cost));
-    const Joint joint = fit.robot().joint<kErrorCount>();
-    auto difference = (joint.mean - reference.mean).eval();
-    difference(CartesianIndex::kSensorYaw) = wrapAngle(difference(CartesianIndex::kSensorYaw));
+    StateVector difference = fit.last.mean - best.last.mean;
+    difference.head<kMountSize>() = mountDifference(fit.last.mount().mean, best.last.mount().mean);
     weights += weight;
     shift += weight * difference;
-    spread += weight * (joint.covariance + difference * difference.transpose());
+    average.covariance += weight * (fit.last.covariance + difference * difference.transpose());
   }
   shift /= weights;
-  Joint average{reference.mean + shift, spread / weights - shift * shift.transpose()};
-  double& yaw = average.mean(CartesianIndex::kSensorYaw);
-  yaw = wrapAngle(yaw);
-  return RobotEstimate::from<kErrorCount>(average);
+  average.mean += shift;
+  average.covariance = (average.covariance / weights - shift * shift.transpose()).eval();
+  average.wrapYaw();
+  return average;
 }
 
-RivalMount Rivals::rivalOf(const RobotEstimate& average, double cost) const {
-  const MountEstimate mount = mountFromCartesian(average.cartesian);
+RivalMount Rivals::rivalOf(const MountEstimate& average, double cost) const {
   RivalMount rival;
   rival.slips = static_cast<int>(answers_.size()) - 1;
   for (const Answer& answer : answers_) {
-    if (isAnotherMount(answer.mount, mount)) {
+    if (isAnotherMount(answer.mount, average)) {
       rival.offer(0.5 * (answer.cost - cost), answer.mount.mean);
     }
   }
@@ -147,7 +142,7 @@ RivalMount Rivals::rivalOf(const RobotEstimate& average, double cost) const {
 
 SlipAverage averageOverSlips(const std::vector<Observation>& observations,
                              const BatchEstimate& batch, const BatchConfig& config) {
-  if (config.slip_gain <= 0.0) return {batch, batch, batch.robot(), {}};  // nothing slips
+  if (config.slip_gain <= 0.0) return {batch, batch, batch.last, {}};  // nothing slips
   std::vector<SlipHypothesis> suppositions;
   if (batch.suspicion > kSuspicion) suppositions.push_back(withOneMore(batch));
   for (std::size_t slip : batch.slips) suppositions.push_back(withSlipElsewhere(batch, slip));
@@ -163,8 +158,8 @@ SlipAverage averageOverSlips(const std::vector<Observation>& observations,
         [&](const BatchEstimate& a, const BatchEstimate& b) { return costOf(a) < costOf(b); });
   };
   const auto best = leastWith(0.0);
-  const RobotEstimate average = mixture(fits, *best);
-  return {*best, *leastWith(kDoubt), average, rivals.rivalOf(average, best->cost)};
+  const StateEstimate average = mixture(fits, *best);
+  return {*best, *leastWith(kDoubt), average, rivals.rivalOf(average.mount(), best->cost)};
 }
 
 }  // namespace bearing_calibration::core

@@ -46,13 +46,13 @@ Association associate(const AzimuthPrediction& prediction, const std::vector<Bea
 }
 
 Association fuseLight(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
-                      const FusionConfig& fusion, MountFilter* filter) {
+                      const FusionConfig& fusion, LiveFilter* filter) {
   const Association association =
       associate(filter->predictAzimuth(nearby), candidates, fusion.gate);
   if (association.kind == Association::Kind::kFound) {
-    const Bearing& light = candidates[association.candidate];
-    filter->update(light.azimuth_rad, fusion.widening * light.azimuth_variance_rad2, nearby,
-                   elevationOf(light));
+    Bearing light = candidates[association.candidate];
+    light.azimuth_variance_rad2 *= fusion.widening;
+    filter->update(light, nearby);
   }
   return association;
 }

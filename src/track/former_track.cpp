@@ -9,18 +9,16 @@ namespace {
 constexpr unsigned kLookBack = 5;   // images
 constexpr std::size_t kFewest = 4;  // of these, which after a slip happens by chance once in 10^5
 constexpr double kVaguer = 4.0;     // variance of an expectation that says less
-/// Images, six seconds of another light: more than the batch needs to know it (light_track.cpp).
+/// Images, six seconds of another light: more than the batch needs to know it (record_track.cpp).
 constexpr int kPatience = 60;
 
 }  // namespace
-
-FormerTrack::FormerTrack(FilterValue filter) : filter_(std::move(filter)) {}
 
 Association FormerTrack::associate(const std::vector<Bearing>& candidates,
                                    const OdometryWindow& nearby, const FusionConfig& fusion,
                                    const Association& present) {
   ++images_;
-  const Association association = fuseLight(candidates, nearby, fusion, filter_.get());
+  const Association association = fuseLight(candidates, nearby, fusion, &filter_);
   const bool found = association.kind == Association::Kind::kFound;
   const bool expected_there_too =
       present.kind == Association::Kind::kFound && present.candidate == association.candidate &&

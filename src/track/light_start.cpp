@@ -25,13 +25,12 @@ CartesianEstimate placeLight(const MountEstimate& base_from_sensor, const LightD
   return estimate;
 }
 
-CartesianEstimate widenLight(const CartesianEstimate& estimate, double stddev_m,
-                             double stddev_rad) {
-  CartesianEstimate wider = estimate;
-  const Eigen::Vector2d across = perpendicular(estimate.lightInBase());
-  wider.covariance.topLeftCorner<2, 2>() += stddev_m * stddev_m * Eigen::Matrix2d::Identity() +
-                                            stddev_rad * stddev_rad * across * across.transpose();
-  return wider;
+StateEstimate widenLight(StateEstimate estimate, double stddev_m, double stddev_rad) {
+  const Eigen::Vector2d across = perpendicular(estimate.mean.tail<2>());
+  estimate.covariance.bottomRightCorner<2, 2>() +=
+      stddev_m * stddev_m * Eigen::Matrix2d::Identity() +
+      stddev_rad * stddev_rad * across * across.transpose();
+  return estimate;
 }
 
 }  // namespace bearing_calibration::core

@@ -18,13 +18,6 @@ constexpr double kUnknownTurnStddev_rad = 0.5;
 constexpr double kLostBelowFusedShare = 0.3;
 constexpr int kLostWindow = MountTracker::kWindow / 2;
 
-FilterValue makeFilter(FilterConfig::Parametrisation parametrisation, const RobotEstimate& start,
-                       int errors_in_use) {
-  return FilterValue(parametrisation == FilterConfig::Parametrisation::kPaper
-                         ? makePaperFilter(start.cartesian)
-                         : makeCartesianFilter(start, errors_in_use));
-}
-
 }  // namespace
 
 void FilterConfig::declare(Parameters& params) {
@@ -38,12 +31,11 @@ void FilterConfig::declare(Parameters& params) {
   params.number("filter/recovery_distance_stddev", recovery_distance_stddev_m, 0.0, kFarthest_m);
 }
 
-MountTracker::MountTracker(const FilterConfig& config, const RobotEstimate& start,
-                           double bearing_correlation, int errors_in_use)
+MountTracker::MountTracker(const FilterConfig& config, const StateEstimate& start,
+                           double bearing_correlation)
     : config_(config),
-      errors_in_use_(errors_in_use),
       fusion_{chiSquareQuantile(config.gate_probability, 1.0), wideningFor(bearing_correlation)},
-      filter_(makeFilter(config.parametrisation, start, errors_in_use)),
+      filter_(start, config.parametrisation),
       recent_nis_(kWindow) {}
 
 void MountTracker::move(const OdometryIncrement& motion) {
@@ -52,7 +44,7 @@ void MountTracker::move(const OdometryIncrement& motion) {
     motion_unknown_ = true;
     known.covariance.setZero();  // the light is placed anew at the next look
   }
-  filter_->predict(known);
+  filter_.predict(known);
   if (former_) former_->move(known);
 }
 
@@ -60,11 +52,11 @@ Association MountTracker::associate(const std::vector<Bearing>& candidates,
                                     const OdometryWindow& nearby) {
   if (candidates.empty()) return {};
   if (motion_unknown_) return placeAnew(candidates);
-  const Association association = fuseLight(candidates, nearby, fusion_, filter_.get());
+  const Association association = fuseLight(candidates, nearby, fusion_, &filter_);
   if (former_) {
     const Association found = former_->associate(candidates, nearby, fusion_, association);
     if (former_->isBack()) {
-      filter_ = former_->takeFilter();
+      filter_ = former_->filter();
       former_.reset();
       noteFused(found);
       return found;
@@ -97,12 +89,11 @@ Association MountTracker::placeAnew(const std::vector<Bearing>& candidates) {
     return in_vain;
   }
   const Bearing& light = candidates.front();
-  RobotEstimate robot = filter_->robot();
-  const double range = (robot.cartesian.lightInBase() - robot.cartesian.sensorInBase()).norm();
-  robot.cartesian = placeLight(mountFromCartesian(robot.cartesian), {range, range},
-                               light.azimuth_rad, fusion_.widening * light.azimuth_variance_rad2);
-  robot.errors.cross_covariance.setZero();  // of another light
-  filter_->restart(robot);
+  StateEstimate estimate = filter_.estimate();
+  const double range = estimate.cartesian().range();
+  estimate.setCartesian(placeLight(estimate.mount(), {range, range}, light.azimuth_rad,
+                                   fusion_.widening * light.azimuth_variance_rad2));
+  filter_.restart(estimate);
   motion_unknown_ = false;
   former_.reset();
   return {};
@@ -115,17 +106,22 @@ void MountTracker::noteFused(const Association& association) {
 
 /// The light has been gated too often: it is looked for near and far.
 void MountTracker::lookAnew() {
-  RobotEstimate robot = filter_->robot();
-  if (!former_) former_.emplace(makeFilter(config_.parametrisation, robot, errors_in_use_));
-  robot.cartesian = widenLight(robot.cartesian, config_.recovery_distance_stddev_m,
-                               config_.recovery_bearing_stddev_rad);
-  filter_->restart(robot);
+  if (!former_) former_.emplace(filter_);
+  filter_.restart(widenLight(filter_.estimate(), config_.recovery_distance_stddev_m,
+                             config_.recovery_bearing_stddev_rad));
 }
 
-void MountTracker::rebase(const RobotEstimate& estimate, double bearing_correlation) {
+void MountTracker::rebase(const StateEstimate& estimate, double bearing_correlation) {
   fusion_.widening = wideningFor(bearing_correlation);
-  filter_->restart(estimate);
+  filter_.restart(estimate);
   motion_unknown_ = false;
+}
+
+AzimuthPrediction MountTracker::predictAzimuthAfter(const OdometryIncrement& motion,
+                                                    const OdometryWindow& nearby) const {
+  LiveFilter after = filter_;
+  after.predict(motion);
+  return after.predictAzimuth(nearby);
 }
 
 Consistency MountTracker::consistency() const {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -30,12 +30,13 @@ void write(cv::Mat* picture, const std::string& text, const cv::Point& beside,
 }
 
 void drawMask(cv::Mat* picture, const DetectorConfig& config) {
-  const cv::Point centre = pointOf({config.view.centre_u_px, config.view.centre_v_px});
+  const cv::Point centre = pointOf(config.view.centre_px());
   cv::circle(*picture, centre, cvRound(config.mask.inner_radius_px), kMask);
   cv::circle(*picture, centre, cvRound(config.mask.outer_radius_px), kMask);
   cv::drawMarker(*picture, centre, kMask);
   if (config.gates.mirror) {
-    cv::circle(*picture, centre, cvRound(largestRadiusPx(config)), kMask, 1, cv::LINE_AA);
+    cv::circle(*picture, centre, cvRound(conicMirrorOptics(config).largest_radius_px), kMask, 1,
+               cv::LINE_AA);
   }
   for (const MirrorPost& post : config.mask.posts) {
     for (double side : {-1.0, 1.0}) {
@@ -51,22 +52,20 @@ void drawMask(cv::Mat* picture, const DetectorConfig& config) {
 void drawLight(cv::Mat* picture, const Detection& light, const DetectorConfig& config) {
   const LightEllipse& ellipse = light.ellipse;
   constexpr double kDegreesPerTurn = 360.0;
-  const Eigen::Vector2d from_centre =
-      ellipse.centre_px - Eigen::Vector2d(config.view.centre_u_px, config.view.centre_v_px);
+  const Eigen::Vector2d from_centre = ellipse.centre_px - config.view.centre_px();
   const double radius_angle_deg = degreesFromRadians(std::atan2(from_centre.y(), from_centre.x()));
   // An evenly filled ellipse ends at two standard deviations.
-  const cv::Size half_axes(
-      cvRound(2.0 * std::sqrt(std::max(0.0, ellipse.radial_variance_px2))),
-      cvRound(2.0 * std::sqrt(std::max(0.0, ellipse.tangential_variance_px2))));
+  const Eigen::Array2d half_px = 2.0 * ellipse.variances_px2().array().max(0.0).sqrt();
+  const cv::Size half_axes(cvRound(half_px(1)), cvRound(half_px(0)));
   const cv::Point centre = pointOf(ellipse.centre_px);
   cv::ellipse(*picture, centre, half_axes, radius_angle_deg, 0.0, kDegreesPerTurn, kAccepted, 1,
               cv::LINE_AA);
-  char text[80];
-  std::snprintf(text, sizeof text, "%.2f +- %.3f deg, probability %.2f",
-                degreesFromRadians(light.bearing.azimuth_rad),
+  write(
+      picture,
+      formatted("%.2f +- %.3f deg, probability %.2f", degreesFromRadians(light.bearing.azimuth_rad),
                 degreesFromRadians(std::sqrt(light.bearing.azimuth_variance_rad2)),
-                light.bearing.probability);
-  write(picture, text, centre, kAccepted);
+                light.bearing.probability),
+      centre, kAccepted);
 }
 
 cv::Mat inColour(const cv::Mat& image, double full_level) {
@@ -100,7 +99,7 @@ cv::Mat annotateRim(const cv::Mat& image, const MirrorRim& rim) {
                                  : std::numeric_limits<std::uint16_t>::max();
   cv::Mat picture = inColour(image, full);
   constexpr int kDot_px = 2;
-  for (const Eigen::Vector2d& place : rim.edge_px) {
+  for (const Eigen::Vector2d& place : rim.points_px) {
     cv::circle(picture, pointOf(place), kDot_px, kRejected, cv::FILLED, cv::LINE_AA);
   }
   const cv::Point centre = pointOf(rim.circle.centre_px);

@@ -1,7 +1,6 @@
 #include "bearing_calibration/vision/colour_identifier.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -21,14 +20,55 @@ constexpr int kLeastPixels = 5;
 constexpr std::size_t kLeastRingPixels = 12;
 // Of all channels together, on average over the spot's pixels that are not full: less is noise.
 constexpr double kLeastLight_levels = 10.0;
-constexpr int kChannels = 3;
 
 ColourParts partsOf(const Eigen::Vector3d& colour) { return colour / colour.sum(); }
 
-double median(std::vector<std::uint8_t>* levels) {
-  const auto middle = levels->begin() + static_cast<std::ptrdiff_t>(levels->size() / 2);
-  std::nth_element(levels->begin(), middle, levels->end());
-  return *middle;
+/// Of one channel; changes the pixels' order.
+double median(int channel, std::vector<cv::Vec3b>* pixels) {
+  const auto middle = pixels->begin() + static_cast<std::ptrdiff_t>(pixels->size() / 2);
+  std::nth_element(pixels->begin(), middle, pixels->end(),
+                   [channel](const cv::Vec3b& left, const cv::Vec3b& right) {
+                     return left[channel] < right[channel];
+                   });
+  return (*middle)[channel];
+}
+
+std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot,
+                                    const DetectorConfig& detector) {
+  constexpr double kFull = std::numeric_limits<std::uint8_t>::max();
+  const double saturation_level = std::min(detector.sensor.saturation_level, kFull);
+  const Eigen::Matrix2d axes = mirrorAxes(spot.centre_px, detector.view.centre_px());
+  const Eigen::Vector2d variances_px2 = spot.variances_px2();
+  const Eigen::Matrix2d information =
+      axes * variances_px2.cwiseInverse().asDiagonal() * axes.transpose();
+  const double largest_px = std::sqrt(variances_px2.maxCoeff());
+  const int reach_px = static_cast<int>(std::ceil(kRingEnd * largest_px));
+  const cv::Rect box =
+      cv::Rect(cvRound(spot.centre_px.x()) - reach_px, cvRound(spot.centre_px.y()) - reach_px,
+               2 * reach_px + 1, 2 * reach_px + 1) &
+      cv::Rect(cv::Point(0, 0), bgr.size());
+  Eigen::Vector3d levels = Eigen::Vector3d::Zero();  // blue, green, red
+  int pixels = 0;
+  std::vector<cv::Vec3b> ring;
+  for (int v = box.y; v < box.y + box.height; ++v) {
+    const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
+    for (int u = box.x; u < box.x + box.width; ++u) {
+      const Eigen::Vector2d offset = Eigen::Vector2d(u, v) - spot.centre_px;
+      const double distance = std::sqrt(offset.dot(information * offset));
+      const Eigen::Vector3d level(row[u][0], row[u][1], row[u][2]);
+      if (distance >= kRingBegin && distance <= kRingEnd) {
+        ring.push_back(row[u]);
+      } else if (distance <= kSpotReach && level.maxCoeff() < saturation_level) {
+        levels += level;
+        ++pixels;
+      }
+    }
+  }
+  if (pixels < kLeastPixels || ring.size() < kLeastRingPixels) return std::nullopt;
+  const Eigen::Vector3d background(median(0, &ring), median(1, &ring), median(2, &ring));
+  const Eigen::Vector3d light = (levels - pixels * background).cwiseMax(0.0);
+  if (light.sum() < pixels * kLeastLight_levels) return std::nullopt;
+  return partsOf({light[2], light[1], light[0]});
 }
 
 }  // namespace
@@ -57,55 +97,11 @@ void ColourConfig::declare(Parameters& params) {
   }
 }
 
-std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot,
-                                    const Eigen::Vector2d& mirror_centre_px,
-                                    double saturation_level) {
-  const Eigen::Matrix2d information =
-      MirrorAxes(spot.centre_px, mirror_centre_px)
-          .covariance(1.0 / spot.radial_variance_px2, 1.0 / spot.tangential_variance_px2);
-  const double largest_variance_px2 =
-      std::max(spot.radial_variance_px2, spot.tangential_variance_px2);
-  const int reach_px = static_cast<int>(std::ceil(kRingEnd * std::sqrt(largest_variance_px2)));
-  const cv::Rect box =
-      cv::Rect(cvRound(spot.centre_px.x()) - reach_px, cvRound(spot.centre_px.y()) - reach_px,
-               2 * reach_px + 1, 2 * reach_px + 1) &
-      cv::Rect(cv::Point(0, 0), bgr.size());
-  Eigen::Vector3d levels = Eigen::Vector3d::Zero();  // blue, green, red
-  int pixels = 0;
-  std::array<std::vector<std::uint8_t>, kChannels> ring;
-  for (int v = box.y; v < box.y + box.height; ++v) {
-    const cv::Vec3b* row = bgr.ptr<cv::Vec3b>(v);
-    for (int u = box.x; u < box.x + box.width; ++u) {
-      const Eigen::Vector2d offset = Eigen::Vector2d(u, v) - spot.centre_px;
-      const double distance = std::sqrt(offset.dot(information * offset));
-      const Eigen::Vector3d level(row[u][0], row[u][1], row[u][2]);
-      if (distance >= kRingBegin && distance <= kRingEnd) {
-        for (int channel = 0; channel < kChannels; ++channel) {
-          ring[static_cast<std::size_t>(channel)].push_back(row[u][channel]);
-        }
-      } else if (distance <= kSpotReach && level.maxCoeff() < saturation_level) {
-        levels += level;
-        ++pixels;
-      }
-    }
-  }
-  if (pixels < kLeastPixels || ring[0].size() < kLeastRingPixels) return std::nullopt;
-  const Eigen::Vector3d background(median(&ring[0]), median(&ring[1]), median(&ring[2]));
-  const Eigen::Vector3d light = (levels - pixels * background).cwiseMax(0.0);
-  if (light.sum() < pixels * kLeastLight_levels) return std::nullopt;
-  return partsOf({light[2], light[1], light[0]});
-}
-
 std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,
                                                   const std::vector<Detection>& lights,
                                                   const DetectorConfig& detector) {
-  const Eigen::Vector2d mirror_centre_px(detector.view.centre_u_px, detector.view.centre_v_px);
-  constexpr double kFull = std::numeric_limits<std::uint8_t>::max();
-  const double saturation_level = std::min(detector.sensor.saturation_level, kFull);
   std::vector<std::optional<ColourParts>> colours;
-  for (const Detection& light : lights) {
-    colours.push_back(colourOf(bgr, light.ellipse, mirror_centre_px, saturation_level));
-  }
+  for (const Detection& light : lights) colours.push_back(colourOf(bgr, light.ellipse, detector));
   return colours;
 }
 

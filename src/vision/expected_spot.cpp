@@ -6,65 +6,54 @@
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/vision/light_ellipse.h"
+#include "bearing_calibration/vision/detection.h"
 
 namespace bearing_calibration::core {
 namespace {
 
+using Eigen::Array2d;  // (tangential, radial)
+using Eigen::Vector2d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRingStddev = 0.70710678118654752;  // of cos over a circle
 // Diffraction, aberrations and the filter in front of the pixels: a standard deviation up to this.
 constexpr double kLensBlur_px = 0.5;
 constexpr double kSigmas = 2.5;  // of the optics, that are thought possible
 constexpr int kDistances = 8;    // the blur changes slowly with the distance
 
+/// Of the image of a light at one distance.
 struct Stddevs {
-  double tangential_px;
-  double radial_px;
-  double open_tangential_px;  ///< of the open aperture's evenly filled ellipse alone
-  double open_radial_px;
+  Array2d open_px;  ///< of the open aperture's evenly filled ellipse alone
+  Array2d all_px;   ///< with the light's own size, the pixels' and the software's defocus
+
+  Array2d behindLens(double lens_px) const { return (all_px.square() + lens_px * lens_px).sqrt(); }
+  double kurtosis(double lens_px) const;
 };
 
-/// Fourth moment over squared second one of the aperture's ellipse together with all else, which is
-/// taken for Gaussian: E(m^4) = 8 - t^2 - r^2 - 2/3 t r, where t and r are the ellipse's parts of
-/// the variances along the azimuth and the radius, and E(m^2) = 2.
-double kurtosisOf(const Stddevs& stddevs, double lens_px) {
-  const auto part = [&](double open_px, double all_px) {
-    return open_px * open_px / (all_px * all_px + lens_px * lens_px);
-  };
-  const double t = part(stddevs.open_tangential_px, stddevs.tangential_px);
-  const double r = part(stddevs.open_radial_px, stddevs.radial_px);
-  return 2.0 - 0.25 * (t * t + r * r + 2.0 / 3.0 * t * r);
-}
-
-/// Standard deviations of the image of a light at one distance.
 Stddevs stddevsAt(const DetectorConfig& config, double image_radius_px, double distance_m,
                   double part_of_light) {
   const SpotBlur blur = expectedBlur(config.mirror, image_radius_px, distance_m);
+  constexpr double kBlurToStddev = 0.25;  // of an evenly filled ellipse
+  const Array2d open_px(kBlurToStddev * blur.tangential_diameter_px,
+                        kBlurToStddev * blur.radial_diameter_px);
   // Light on a ring's outline has a deviation of radius / sqrt(2), anything filled less.
   const double extent_rad = part_of_light * config.light.radius_m / distance_m * kRingStddev;
-  const double tangential_extent = extent_rad * image_radius_px;
   // The ring's near and far side stand at different elevations unless the mirror looks level.
   const double height_rad =
       std::hypot(part_of_light * config.light.half_height_m / distance_m * kRingStddev,
                  std::tan(elevationFromRadius(config.mirror, image_radius_px)) * extent_rad);
-  const double radial_extent = height_rad / elevationSlope(config.mirror, image_radius_px);
-  const double common = kPixelVariance + std::pow(config.defocus_sigma_px, 2);
-  constexpr double kBlurToStddev = 0.25;  // of an evenly filled ellipse
-  const double open_tangential_px = kBlurToStddev * blur.tangential_diameter_px;
-  const double open_radial_px = kBlurToStddev * blur.radial_diameter_px;
-  return {std::sqrt(std::pow(open_tangential_px, 2) + std::pow(tangential_extent, 2) + common),
-          std::sqrt(std::pow(open_radial_px, 2) + std::pow(radial_extent, 2) + common),
-          open_tangential_px, open_radial_px};
+  const Array2d extent_px(extent_rad * image_radius_px,
+                          height_rad / elevationSlope(config.mirror, image_radius_px));
+  const double common_px2 = kPixelVariance + std::pow(config.defocus_sigma_px, 2);
+  return {open_px, (open_px.square() + extent_px.square() + common_px2).sqrt()};
 }
 
-void include(Range* range, double value) {
-  range->low = std::min(range->low, value);
-  range->high = std::max(range->high, value);
-}
-
-/// Area of the ellipse with these standard deviations.
-double area(double tangential_px, double radial_px) {
-  return 4.0 * kPi * tangential_px * radial_px;
+/// Fourth moment over squared second one of the aperture's ellipse together with all else, which is
+/// taken for Gaussian: E(m^4) = 8 - t^2 - r^2 - 2/3 t r, where t and r are the ellipse's parts of
+/// the variances along the azimuth and the radius, and E(m^2) = 2.
+double Stddevs::kurtosis(double lens_px) const {
+  const Array2d parts = open_px.square() / (all_px.square() + lens_px * lens_px);
+  return 2.0 - 0.25 * (parts.square().sum() + 2.0 / 3.0 * parts.prod());
 }
 
 /// Of the largest light, the smallest one's size.
@@ -72,13 +61,12 @@ double smallestPart(const LightModel& light) {
   return light.radius_m > 0.0 ? light.min_radius_m / light.radius_m : 0.0;
 }
 
-/// Logarithms of the smallest light's standard deviations (tangential, radial), for this lens'
-/// blur.
-Eigen::Vector2d logPoint(const DetectorConfig& config, double radius_px, double distance_m,
-                         double lens_px) {
-  const Stddevs stddevs = stddevsAt(config, radius_px, distance_m, smallestPart(config.light));
-  return {std::log(std::hypot(stddevs.tangential_px, lens_px)),
-          std::log(std::hypot(stddevs.radial_px, lens_px))};
+/// Logarithms of the smallest light's standard deviations, for this lens' blur.
+Vector2d logPoint(const DetectorConfig& config, double radius_px, double distance_m,
+                  double lens_px) {
+  return stddevsAt(config, radius_px, distance_m, smallestPart(config.light))
+      .behindLens(lens_px)
+      .log();
 }
 
 /// The rig with each of its optics' values off by `sigmas` of its standard deviations.
@@ -105,8 +93,8 @@ void expectPoint(const DetectorConfig& config, double radius_px, SpotSize* size)
   const double usual_m = std::sqrt(light.min_distance_m * light.max_distance_m);
   size->log_point = logPoint(config, radius_px, usual_m, kUsualBlur_px);
   size->log_covariance = kMeasured * kMeasured * Eigen::Matrix2d::Identity();
-  const auto add = [&](const Eigen::Vector2d& log_stddevs) {  // one side of two
-    const Eigen::Vector2d off = log_stddevs - size->log_point;
+  const auto add = [&](const Vector2d& log_stddevs) {  // one side of two
+    const Vector2d off = log_stddevs - size->log_point;
     size->log_covariance += 0.5 * off * off.transpose();
   };
   for (double distance_m : {light.min_distance_m, light.max_distance_m}) {
@@ -122,38 +110,34 @@ void expectPoint(const DetectorConfig& config, double radius_px, SpotSize* size)
   }
 }
 
-}  // namespace
-
-Range SpotSize::widened(const Range& range, double log_variance) {
-  const double factor = std::exp(kSigmas * std::sqrt(log_variance));
-  return {range.low / factor, range.high * factor};
-}
-
-SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px) {
+SpotSize sizeAt(const DetectorConfig& config, double image_radius_px) {
   // In the mirror's very centre the azimuth has no meaning and the cone no curvature.
   const double radius_px = std::clamp(image_radius_px, 1.0, rimRadiusPx(config.mirror));
-  const Range nothing{std::numeric_limits<double>::infinity(), 0.0};
   SpotSize size;
-  size.tangential_stddev_px = size.radial_stddev_px = nothing;
+  size.least_stddev_px.setConstant(kInfinity);
   expectPoint(config, radius_px, &size);
+  const double smallest = smallestPart(config.light);
   const double step = 1.0 / (kDistances - 1);
   const double nearest = 1.0 / config.light.min_distance_m;
   const double farthest = 1.0 / config.light.max_distance_m;
   for (int i = 0; i < kDistances; ++i) {
     const double distance_m = 1.0 / (nearest + (farthest - nearest) * i * step);
-    for (double part_of_light : {smallestPart(config.light), 1.0}) {
+    for (double part_of_light : {smallest, 1.0}) {
       const Stddevs stddevs = stddevsAt(config, radius_px, distance_m, part_of_light);
       for (double lens_px : {0.0, kLensBlur_px}) {
-        include(&size.tangential_stddev_px, std::hypot(stddevs.tangential_px, lens_px));
-        include(&size.radial_stddev_px, std::hypot(stddevs.radial_px, lens_px));
-        if (part_of_light > smallestPart(config.light)) continue;
-        size.max_kurtosis = std::max(size.max_kurtosis, kurtosisOf(stddevs, lens_px));
+        const Vector2d seen_px = stddevs.behindLens(lens_px);
+        size.least_stddev_px = size.least_stddev_px.cwiseMin(seen_px);
+        size.most_stddev_px = size.most_stddev_px.cwiseMax(seen_px);
+        if (part_of_light > smallest) continue;
+        size.max_kurtosis = std::max(size.max_kurtosis, stddevs.kurtosis(lens_px));
       }
     }
   }
   return size;
 }
 
+/// The horizon of the highest light that stands nearest, with the optics' uncertainty; the rim's at
+/// most.
 double largestRadiusPx(const DetectorConfig& config) {
   const double rim_px = rimRadiusPx(config.mirror);
   const double elevation_rad = std::atan(config.light.max_height_m / config.light.min_distance_m);
@@ -165,30 +149,52 @@ double largestRadiusPx(const DetectorConfig& config) {
   return std::min(rim_px, radius_px + kSigmas * stddev_px);
 }
 
-ExpectedSpot::ExpectedSpot(const DetectorConfig& config)
-    : area_px_{std::numeric_limits<double>::infinity(), 0.0} {
-  if (!config.gates.mirror) {
-    sizes_.emplace_back();
-    return;
-  }
-  const double rim_px = rimRadiusPx(config.mirror);
-  const int last = static_cast<int>(std::ceil(std::min(rim_px, config.mask.outer_radius_px)));
-  for (int radius = 0; radius <= last; ++radius) {
-    const SpotSize size = expectedSpotSize(config, radius);
-    sizes_.push_back(size);
-    if (radius < config.mask.inner_radius_px) continue;
-    const Range tangential = size.possibleTangential_px();
-    const Range radial = size.possibleRadial_px();
-    include(&area_px_, area(tangential.low, radial.low));
-    include(&area_px_, area(tangential.high, radial.high));
+}  // namespace
+
+Vector2d SpotSize::pointStddev_px(double sigmas) const {
+  return (log_point + sigmas * log_covariance.diagonal().cwiseSqrt()).array().exp();
+}
+
+Vector2d SpotSize::widening() const {
+  return (kSigmas * log_covariance.diagonal().cwiseSqrt()).array().exp();
+}
+
+LightOptics conicMirrorOptics(const DetectorConfig& config) {
+  const auto elevation = [config](double image_radius_px, double variance_px2) -> Elevation {
+    const double slope = elevationSlope(config.mirror, image_radius_px);
+    return {elevationFromRadius(config.mirror, image_radius_px),
+            variance_px2 * slope * slope + std::pow(config.alignment.elevation_stddev_rad, 2)};
+  };
+  return {[config](double image_radius_px) { return sizeAt(config, image_radius_px); }, elevation,
+          largestRadiusPx(config), rimRadiusPx(config.mirror)};
+}
+
+ExpectedSpot::ExpectedSpot(const LightOptics& optics, const DetectorConfig& config)
+    : optics_(optics), centre_px_(config.view.centre_px()), area_px_{kInfinity, 0.0} {
+  const MaskConfig& mask = config.mask;
+  const double end_px = std::min(optics.rim_radius_px, mask.outer_radius_px);
+  for (int radius = 0; radius <= static_cast<int>(std::ceil(end_px)); ++radius) {
+    const SpotSize& size = sizes_.emplace_back(optics.sizeAt(radius));
+    if (radius < mask.inner_radius_px) continue;
+    constexpr double kArea = 4.0 * kPi;  // of an ellipse with these standard deviations
+    const Vector2d widening = size.widening();
+    const double least_px2 = size.least_stddev_px.cwiseQuotient(widening).prod();
+    const double most_px2 = size.most_stddev_px.cwiseProduct(widening).prod();
+    area_px_.low = std::min(area_px_.low, kArea * least_px2);
+    area_px_.high = std::max(area_px_.high, kArea * most_px2);
     largest_point_stddev_px_ =
         std::max(largest_point_stddev_px_, size.pointStddev_px(0.0).maxCoeff());
   }
 }
 
-const SpotSize& ExpectedSpot::at(double image_radius_px) const {
+const SpotSize& ExpectedSpot::at(const Vector2d& place_px) const {
   const double last = static_cast<double>(sizes_.size() - 1);
-  return sizes_[static_cast<std::size_t>(std::clamp(image_radius_px, 0.0, last) + 0.5)];
+  const double radius_px = std::min((place_px - centre_px_).norm(), last);
+  return sizes_[static_cast<std::size_t>(radius_px + 0.5)];
+}
+
+bool ExpectedSpot::mayStandAt(const Vector2d& place_px) const {
+  return (place_px - centre_px_).norm() <= optics_.largest_radius_px;
 }
 
 }  // namespace bearing_calibration::core

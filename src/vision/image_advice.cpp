@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/parameters.h"
@@ -21,33 +20,30 @@ constexpr double kGoodPart = 0.7;
 constexpr double kLeastFill = 0.8;
 constexpr double kMostFill = 1.15;
 
-double stddevOf(double variance_px2) { return std::sqrt(std::max(0.0, variance_px2)); }
-
-/// An evenly filled ellipse is four standard deviations wide.
-double widthOf(double stddev_px) { return 4.0 * stddev_px; }
-
-/// A spot that differs more from a point light's is another focus' rather.
+// A spot that differs more from a point light's is another focus' rather.
 constexpr double kOutOfFocus = 0.25;
 
-double middleOf(const Range& range) { return 0.5 * (range.low + range.high); }
+using Eigen::Array2d;  // (tangential, radial)
 
-/// How many times too large (or too small) a deviation is, less one.
-double departureOf(double stddev_px, const Range& expected) {
-  if (stddev_px > expected.high) return stddev_px / expected.high - 1.0;
-  return stddev_px < expected.low ? expected.low / stddev_px - 1.0 : 0.0;
+Array2d stddevsOf(const LightEllipse& ellipse) {
+  return ellipse.variances_px2().cwiseMax(0.0).cwiseSqrt();
 }
 
 double imageRadiusOf(const DetectorConfig& config, const LightEllipse& ellipse) {
-  return mirrorPixelFromImage(config.view, ellipse.centre_px.x(), ellipse.centre_px.y())
-      .image_radius_px;
+  return (ellipse.centre_px - config.view.centre_px()).norm();
 }
 
-/// The larger departure of the spot's two deviations from those that the configured lens makes.
+SpotSize expectedSize(const DetectorConfig& config, const LightEllipse& ellipse) {
+  return conicMirrorOptics(config).sizeAt(imageRadiusOf(config, ellipse));
+}
+
+/// The spot's two deviations beside those that the configured lens makes: how many times the one
+/// that fits less is too large, or too small, less one.
 double misfitOf(const DetectorConfig& config, const LightEllipse& ellipse) {
-  const SpotSize expected = expectedSpotSize(config, imageRadiusOf(config, ellipse));
-  return std::max(
-      departureOf(stddevOf(ellipse.tangential_variance_px2), expected.tangential_stddev_px),
-      departureOf(stddevOf(ellipse.radial_variance_px2), expected.radial_stddev_px));
+  const SpotSize expected = expectedSize(config, ellipse);
+  const Array2d too_large = stddevsOf(ellipse) / expected.most_stddev_px.array();
+  const Array2d too_small = expected.least_stddev_px.array() / stddevsOf(ellipse);
+  return too_large.max(too_small).max(1.0).maxCoeff() - 1.0;
 }
 
 std::string distanceText(double distance_m) {
@@ -56,7 +52,10 @@ std::string distanceText(double distance_m) {
 
 Advice focusAdvice(const DetectorConfig& config, const LightEllipse& ellipse,
                    const FocusGuess& guess) {
-  const SpotSize expected = expectedSpotSize(config, imageRadiusOf(config, ellipse));
+  const SpotSize expected = expectedSize(config, ellipse);
+  // An evenly filled ellipse is four standard deviations wide.
+  const Array2d seen_px = 4.0 * stddevsOf(ellipse);
+  const Array2d expected_px = 2.0 * (expected.least_stddev_px + expected.most_stddev_px);
   const double configured_m = config.mirror.focus_distance_m;
   const char* where = guess.focus_distance_m > configured_m ? "nearer" : "farther";
   return {
@@ -64,60 +63,14 @@ Advice focusAdvice(const DetectorConfig& config, const LightEllipse& ellipse,
       formatted("no spot has the light's size, but one of %.0f x %.0f px (along azimuth x "
                 "radius) instead of %.0f x %.0f is as a lens focused %s would show it: focus %s, "
                 "or correct lens/focus_distance (%s)",
-                widthOf(stddevOf(ellipse.tangential_variance_px2)),
-                widthOf(stddevOf(ellipse.radial_variance_px2)),
-                widthOf(middleOf(expected.tangential_stddev_px)),
-                widthOf(middleOf(expected.radial_stddev_px)),
+                seen_px(0), seen_px(1), expected_px(0), expected_px(1),
                 distanceText(guess.focus_distance_m).c_str(), where,
                 distanceText(configured_m).c_str())};
 }
 
-std::string commonestRejection(const DetectionResult& result) {
-  const auto most = std::max_element(result.rejections.begin(), result.rejections.end());
-  return describe(static_cast<Rejection>(most - result.rejections.begin()));
-}
-
-}  // namespace
-
-FocusGuess guessFocus(const DetectorConfig& config, const LightEllipse& ellipse) {
-  constexpr int kSteps = 60;  // even in 1 / distance, as the blur is
-  // From infinity to half of the way to the mirror, or twice as near as configured: beyond, a
-  // light fills the mirror.
-  const double most_per_m =
-      2.0 / std::min(config.mirror.focus_distance_m, config.mirror.lens_to_apex_m);
-  const double step_per_m = std::min(most_per_m, 0.5 / config.mirror.focal_length_m) / kSteps;
-  FocusGuess best{config.mirror.focus_distance_m, misfitOf(config, ellipse)};
-  for (int step = 0; step <= kSteps; ++step) {
-    DetectorConfig other = config;
-    other.mirror.focus_distance_m = 1.0 / (step * step_per_m);  // infinity first
-    const double misfit = misfitOf(other, ellipse);
-    if (misfit < best.misfit) best = {other.mirror.focus_distance_m, misfit};
-  }
-  return best;
-}
-
-ImageAdviser::ImageAdviser(const DetectorConfig& config)
-    : config_(validated(config)), largest_radius_px_(largestRadiusPx(config)) {}
-
-std::optional<Advice> ImageAdviser::adviceFor(const DetectionResult& result) const {
-  if (const Detection* light = likeliestLight(result.lights)) return onExposure(*light);
-  if (result.too_cluttered) {
-    return Advice{AdviceKind::kTooCluttered,
-                  "too many bright spots: shorten the exposure, or raise threshold/min_contrast"};
-  }
-  if (result.rejected.empty()) {
-    return Advice{AdviceKind::kNothingBright,
-                  formatted("nothing stands out of the background (%.0f levels, threshold %d): is "
-                            "the light on and in view? if so, lengthen the exposure",
-                            result.background.median, result.threshold_levels)};
-  }
-  return onRejected(result);
-}
-
-std::optional<Advice> ImageAdviser::onExposure(const Detection& light) const {
-  const LightEllipse& ellipse = light.ellipse;
-  const double black = config_.sensor.black_level;
-  const double levels = config_.sensor.saturation_level - black;
+std::optional<Advice> onExposure(const ImageSensor& sensor, const LightEllipse& ellipse) {
+  const double black = sensor.black_level;
+  const double levels = sensor.saturation_level - black;
   const double wanted = kGoodPart * levels;
   const double background = std::max(0.0, ellipse.background_levels - black);
   const double contrast = ellipse.peak_levels - ellipse.background_levels;
@@ -143,35 +96,73 @@ std::optional<Advice> ImageAdviser::onExposure(const Detection& light) const {
 }
 
 /// Whether another focus may be all that keeps the spot from being the light.
-bool ImageAdviser::mayBeOutOfFocus(const Detection& spot) const {
+bool mayBeOutOfFocus(const DetectorConfig& config, const Detection& spot) {
   const LightEllipse& ellipse = spot.ellipse;
-  const bool cut = spot.rejection == Rejection::kMaskEdge;
   const bool round = ellipse.fill > kLeastFill - ellipse.fill_tolerance &&
                      ellipse.fill < kMostFill + ellipse.fill_tolerance;
-  const bool too_high = imageRadiusOf(config_, ellipse) > largest_radius_px_;
-  return config_.gates.mirror && !cut && round && !too_high &&
-         misfitOf(config_, ellipse) > kOutOfFocus;
+  return config.gates.mirror && spot.rejection != Rejection::kMaskEdge && round &&
+         imageRadiusOf(config, ellipse) <= conicMirrorOptics(config).largest_radius_px &&
+         misfitOf(config, ellipse) > kOutOfFocus;
 }
 
 /// No light, but bright spots: if one of them is as the light would be at another focus, this is
 /// the likeliest reason.
-Advice ImageAdviser::onRejected(const DetectionResult& result) const {
+Advice onRejected(const DetectorConfig& config, const DetectionResult& result) {
   constexpr int kMostGuesses = 10;  // each takes 0.1 ms; so many round spots are clutter
   int guesses = 0;
   const Detection* likeliest = nullptr;
   FocusGuess best{0.0, kOutOfFocus};
   for (const Detection& spot : result.rejected) {
-    if (!mayBeOutOfFocus(spot) || guesses++ >= kMostGuesses) continue;
-    const FocusGuess guess = guessFocus(config_, spot.ellipse);
+    if (!mayBeOutOfFocus(config, spot) || guesses++ >= kMostGuesses) continue;
+    const FocusGuess guess = guessFocus(config, spot.ellipse);
     if (guess.misfit > best.misfit) continue;
     best = guess;
     likeliest = &spot;
   }
-  if (likeliest != nullptr) return focusAdvice(config_, likeliest->ellipse, best);
+  if (likeliest != nullptr) return focusAdvice(config, likeliest->ellipse, best);
+  const auto commonest = std::max_element(result.rejections.begin(), result.rejections.end());
   return {AdviceKind::kNoneFits,
           formatted("bright spots, but none is like the light (commonest: %s): compare ~annotated "
                     "with what is there",
-                    commonestRejection(result).c_str())};
+                    describe(static_cast<Rejection>(commonest - result.rejections.begin())))};
+}
+
+}  // namespace
+
+FocusGuess guessFocus(const DetectorConfig& config, const LightEllipse& ellipse) {
+  constexpr int kSteps = 60;  // even in 1 / distance, as the blur is
+  // From infinity to half of the way to the mirror, or twice as near as configured: beyond, a
+  // light fills the mirror.
+  const double most_per_m =
+      2.0 / std::min(config.mirror.focus_distance_m, config.mirror.lens_to_apex_m);
+  const double step_per_m = std::min(most_per_m, 0.5 / config.mirror.focal_length_m) / kSteps;
+  FocusGuess best{config.mirror.focus_distance_m, misfitOf(config, ellipse)};
+  for (int step = 0; step <= kSteps; ++step) {
+    DetectorConfig other = config;
+    other.mirror.focus_distance_m = 1.0 / (step * step_per_m);  // infinity first
+    const double misfit = misfitOf(other, ellipse);
+    if (misfit < best.misfit) best = {other.mirror.focus_distance_m, misfit};
+  }
+  return best;
+}
+
+ImageAdviser::ImageAdviser(const DetectorConfig& config) : config_(validated(config)) {}
+
+std::optional<Advice> ImageAdviser::adviceFor(const DetectionResult& result) const {
+  if (const Detection* light = likeliestLight(result.lights)) {
+    return onExposure(config_.sensor, light->ellipse);
+  }
+  if (result.too_cluttered) {
+    return Advice{AdviceKind::kTooCluttered,
+                  "too many bright spots: shorten the exposure, or raise threshold/min_contrast"};
+  }
+  if (result.rejected.empty()) {
+    return Advice{AdviceKind::kNothingBright,
+                  formatted("nothing stands out of the background (%.0f levels, threshold %d): is "
+                            "the light on and in view? if so, lengthen the exposure",
+                            result.background.median, result.threshold_levels)};
+  }
+  return onRejected(config_, result);
 }
 
 void AdviceTally::add(const std::optional<Advice>& advice) {

@@ -1,15 +1,114 @@
 #include "bearing_calibration/vision/light_bearings.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
 
+using Eigen::Array2d;  // (tangential, radial)
+using Eigen::Vector2d;
+
+// An unevenly lit source moves the centroid by about half of its relative unevenness times its own
+// extent; where it is full it looks even (both measured on rings of unequal LEDs by ray trace).
+constexpr double kUnevenness = 0.55;
+constexpr double kEvenedBySaturation = 0.6;
+// Of the variance of the spot that may be the source's own when none is seen: the measured size is
+// as uncertain as that.
+constexpr double kUnseenExtent = 0.04;
+// The sharp outline of a disc falls between pixels: in random places this moves its centre so much
+// (noise-free discs of 11 x 20 px, either weight).
+constexpr double kSamplingStddev_px = 0.001;
+// A full pixel on a spot's outline says whether light was there, not how much: what it may be wrong
+// by, as a part of a full pixel (a coin's toss would be 0.5; measured on clipped discs and lines).
+constexpr double kClippedOutline = 0.26;
+// By which the centre is off where a bright area beside the light was taken away: 0.02 to 0.16 px
+// in cluttered scenes (doc/detection.md), 0.8 px where the area covers a pixel of the light's rim.
+constexpr double kOpened_px = 0.3;
+
+/// Of the centre, for a source whose surface is not evenly bright, beside a point's image [px^2].
+Array2d sourceVariance(const DetectorConfig& config, const LightEllipse& light,
+                       const Array2d& point_px) {
+  const Array2d extent_px2 =
+      (light.variances_px2().array() - point_px.square()).max(kUnseenExtent * point_px.square());
+  const double unevenness = kUnevenness * config.light.brightness_spread *
+                            (1.0 - kEvenedBySaturation * light.saturated_fraction);
+  return unevenness * unevenness * extent_px2;
+}
+
+/// Of the centre: the outline's pixels are wrong independently of each other [px^2].
+Array2d clippingVariance(const DetectorConfig& config, const LightEllipse& light) {
+  const Array2d sensed_px2 = light.sensedVariances_px2(config.defocus_sigma_px);
+  const double outline_px = 4.0 * kPi * std::sqrt(sensed_px2.mean());
+  const double area_px = 4.0 * kPi * std::sqrt(sensed_px2.prod());
+  return light.saturated_fraction * std::pow(kClippedOutline / area_px, 2) * outline_px *
+         sensed_px2;
+}
+
+/// Whether a spot so refused may be a light all the same.
+bool mayBeLitUnevenly(Rejection rejection) {
+  return rejection == Rejection::kFill || rejection == Rejection::kKurtosis ||
+         rejection == Rejection::kTangentialSize || rejection == Rejection::kRadialSize ||
+         rejection == Rejection::kAxis || rejection == Rejection::kUnlikely;
+}
+
+/// By which the centre of a light is off beside a bright area, and if it is a part of one of these
+/// spots and that is the light, unevenly lit: which of both is true, no image tells [px^2].
+Array2d searchVariance(const LightEllipse& light, const Search& search,
+                       const std::vector<Detection>& refused, const MirrorView& view) {
+  constexpr double kDisc2 = 4.0;  // squared standard deviations to the outline
+  Array2d variance_px2 = Array2d::Constant(search.opened ? kOpened_px * kOpened_px : 0.0);
+  if (search.thresholds == 1) return variance_px2;
+  const Eigen::Matrix2d axes = mirrorAxes(light.centre_px, view.centre_px());
+  for (const Detection& spot : refused) {
+    if (!mayBeLitUnevenly(spot.rejection)) continue;
+    const Vector2d off_px2 =
+        (axes.transpose() * (spot.ellipse.centre_px - light.centre_px)).cwiseAbs2();
+    const double mahalanobis2 = off_px2.cwiseQuotient(spot.ellipse.variances_px2()).sum();
+    if (mahalanobis2 <= kDisc2) variance_px2 += off_px2.array();
+  }
+  return variance_px2;
+}
+
 double rowOf(const Detection& light) { return light.ellipse.centre_px.y(); }
 
 }  // namespace
+
+Bearing bearingOf(const LightEllipse& light, const Search& search,
+                  const std::vector<Detection>& refused, const ExpectedSpot* expected,
+                  const DetectorConfig& config) {
+  const auto [radius_px, azimuth_rad] =
+      mirrorPixelFromImage(config.view, light.centre_px.x(), light.centre_px.y());
+  Vector2d point_px = Vector2d::Zero();
+  if (expected != nullptr) point_px = expected->at(light.centre_px).least_stddev_px;
+  const Array2d variance_px2 = light.noise_px2.array() + std::pow(kSamplingStddev_px, 2) +
+                               sourceVariance(config, light, point_px) +
+                               clippingVariance(config, light) +
+                               searchVariance(light, search, refused, config.view);
+  Bearing bearing;
+  bearing.azimuth_rad = azimuth_rad;
+  bearing.azimuth_variance_rad2 = variance_px2(0) / std::pow(radius_px, 2);
+  bearing.image_radius_px = radius_px;
+  bearing.image_radius_variance_px2 =
+      variance_px2(1) + std::pow(config.alignment.centre_stddev_px, 2);
+  if (expected == nullptr) return bearing;
+  const Elevation elevation =
+      expected->optics().elevationAt(radius_px, bearing.image_radius_variance_px2);
+  bearing.elevation_rad = elevation.angle_rad;
+  bearing.elevation_variance_rad2 = elevation.variance_rad2;
+  return bearing;
+}
+
+const Detection* likeliestLight(const std::vector<Detection>& lights) {
+  const auto best = std::max_element(lights.begin(), lights.end(),
+                                     [](const Detection& left, const Detection& right) {
+                                       return left.bearing.probability < right.bearing.probability;
+                                     });
+  return best == lights.end() ? nullptr : &*best;
+}
 
 void ShutterConfig::declare(Parameters& params) {
   constexpr double kLongest_s = 10.0;  // no camera is later; a larger value is in milliseconds

@@ -1,5 +1,6 @@
 #include "bearing_calibration/vision/mirror_rim.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,18 +9,22 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Vector2d;
 
-/// Rays from a point of an image, evenly all around, and the part of each that is looked at.
-struct RayFan {
-  Vector2d centre_px = Vector2d::Zero();
-  int rays = 0;
-  double begin_px = 0.0;
-  double end_px = 0.0;
+/// An image in which edges are looked for.
+struct EdgeImage {
+  EdgeImage(const cv::Mat& image, double saturation_level);
+
+  bool nearFullPixel(const Vector2d& place_px) const;
+
+  cv::Mat smooth;      ///< CV_32FC1
+  cv::Mat near_full;   ///< CV_8UC1, not 0 so near a full pixel that clipping moves an edge
+  double least_slope;  ///< [levels/px] of an edge: it stands over the image's noise and texture
 };
 
 /// Where the brightness changes fastest along a ray.
@@ -29,49 +34,10 @@ struct RayEdge {
   double slope = 0.0;                    ///< size of the change [levels/px]
 };
 
-/// Finds edges along rays, between pixels, in an image smoothed for it once.
-class RayEdgeFinder {
- public:
-  /// @param image CV_8UC1 or CV_16UC1. @param saturation_level an edge beside a pixel of this level
-  ///   or more is left out: its place depends on what was clipped.
-  RayEdgeFinder(const cv::Mat& image, double saturation_level);
+// One ray in four pixels of a usual rim: neighbours share little of their noise.
+constexpr int kRays = 360;
 
-  /// The at most `most_per_ray` steepest edges of each ray, by ray. Those that stand no higher than
-  /// the image's noise and texture are left out.
-  std::vector<RayEdge> find(const RayFan& fan, std::size_t most_per_ray) const;
-
- private:
-  std::vector<double> profileOf(const RayFan& fan, const Vector2d& direction) const;
-  bool nearFullPixel(const Vector2d& place_px) const;
-
-  cv::Mat smooth_;     ///< CV_32FC1
-  cv::Mat near_full_;  ///< CV_8UC1, not 0 near a full pixel
-  double least_slope_ = 0.0;
-};
-
-// Narrow beside the blur of a defocused lens, wide beside a pixel.
-constexpr double kSmoothing_px = 1.5;
-// Half of a defocused edge and the smoothing: so far a clipped pixel moves it.
-constexpr int kFullReach_px = 7;
-// Most of an image has no edge: an edge is steeper than so many times its usual slope.
-constexpr double kSlopesOverUsual = 4.0;
-
-/// Slopes of a profile taken at every pixel; 0 at its ends.
-std::vector<double> slopesOf(const std::vector<double>& profile) {
-  std::vector<double> slopes(profile.size(), 0.0);
-  for (std::size_t i = 1; i + 1 < profile.size(); ++i) {
-    slopes[i] = std::abs(0.5 * (profile[i + 1] - profile[i - 1]));
-  }
-  return slopes;
-}
-
-/// Where between its neighbours the parabola through three slopes is highest, from the middle one.
-double topOf(double before, double middle, double after) {
-  const double bend = before - 2.0 * middle + after;
-  return bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
-}
-
-/// Median slope of the image, from a grid of its pixels.
+/// Median slope of the image along its rows, from a grid of its pixels.
 double usualSlope(const cv::Mat& smooth) {
   constexpr int kStep = 5;
   std::vector<float> slopes;
@@ -87,55 +53,74 @@ double usualSlope(const cv::Mat& smooth) {
   return static_cast<double>(*middle);
 }
 
-RayEdgeFinder::RayEdgeFinder(const cv::Mat& image, double saturation_level) {
-  image.convertTo(smooth_, CV_32F);
-  cv::GaussianBlur(smooth_, smooth_, cv::Size(), kSmoothing_px);
-  const int side_px = 2 * kFullReach_px + 1;
-  cv::dilate(image >= saturation_level, near_full_, cv::Mat::ones(side_px, side_px, CV_8U));
-  constexpr double kRounding = 0.01;  // [levels/px] of a perfectly even image
-  least_slope_ = std::max(kRounding, kSlopesOverUsual * usualSlope(smooth_));
+EdgeImage::EdgeImage(const cv::Mat& image, double saturation_level) {
+  constexpr double kSmoothing_px = 1.5;  // narrow beside a lens' defocus, wide beside a pixel
+  image.convertTo(smooth, CV_32F);
+  cv::GaussianBlur(smooth, smooth, cv::Size(), kSmoothing_px);
+  constexpr double kRounding = 0.01;        // [levels/px] of a perfectly even image
+  constexpr double kSlopesOverUsual = 4.0;  // most of an image has no edge
+  least_slope = std::max(kRounding, kSlopesOverUsual * usualSlope(smooth));
+  constexpr int kFullReach_px = 7;  // half of a defocused edge and the smoothing
+  constexpr int kSide_px = 2 * kFullReach_px + 1;
+  cv::dilate(image >= saturation_level, near_full, cv::Mat::ones(kSide_px, kSide_px, CV_8U));
 }
 
-/// Levels at every pixel along the ray from the fan's begin, as long as it lies in the image.
-std::vector<double> RayEdgeFinder::profileOf(const RayFan& fan, const Vector2d& direction) const {
-  std::vector<double> profile;
-  for (double distance_px = fan.begin_px; distance_px <= fan.end_px; distance_px += 1.0) {
-    const Vector2d place = fan.centre_px + distance_px * direction;
-    const double u = std::floor(place.x());
-    const double v = std::floor(place.y());
-    if (!(u >= 0.0 && v >= 0.0 && u < smooth_.cols - 1.0 && v < smooth_.rows - 1.0)) break;
-    const float* above = smooth_.ptr<float>(static_cast<int>(v)) + static_cast<int>(u);
-    const float* below = smooth_.ptr<float>(static_cast<int>(v) + 1) + static_cast<int>(u);
-    const double right = place.x() - u;
-    const double down = place.y() - v;
-    const auto between = [&](const float* row) {
-      return static_cast<double>(row[0]) * (1.0 - right) + static_cast<double>(row[1]) * right;
-    };
-    profile.push_back(between(above) * (1.0 - down) + between(below) * down);
+bool EdgeImage::nearFullPixel(const Vector2d& place_px) const {
+  const int u = std::clamp(cvRound(place_px.x()), 0, near_full.cols - 1);
+  const int v = std::clamp(cvRound(place_px.y()), 0, near_full.rows - 1);
+  return near_full.at<std::uint8_t>(v, u) != 0;
+}
+
+/// Where between its neighbours the parabola through three slopes is highest, from the middle one.
+double topOf(double before, double middle, double after) {
+  const double bend = before - 2.0 * middle + after;
+  return bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
+}
+
+/// Between pixels; nothing outside of the image.
+std::optional<double> levelAt(const cv::Mat& smooth, const Vector2d& place_px) {
+  const cv::Point2d place(place_px.x(), place_px.y());
+  if (!cv::Rect2d(0.0, 0.0, smooth.cols - 1.0, smooth.rows - 1.0).contains(place)) return {};
+  cv::Mat_<float> level;
+  cv::getRectSubPix(smooth, {1, 1}, place, level);
+  return static_cast<double>(level(0, 0));
+}
+
+/// Slopes at every pixel of a ray, from that on as far as it lies in the image; 0 at both ends.
+std::vector<double> slopesAlong(const cv::Mat& smooth, const Vector2d& begin_px,
+                                const Vector2d& direction, double length_px) {
+  std::vector<double> levels;
+  for (double distance_px = 0.0; distance_px <= length_px; distance_px += 1.0) {
+    const std::optional<double> level = levelAt(smooth, begin_px + distance_px * direction);
+    if (!level) break;
+    levels.push_back(*level);
   }
-  return profile;
+  std::vector<double> slopes(levels.size(), 0.0);
+  for (std::size_t i = 1; i + 1 < levels.size(); ++i) {
+    slopes[i] = 0.5 * std::abs(levels[i + 1] - levels[i - 1]);
+  }
+  return slopes;
 }
 
-bool RayEdgeFinder::nearFullPixel(const Vector2d& place_px) const {
-  const int u = std::clamp(static_cast<int>(std::lround(place_px.x())), 0, near_full_.cols - 1);
-  const int v = std::clamp(static_cast<int>(std::lround(place_px.y())), 0, near_full_.rows - 1);
-  return near_full_.at<std::uint8_t>(v, u) != 0;
-}
-
-std::vector<RayEdge> RayEdgeFinder::find(const RayFan& fan, std::size_t most_per_ray) const {
+/// The at most `most_per_ray` steepest edges, in this range from the centre, of each of the rays
+/// all around it, by ray.
+std::vector<RayEdge> edgesAround(const Vector2d& centre_px, const Range& range_px,
+                                 const EdgeImage& image, std::size_t most_per_ray) {
+  const double begin_px = std::max(0.0, range_px.low);
   std::vector<RayEdge> edges;
-  for (int ray = 0; ray < fan.rays; ++ray) {
-    const double angle = 2.0 * kPi * ray / fan.rays;
+  for (int ray = 0; ray < kRays; ++ray) {
+    const double angle = 2.0 * kPi * ray / kRays;
     const Vector2d direction(std::cos(angle), std::sin(angle));
-    const std::vector<double> slopes = slopesOf(profileOf(fan, direction));
+    const std::vector<double> slopes = slopesAlong(image.smooth, centre_px + begin_px * direction,
+                                                   direction, range_px.high - begin_px);
     std::vector<RayEdge> of_ray;
     for (std::size_t i = 1; i + 1 < slopes.size(); ++i) {
       const bool top = slopes[i] >= slopes[i - 1] && slopes[i] > slopes[i + 1];
-      if (!top || slopes[i] < least_slope_) continue;
+      if (!top || slopes[i] < image.least_slope) continue;
       const double distance_px =
-          fan.begin_px + static_cast<double>(i) + topOf(slopes[i - 1], slopes[i], slopes[i + 1]);
-      const Vector2d place = fan.centre_px + distance_px * direction;
-      if (!nearFullPixel(place)) of_ray.push_back({ray, place, slopes[i]});
+          begin_px + static_cast<double>(i) + topOf(slopes[i - 1], slopes[i], slopes[i + 1]);
+      const Vector2d place = centre_px + distance_px * direction;
+      if (!image.nearFullPixel(place)) of_ray.push_back({ray, place, slopes[i]});
     }
     std::sort(of_ray.begin(), of_ray.end(),
               [](const RayEdge& left, const RayEdge& right) { return left.slope > right.slope; });
@@ -143,18 +128,6 @@ std::vector<RayEdge> RayEdgeFinder::find(const RayFan& fan, std::size_t most_per
     edges.insert(edges.end(), of_ray.begin(), of_ray.end());
   }
   return edges;
-}
-
-// One ray in four pixels of a usual rim: neighbours share little of their noise.
-constexpr int kRays = 360;
-constexpr double kLeastVisiblePart = 1.0 / 3.0;
-
-std::vector<RayEdge> candidatesFor(const RayEdgeFinder& finder, const RimSearch& search) {
-  constexpr std::size_t kMostPerRay = 6;  // the rim is among the steepest of a ray
-  const double begin_px = std::max(0.0, search.radius_px.low - search.max_centre_error_px);
-  return finder.find(
-      {search.centre_px, kRays, begin_px, search.radius_px.high + search.max_centre_error_px},
-      kMostPerRay);
 }
 
 /// Rays of which an edge lies on the circle.
@@ -178,10 +151,14 @@ bool allowed(const Circle& circle, const RimSearch& search) {
 }
 
 /// The circle through three edges that has the longest edge.
-std::optional<Circle> likeliestCircle(const std::vector<RayEdge>& edges, const RimSearch& search) {
+std::optional<Circle> likeliestCircle(const EdgeImage& image, const RimSearch& search) {
+  constexpr std::size_t kMostPerRay = 6;  // the rim is among the steepest of a ray
   // When half of the rays show the rim, as one edge of six, a thousandth of the triples is right.
   constexpr int kTriples = 20000;
   constexpr unsigned kSeed = 1;
+  const Range range_px{search.radius_px.low - search.max_centre_error_px,
+                       search.radius_px.high + search.max_centre_error_px};
+  const std::vector<RayEdge> edges = edgesAround(search.centre_px, range_px, image, kMostPerRay);
   if (edges.empty()) return std::nullopt;
   std::mt19937 random(kSeed);
   std::uniform_int_distribution<std::size_t> pick(0, edges.size() - 1);
@@ -200,25 +177,21 @@ std::optional<Circle> likeliestCircle(const std::vector<RayEdge>& edges, const R
 }
 
 /// Fits the circle to the edges near it, on rays from its own centre.
-std::optional<MirrorRim> refine(const RayEdgeFinder& finder, const Circle& first) {
+std::optional<MirrorRim> refine(const EdgeImage& image, const Circle& first) {
   constexpr double kReaches_px[] = {8.0, 5.0, 5.0};  // either side of the circle
-  Circle circle = first;
-  std::optional<MirrorRim> rim;
+  CircleFit rim;
+  rim.circle = first;
   for (double reach_px : kReaches_px) {
-    const RayFan fan{circle.centre_px, kRays, std::max(0.0, circle.radius_px - reach_px),
-                     circle.radius_px + reach_px};
+    const Range near_px{rim.circle.radius_px - reach_px, rim.circle.radius_px + reach_px};
     std::vector<Vector2d> places;
-    for (const RayEdge& edge : finder.find(fan, 1)) places.push_back(edge.place_px);
-    const std::optional<CircleFit> fit = fitCircle(places, circle);
-    if (!fit) return std::nullopt;
-    circle = fit->circle;
-    rim = MirrorRim{circle, fit->covariance_px2, 0.0, fit->scatter_px, {}};
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      if (fit->belongs[i]) rim->edge_px.push_back(places[i]);
+    for (const RayEdge& edge : edgesAround(rim.circle.centre_px, near_px, image, 1)) {
+      places.push_back(edge.place_px);
     }
+    const std::optional<CircleFit> fit = fitCircle(places, rim.circle);
+    if (!fit) return std::nullopt;
+    rim = *fit;
   }
-  rim->visible_part = static_cast<double>(rim->edge_px.size()) / kRays;
-  return rim;
+  return MirrorRim{rim, static_cast<double>(rim.points_px.size()) / kRays};
 }
 
 void require(const cv::Mat& image, const RimSearch& search) {
@@ -233,16 +206,54 @@ void require(const cv::Mat& image, const RimSearch& search) {
   if (!possible) throw std::invalid_argument("no circle lies in the search for the mirror's rim");
 }
 
+void say(bool fits, const std::string& sentence, MirrorCheck* check) {
+  check->consistent = check->consistent && fits;
+  check->sentences.push_back(sentence);
+}
+
+void checkCentre(const MirrorRim& rim, const DetectorConfig& config, MirrorCheck* check) {
+  constexpr double kFalseAlarms = 1e-3;  // of checks of a centre that is right
+  const Vector2d configured = config.view.centre_px();
+  const Vector2d departure = rim.circle.centre_px - configured;
+  const Eigen::Matrix2d covariance =
+      rim.covariance_px2.topLeftCorner<2, 2>() +
+      std::pow(config.alignment.centre_stddev_px, 2) * Eigen::Matrix2d::Identity();
+  // Of two degrees of freedom, chi-square exceeds x with the probability exp(-x / 2).
+  const bool fits =
+      departure.dot(covariance.inverse() * departure) <= -2.0 * std::log(kFalseAlarms);
+  say(fits,
+      formatted(
+          "the rim's centre is (%.2f +- %.2f, %.2f +- %.2f) px, mirror/centre_u and centre_v are "
+          "(%.2f, %.2f): %s",
+          rim.circle.centre_px.x(), rim.stddev(0), rim.circle.centre_px.y(), rim.stddev(1),
+          configured.x(), configured.y(),
+          fits ? "they agree" : "set them to the rim's centre, or raise alignment/centre_stddev"),
+      check);
+}
+
+void checkRadius(const MirrorRim& rim, const DetectorConfig& config, MirrorCheck* check) {
+  // Focal length and distances are known to some percent; beyond, the horizon and the expected
+  // sizes are off by as much, and the gates that lean on them refuse lights.
+  constexpr double kRimTolerance = 0.03;
+  const double expected_px = rimRadiusPx(config.mirror);
+  const bool fits = std::abs(rim.circle.radius_px / expected_px - 1.0) <= kRimTolerance;
+  say(fits,
+      formatted("the rim's radius is %.2f +- %.2f px, lens and mirror put it at %.2f px: %s",
+                rim.circle.radius_px, rim.stddev(2), expected_px,
+                fits ? "they agree"
+                     : "check lens/focal_length, lens/focus_distance, lens/pixel_pitch, "
+                       "mirror/lens_to_apex, mirror/half_angle and mirror/base_radius"),
+      check);
+}
+
 }  // namespace
 
 RimSearch rimSearchAround(const DetectorConfig& config) {
-  // Lens and mirror are known to some percent, the centre to a part of the rim's radius.
-  constexpr double kRadiusError = 0.25;
-  constexpr double kCentreError = 0.25;
+  constexpr double kError = 0.25;  // of centre and radius, by the radius: they are known better
   const double radius_px = rimRadiusPx(config.mirror);
-  return {{config.view.centre_u_px, config.view.centre_v_px},
-          kCentreError * radius_px,
-          {(1.0 - kRadiusError) * radius_px, (1.0 + kRadiusError) * radius_px},
+  return {config.view.centre_px(),
+          kError * radius_px,
+          {(1.0 - kError) * radius_px, (1.0 + kError) * radius_px},
           config.sensor.saturation_level};
 }
 
@@ -260,18 +271,29 @@ RimSearch rimSearchIn(const cv::Mat& image) {
           full};
 }
 
-double MirrorRim::stddev(int parameter) const {
-  return std::sqrt(covariance_px2(parameter, parameter));
-}
-
 std::optional<MirrorRim> findMirrorRim(const cv::Mat& image, const RimSearch& search) {
   require(image, search);
-  const RayEdgeFinder finder(image, search.saturation_level);
-  const std::optional<Circle> first = likeliestCircle(candidatesFor(finder, search), search);
+  constexpr double kLeastVisiblePart = 1.0 / 3.0;
+  const EdgeImage edges(image, search.saturation_level);
+  const std::optional<Circle> first = likeliestCircle(edges, search);
   if (!first) return std::nullopt;
-  const std::optional<MirrorRim> rim = refine(finder, *first);
+  const std::optional<MirrorRim> rim = refine(edges, *first);
   const bool seen = rim && rim->visible_part >= kLeastVisiblePart && allowed(rim->circle, search);
   return seen ? rim : std::nullopt;
+}
+
+MirrorCheck checkMirror(const MirrorRim& rim, const DetectorConfig& config) {
+  MirrorCheck check;
+  checkCentre(rim, config, &check);
+  checkRadius(rim, config, &check);
+  constexpr double kSlack_px = 1.0;  // a mask is cut at whole pixels
+  if (config.mask.outer_radius_px > rim.circle.radius_px + kSlack_px) {
+    say(false,
+        formatted("mask/outer_radius is %.1f px and reaches past the rim: set it to %.1f",
+                  config.mask.outer_radius_px, std::floor(rim.circle.radius_px)),
+        &check);
+  }
+  return check;
 }
 
 }  // namespace bearing_calibration::core

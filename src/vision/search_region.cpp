@@ -1,12 +1,145 @@
 #include "bearing_calibration/vision/search_region.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
+namespace {
+
+bool mayShowALight(const MaskConfig& config, const MirrorView& view, int u, int v) {
+  if (v < config.first_row || v > config.last_row) return false;
+  const MirrorPixel pixel = mirrorPixelFromImage(view, u, v);
+  const auto hides = [&](const MirrorPost& post) {
+    return std::abs(wrapAngle(pixel.azimuth_rad - post.azimuth_rad)) <= post.half_width_rad;
+  };
+  return pixel.image_radius_px >= config.inner_radius_px &&
+         pixel.image_radius_px <= config.outer_radius_px &&
+         std::none_of(config.posts.begin(), config.posts.end(), hides);
+}
+
+/// The half plane of a normal, its border through the mirror's centre.
+struct HalfPlane {
+  explicit HalfPlane(double normal_angle_rad)
+      : lies_right(std::cos(normal_angle_rad) > 0.0),
+        border_right_per_up(-std::tan(normal_angle_rad)) {}
+
+  bool lies_right;
+  double border_right_per_up;
+};
+
+/// Narrows the strip, `up` pixels above the centre, to the half plane.
+void clipTo(const HalfPlane& half_plane, double centre_u, double up, PixelStrip* strip) {
+  const double border = std::clamp(centre_u + up * half_plane.border_right_per_up,
+                                   strip->begin - 1.0, strip->end + 1.0);
+  if (half_plane.lies_right) {
+    strip->begin = std::max(strip->begin, static_cast<int>(std::ceil(border)));
+  } else {
+    strip->end = std::min(strip->end, static_cast<int>(std::floor(border)) + 1);
+  }
+}
+
+/// Writes what `narrow` leaves of the mask's strips in the rows from the first to the last.
+template <typename Narrow>
+void clip(const std::vector<PixelStrip>& mask, double first_row, double last_row, Narrow narrow,
+          std::vector<PixelStrip>* strips) {
+  strips->clear();
+  auto it = std::lower_bound(mask.begin(), mask.end(), first_row,
+                             [](const PixelStrip& strip, double row) { return strip.row < row; });
+  for (; it != mask.end() && it->row <= last_row; ++it) {
+    PixelStrip strip = *it;
+    narrow(&strip);
+    if (strip.begin < strip.end) strips->push_back(strip);
+  }
+}
+
+}  // namespace
+
+AnnulusMask::AnnulusMask(const DetectorConfig& config)
+    : view_(config.view), outer_radius_px_(config.mask.outer_radius_px) {
+  const int width = config.sensor.width_px;
+  const int height = config.sensor.height_px;
+  // What lies beside the image is not in the mask, either.
+  cv::Mat inside = cv::Mat::zeros(height + 2, width + 2, CV_8UC1);
+  for (int v = 0; v < height; ++v) {
+    std::uint8_t* row = inside.ptr(v + 1) + 1;
+    for (int u = 0; u < width; ++u) {
+      row[u] = mayShowALight(config.mask, view_, u, v) ? 1 : 0;
+      if (row[u] == 0) continue;
+      const bool goes_on = row[u - 1] != 0;
+      if (!goes_on) strips_.push_back({v, u, u});
+      strips_.back().end = u + 1;
+    }
+  }
+  cv::Mat distances;
+  cv::distanceTransform(inside, distances, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  // Less a half, the conversion rounds down.
+  distances(cv::Rect(1, 1, width, height)).convertTo(clearance_, CV_8UC1, 1.0, -0.49);
+}
+
+void AnnulusMask::clipToSector(const AzimuthSector& sector, std::vector<PixelStrip>* strips) const {
+  if (!(sector.half_width_rad > 0.0 && sector.half_width_rad < 0.5 * kPi)) {
+    throw std::invalid_argument("a sector's half width must lie between 0 and 90 deg, but is " +
+                                std::to_string(sector.half_width_rad) + " rad");
+  }
+  // A wedge is the common part of two half planes through the centre; the inward normal of a
+  // border is the border turned by a quarter towards the wedge.
+  const double screen_angle = view_.handedness * sector.centre_rad;
+  const HalfPlane first(screen_angle - sector.half_width_rad + 0.5 * kPi);
+  const HalfPlane second(screen_angle + sector.half_width_rad - 0.5 * kPi);
+  const auto narrow = [&](PixelStrip* strip) {
+    const double up = view_.centre_v_px - strip->row;
+    clipTo(first, view_.centre_u_px, up, strip);
+    clipTo(second, view_.centre_u_px, up, strip);
+  };
+  // Rows: as far as the wedge's direction that is nearest to straight up or down.
+  const auto reach_px = [&](double direction_rad) {
+    constexpr double kMargin_px = 1.0;  // for the rounding to rows
+    const double off_rad = std::abs(wrapAngle(direction_rad - screen_angle));
+    const double nearest_rad = std::max(0.0, off_rad - sector.half_width_rad);
+    return std::max(0.0, std::cos(nearest_rad)) * outer_radius_px_ + kMargin_px;
+  };
+  clip(strips_, view_.centre_v_px - reach_px(0.5 * kPi), view_.centre_v_px + reach_px(-0.5 * kPi),
+       narrow, strips);
+}
+
+void AnnulusMask::clipToBox(const cv::Rect& box, std::vector<PixelStrip>* strips) const {
+  const auto narrow = [&](PixelStrip* strip) {
+    strip->begin = std::max(strip->begin, box.x);
+    strip->end = std::min(strip->end, box.br().x);
+  };
+  clip(strips_, box.y, box.br().y - 1, narrow, strips);
+}
+
+int AnnulusMask::clearancePx(double u_px, double v_px) const {
+  const double u = u_px + 0.5;
+  const double v = v_px + 0.5;
+  if (!(u >= 0.0 && u < clearance_.cols && v >= 0.0 && v < clearance_.rows)) return 0;
+  return clearance_.at<std::uint8_t>(static_cast<int>(v), static_cast<int>(u));
+}
+
+bool AnnulusMask::cuts(const PixelEllipse& ellipse) const {
+  constexpr double kRounding_px = 1.5;
+  const double longest_reach_px = ellipse.size * std::sqrt(ellipse.covariance_px2.trace());
+  const int clearance_px = clearancePx(ellipse.centre_px.x(), ellipse.centre_px.y());
+  if (clearance_px > longest_reach_px + kRounding_px) return false;
+  constexpr int kDirections = 16;
+  const Eigen::Matrix2d information = ellipse.covariance_px2.inverse();
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2.0 * kPi * i / kDirections;
+    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+    const double reach = ellipse.size / std::sqrt(direction.dot(information * direction));
+    const Eigen::Vector2d outline = ellipse.centre_px + reach * direction;
+    if (!contains(outline.x(), outline.y())) return true;
+  }
+  return false;
+}
 
 void SearchConfig::declare(Parameters& params) {
   constexpr double kWidest_rad = radiansFromDegrees(89.0);  // a wedge is narrower than a half plane
@@ -53,36 +186,30 @@ std::optional<SearchRegion> searchRegion(const SearchConfig& config,
   return region;
 }
 
-cv::Rect boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot,
+cv::Rect boxAround(const ExpectedPlace& place, const ExpectedSpot& expected,
                    const DetectorConfig& config) {
   constexpr double kRim_px = 2.0;
   constexpr double kDisc = 2.0;  // standard deviations to an evenly filled ellipse's outline
   const double radius_px = place.centre.image_radius_px;
-  const SpotSize& expected = expected_spot.at(radius_px);
-  const Eigen::Vector2d largest = kDisc * expected.pointStddev_px(1.0);
+  const Eigen::Vector2d centre = imageFromMirrorPixel(config.view, place.centre);
+  const Eigen::Vector2d largest = kDisc * expected.at(centre).pointStddev_px(1.0);
   const double bow = 0.5 * radius_px * place.half_width_rad * place.half_width_rad;  // of an arc
   const double along = place.half_height_px + bow;
   const double across = radius_px * place.half_width_rad;
-  const double tangential = largest(0);
-  const double radial = largest(1);
-  const Eigen::Vector2d centre = imageFromMirrorPixel(config.view, place.centre);
-  const double cosine = std::abs(std::cos(place.centre.azimuth_rad));
-  const double sine = std::abs(std::sin(place.centre.azimuth_rad));
   const auto half_of = [&](double outward, double sideways) {
-    const double r = radial * outward;
-    const double t = tangential * sideways;
+    const double r = largest(1) * outward;
+    const double t = largest(0) * sideways;
     return along * outward + across * sideways + std::sqrt(r * r + t * t) + kRim_px;
   };
-  const double half_width = half_of(cosine, sine);
-  const double half_height = half_of(sine, cosine);
-  const auto limited = [](double value, int last) {
-    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(last)));
+  const double cosine = std::abs(std::cos(place.centre.azimuth_rad));
+  const double sine = std::abs(std::sin(place.centre.azimuth_rad));
+  const Eigen::Array2d half_sides(half_of(cosine, sine), half_of(sine, cosine));
+  const auto corner = [&](const Eigen::Array2d& place_px) {
+    const Eigen::Array2d end(config.sensor.width_px, config.sensor.height_px);
+    const Eigen::Array2i pixel = place_px.max(0.0).min(end).cast<int>();
+    return cv::Point(pixel.x(), pixel.y());
   };
-  const ImageSensor& sensor = config.sensor;
-  return {cv::Point(limited(centre.x() - half_width, sensor.width_px),
-                    limited(centre.y() - half_height, sensor.height_px)),
-          cv::Point(limited(centre.x() + half_width + 1.0, sensor.width_px),
-                    limited(centre.y() + half_height + 1.0, sensor.height_px))};
+  return {corner(centre.array() - half_sides), corner(centre.array() + half_sides + 1.0)};
 }
 
 }  // namespace bearing_calibration::core

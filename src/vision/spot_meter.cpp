@@ -5,14 +5,22 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/vision/spot_sums.h"
 
 namespace bearing_calibration::core {
 namespace {
 
+using Eigen::Array2d;
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+// An evenly filled ellipse ends at two standard deviations; the window leaves room for the pixels'
+// size. A Gaussian goes on further, and a spot of a pixel's width needs room for its pixels.
+constexpr double kDiscWindow = 2.5;
+constexpr double kGaussianWindow = 3.2;
+constexpr double kMargin_px = 1.0;
+// A disc has an inside when it is some pixels wide.
+constexpr double kLeastDiscStddev_px = 1.5;
 
 // The background's ring lies outside the window, so far that it has about as many pixels.
 constexpr double kRingBegin = 1.15;
@@ -22,20 +30,32 @@ constexpr int kMinRingPixels = 12;  // four for each coefficient of the plane
 // the window's.
 constexpr double kEnoughRows = 10.0;
 
-// In standard deviations of the spot: after a Newton step as small as this the next one is not
-// worth its while (it goes with the square).
-constexpr double kSmallStep = 0.03;
+constexpr double kRoundingVariance = 1.0 / 12.0;  // of a level rounded to an integer
+// Neighbouring pixels of a background's texture vary together, over patches of about 3 x 3.
+constexpr double kTexturePatch_px = 9.0;
+
+/// Read noise and rounding of one pixel [levels^2].
+double readVariance(const ImageSensor& sensor) {
+  return std::pow(sensor.read_noise_electrons / sensor.electrons_per_level, 2) + kRoundingVariance;
+}
 
 int rowStepFor(const PixelEllipse& window) {
   const double rows = 2.0 * window.size * std::sqrt(window.covariance_px2(1, 1));
   return std::max(1, static_cast<int>(rows / kEnoughRows));
 }
 
-/// Least squares over the ring around the window.
-Background fitBackground(PlaneSums sums, const SpotLevels& levels) {
+/// The background under a spot.
+struct Background {
+  LevelPlane plane;
+  double residual_variance = 0.0;  ///< of the ring's pixels about the plane [levels^2]
+  double sum_of_squares = 0.0;     ///< of the ring's pixels' distances along one axis [px^2]
+};
+
+/// Least squares over the ring around the window; a level without enough of its pixels.
+Background fitBackground(PlaneSums sums, double level) {
   const double pixels = sums.normal(0, 0);
   Background background;
-  background.plane.at_centre = levels.background;
+  background.plane.at_centre = level;
   if (pixels < kMinRingPixels) return background;
   background.sum_of_squares = 0.5 * (sums.normal(1, 1) + sums.normal(2, 2));
   constexpr double kRidge_px2 = 1e-6;  // pixels in one line leave the slope across it at zero
@@ -50,97 +70,153 @@ Background fitBackground(PlaneSums sums, const SpotLevels& levels) {
 }
 
 WeightPolynomial polynomialOf(const SpotWindow& window) {
-  if (window.weight == CentreWeight::kEven) return {1.0F, 0.0F, 0.0F};
+  if (!window.by_outline) return {1.0F, 0.0F, 0.0F};
   const double size2 = window.size * window.size;
   return {0.0F, 1.0F, static_cast<float>(-1.0 / (size2 * size2))};
 }
 
-/// d sum(L w x) / d centre along an axis x.
-double gainAlong(const Vector2d& axis, const CentreMoments& sums, const Matrix2d& information) {
-  const Vector2d gradient = information * axis;
-  return sums.weighted + 2.0 * axis.dot(sums.sloped_squares * gradient);
+/// After a Newton step that is small the next one is not worth its while (it goes with the square).
+bool isLong(const Vector2d& step_px, const PixelEllipse& window) {
+  constexpr double kSmallStep = 0.03;  // in standard deviations of the spot
+  return step_px.dot(window.covariance_px2.inverse() * step_px) > kSmallStep * kSmallStep;
 }
 
-/// How far the light's centre lies from the window's, in one Newton step.
-Vector2d shiftOf(const CentreMoments& sums, const Matrix2d& information, const MirrorAxes& axes) {
-  Vector2d shift = Vector2d::Zero();
-  for (const Vector2d& axis : {axes.radial, axes.tangential}) {
-    shift += axis.dot(sums.moment) / gainAlong(axis, sums, information) * axis;
-  }
-  return shift;
+/// One Newton step from a window's centre to the light's.
+struct CentreStep {
+  CentreMoments sums;
+  Matrix2d axes;
+  Vector2d gain;  ///< d sum(L w x) / d centre along each axis x
+  Vector2d shift_px;
+};
+
+/// @return nothing when the window holds no light, or the step leaves it
+std::optional<CentreStep> stepFrom(const cv::Mat& levels, const SpotWindow& window,
+                                   const LevelPlane& background, const Vector2d& mirror_centre_px) {
+  constexpr int kEveryRow = 1;
+  const Matrix2d information = window.covariance_px2.inverse();
+  CentreStep step;
+  step.sums = sumCentre(levels, window, kEveryRow, polynomialOf(window), background);
+  step.axes = mirrorAxes(window.centre_px, mirror_centre_px);
+  step.gain = step.sums.weighted +
+              2.0 * diagonalAlong(step.axes, step.sums.sloped_squares * information).array();
+  const Vector2d moment = step.axes.transpose() * step.sums.moment;
+  step.shift_px = step.axes * moment.cwiseQuotient(step.gain);
+  const double reach_px = window.size * std::sqrt(window.covariance_px2.trace());
+  const bool inside = step.sums.light > 0.0 && step.shift_px.norm() < reach_px;
+  return inside ? std::optional<CentreStep>(step) : std::nullopt;
 }
 
-/// What the last window says; `spread` of every row_step-th row.
-SpotMeasurement measurementOf(const CentreMoments& centre, const SpreadMoments& spread,
-                              int row_step, const SpotWindow& window, const MirrorAxes& axes) {
+/// Variance of the ring's pixels beyond their noise [levels^2].
+double textureVariance(const DetectorConfig& config, const Background& background) {
+  const ImageSensor& sensor = config.sensor;
+  const double light = std::max(0.0, background.plane.at_centre - sensor.black_level);
+  const double noise = light / sensor.electrons_per_level + readVariance(sensor);
+  // A Gaussian blur leaves this part of the white noise's variance in each pixel.
+  const double part_left = 1.0 / (1.0 + 4.0 * kPi * std::pow(config.defocus_sigma_px, 2));
+  return std::max(0.0, background.residual_variance - noise * part_left);
+}
+
+/// Of the centre, for the noise of the pixels and what lies behind the light [px^2]. With w the
+/// weights and x the axes, noise e of the pixels moves the centre by sum(e w x) / gain.
+/// @param light_squares  sum(N w^2 x^2), N the noise that grows with the light [levels^2]
+Vector2d noiseOf(const CentreStep& step, const SpotWindow& window, const Array2d& light_squares,
+                 const Background& background, const DetectorConfig& config) {
   // What the window alone says are integrals over its ellipse, in units of its variance along the
   // axis: pi sqrt(det) times those of w^2 m^3 and w m^3 from 0 to its size.
-  const double scale = kPi * std::sqrt(window.covariance_px2.determinant());
-  const double size4 = std::pow(window.size, 4);
-  const bool even = window.weight == CentreWeight::kEven;
-  const double pixel_squares = scale * size4 * (even ? 1.0 / 4.0 : size4 / 48.0);
-  const double slope_lever = scale * size4 * (even ? 1.0 / 4.0 : window.size * window.size / 15.0);
-  const Matrix2d information = window.covariance_px2.inverse();
-  const auto along = [&](const Vector2d& axis) {
-    const double window_variance_px2 = axis.dot(window.covariance_px2 * axis);
-    AxisSums sums;
-    sums.gain = gainAlong(axis, centre, information);
-    sums.variance_px2 = axis.dot(spread.light_squares * axis) / spread.light;
-    sums.light_noise = row_step * axis.dot(spread.noise_squares * axis);
-    sums.pixel_squares = pixel_squares * window_variance_px2;
-    sums.slope_lever = slope_lever * window_variance_px2;
-    return sums;
-  };
-  SpotMeasurement spot;
-  spot.mass_levels = centre.light;
-  spot.peak_levels = spread.peak;
-  spot.full_pixels = row_step * spread.full_pixels;
-  spot.radial = along(axes.radial);
-  spot.tangential = along(axes.tangential);
-  spot.mixed_variance_px2 = axes.tangential.dot(spread.light_squares * axes.radial) / spread.light;
-  const double squares = (information * spread.light_squares).trace();
-  spot.kurtosis = spread.fourth_powers * spread.light / (squares * squares);
-  return spot;
+  const double size2 = window.size * window.size;
+  const double size4 = size2 * size2;
+  const Array2d scale = kPi * std::sqrt(window.covariance_px2.determinant()) * size4 *
+                        diagonalAlong(step.axes, window.covariance_px2);
+  const Array2d squares = scale * (window.by_outline ? size4 / 48.0 : 1.0 / 4.0);  // sum(w^2 x^2)
+  const Array2d lever = scale * (window.by_outline ? size2 / 15.0 : 1.0 / 4.0);    // sum(w x^2)
+  const double texture = textureVariance(config, background) * kTexturePatch_px;
+  const double slope_variance =
+      background.sum_of_squares > 0.0
+          ? (background.residual_variance + texture) / background.sum_of_squares
+          : 0.0;
+  return (light_squares + (readVariance(config.sensor) + texture) * squares +
+          slope_variance * lever.square()) /
+         step.gain.array().square();
+}
+
+/// What its pixels say of the light's size and shape.
+void takeSpread(const SpreadMoments& spread, const SpotWindow& window, const Matrix2d& axes,
+                LightEllipse* light) {
+  light->moments_px2 = axes.transpose() * spread.light_squares * axes / spread.light;
+  light->peak_levels = spread.peak;
+  if (!window.by_outline) return;
+  const double squares = (window.covariance_px2.inverse() * spread.light_squares).trace();
+  light->kurtosis = spread.fourth_powers * spread.light / (squares * squares);
 }
 
 }  // namespace
 
-std::optional<SpotMeasurement> measureSpot(const cv::Mat& image, const cv::Mat& sharp,
-                                           const SpotWindow& first_window, const SpotLevels& levels,
-                                           const Eigen::Vector2d& mirror_centre_px) {
-  if (image.cols < kPixelLanes) return std::nullopt;  // no room for a light
-  const WeightPolynomial weight = polynomialOf(first_window);
-  const double reach_px = first_window.size * std::sqrt(first_window.covariance_px2.trace());
+SpotWindow windowFor(const LightEllipse& thresholded, const ExpectedSpot* expected,
+                     const DetectorConfig& config) {
+  const Matrix2d axes = mirrorAxes(thresholded.centre_px, config.view.centre_px());
+  SpotWindow window;
+  window.centre_px = thresholded.centre_px;
+  window.size = kGaussianWindow;
+  if (expected == nullptr) {
+    window.covariance_px2 = axes * thresholded.moments_px2 * axes.transpose();
+    return window;
+  }
+  constexpr double kByThreshold = 1.03;  // a bright spot gains a pixel all round
+  const SpotSize& size = expected->at(thresholded.centre_px);
+  const Array2d least_px = size.least_stddev_px;
+  const Array2d most_px = size.most_stddev_px;
+  const Array2d widening = size.widening();
+  const Array2d seen_px = thresholded.variances_px2().cwiseSqrt();
+  const Array2d usual_px = seen_px.max(least_px).min(most_px);
+  const Array2d near_px = usual_px.max(seen_px / kByThreshold).min(seen_px * kByThreshold);
+  Array2d stddev_px = near_px.max(least_px / widening).min(most_px * widening);
+  // What the lens defocuses is an evenly filled ellipse; all else is taken for a Gaussian.
+  if (config.defocus_sigma_px == 0.0 && stddev_px.minCoeff() >= kLeastDiscStddev_px) {
+    window.size = kDiscWindow;
+    window.by_outline = true;
+  } else {
+    stddev_px += kMargin_px / window.size;
+  }
+  window.covariance_px2 = axes * stddev_px.square().matrix().asDiagonal() * axes.transpose();
+  return window;
+}
+
+std::optional<LightEllipse> measureSpot(const SearchedImage& image, const LightEllipse& thresholded,
+                                        const SpotWindow& first_window, const Search& search,
+                                        const DetectorConfig& config) {
+  if (image.levels.cols < kPixelLanes) return std::nullopt;  // no room for a light
   SpotWindow window = first_window;
-  const Matrix2d information = window.covariance_px2.inverse();
   const int row_step = rowStepFor(window);
   const PixelEllipse inside{window.centre_px, window.covariance_px2, kRingBegin * window.size};
-  Background background = fitBackground(sumPlane(image, inside, kRingEnd * window.size, row_step,
-                                                 levels.threshold, levels.background),
-                                        levels);
-  CentreMoments centre;
-  Vector2d shift;
-  const auto step = [&] {
-    constexpr int kEveryRow = 1;
-    centre = sumCentre(image, window, kEveryRow, weight, background.plane);
-    shift = shiftOf(centre, information, MirrorAxes(window.centre_px, mirror_centre_px));
-    return centre.light > 0.0 && shift.norm() < reach_px;
-  };
-  if (!step()) return std::nullopt;
-  if (shift.dot(information * shift) > kSmallStep * kSmallStep) {
-    background.plane.at_centre += background.plane.slope.dot(shift);
-    window.centre_px += shift;
-    if (!step()) return std::nullopt;
+  Background background =
+      fitBackground(sumPlane(image.levels, inside, kRingEnd * window.size, row_step,
+                             search.threshold_levels, search.background_levels),
+                    search.background_levels);
+  LevelPlane& plane = background.plane;
+  const auto move = [&plane](const Vector2d& shift) { plane.at_centre += plane.slope.dot(shift); };
+  auto step = stepFrom(image.levels, window, plane, config.view.centre_px());
+  if (step && isLong(step->shift_px, window)) {
+    move(step->shift_px);
+    window.centre_px += step->shift_px;
+    step = stepFrom(image.levels, window, plane, config.view.centre_px());
   }
-  const SpreadMoments spread =
-      sumSpread(image, sharp, window, row_step, weight, background.plane, levels.noise);
+  if (!step) return std::nullopt;
+  const SpreadMoments spread = sumSpread(image.levels, image.sensed, window, row_step,
+                                         polynomialOf(window), plane, config.sensor);
   if (!(spread.light > 0.0)) return std::nullopt;
-  const MirrorAxes axes(window.centre_px, mirror_centre_px);
-  SpotMeasurement spot = measurementOf(centre, spread, row_step, window, axes);
-  spot.background = background;
-  spot.background.plane.at_centre += background.plane.slope.dot(shift);
-  spot.centre_px = window.centre_px + shift;
-  return spot;
+  move(step->shift_px);
+
+  LightEllipse light = thresholded;
+  light.centre_px = window.centre_px + step->shift_px;
+  light.mass_levels = step->sums.light;
+  light.background_levels = plane.at_centre;
+  takeSpread(spread, window, step->axes, &light);
+  const Vector2d light_squares = row_step * diagonalAlong(step->axes, spread.noise_squares);
+  light.noise_px2 = noiseOf(*step, window, light_squares, background, config);
+  const double area_px =
+      4.0 * kPi * std::sqrt(light.sensedVariances_px2(config.defocus_sigma_px).prod());
+  light.saturated_fraction = std::min(1.0, row_step * spread.full_pixels / area_px);
+  return light;
 }
 
 }  // namespace bearing_calibration::core

@@ -1,11 +1,11 @@
-#include "bearing_calibration/vision/spot_sums.h"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+
+#include "bearing_calibration/vision/spot_meter.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -26,31 +26,21 @@ struct PixelBlock {
 
 double sumOf(const Lanes& lanes) { return std::accumulate(lanes.begin(), lanes.end(), 0.0); }
 
-/// Sums of values, and of values times the pixel's offset (u, v).
-struct FirstMoments {
-  void add(std::size_t lane, float value, float u, float v) {
-    one[lane] += value;
-    times_u[lane] += value * u;
-    times_v[lane] += value * v;
+/// Three sums of the pixels.
+struct Sums {
+  void add(std::size_t lane, float a, float b, float c) {
+    first[lane] += a;
+    second[lane] += b;
+    third[lane] += c;
   }
-  Eigen::Vector3d sums() const { return {sumOf(one), sumOf(times_u), sumOf(times_v)}; }
-
-  Lanes one{}, times_u{}, times_v{};
-};
-
-/// Sums of values times the products of the pixel's offset.
-struct SecondMoments {
-  void add(std::size_t lane, float value, float u, float v) {
-    times_uu[lane] += value * u * u;
-    times_uv[lane] += value * u * v;
-    times_vv[lane] += value * v * v;
-  }
-  Eigen::Matrix2d sums() const {
-    const double uv = sumOf(times_uv);
-    return (Eigen::Matrix2d() << sumOf(times_uu), uv, uv, sumOf(times_vv)).finished();
+  Eigen::Vector3d vector() const { return {sumOf(first), sumOf(second), sumOf(third)}; }
+  /// Of sums over (uu, uv, vv).
+  Eigen::Matrix2d matrix() const {
+    const Eigen::Vector3d sums = vector();
+    return (Eigen::Matrix2d() << sums(0), sums(1), sums(1), sums(2)).finished();
   }
 
-  Lanes times_uu{}, times_uv{}, times_vv{};
+  Lanes first{}, second{}, third{};
 };
 
 template <typename Level>
@@ -93,6 +83,7 @@ void forEachBlock(const cv::Mat& image, const PixelEllipse& ellipse, int row_ste
   const float uu = information(0, 0);
   const float uv = 2.0F * information(0, 1);
   const float vv = information(1, 1);
+
   const cv::Rect box = boxOf(ellipse, image.size());
   PixelBlock block;
   for (block.row = box.y; block.row < box.br().y; block.row += row_step) {
@@ -102,30 +93,18 @@ void forEachBlock(const cv::Mat& image, const PixelEllipse& ellipse, int row_ste
       block.column = std::min(column, image.cols - kPixelLanes);  // not beyond the row
       const int visited = column - block.column;
       const float first_u = static_cast<float>(block.column - ellipse.centre_px.x());
+      block.level = levelsAt(image, block.row, block.column);
       for (int i = 0; i < kPixelLanes; ++i) {
+        const std::size_t lane = static_cast<std::size_t>(i);
         const float u = first_u + static_cast<float>(i);
         const float m2 = uu * u * u + v * (uv * u + vv * v);
-        block.u[static_cast<std::size_t>(i)] = u;
-        block.m2[static_cast<std::size_t>(i)] = m2 + kFarOutside * oneIf(i < visited);
+        block.u[lane] = u;
+        block.m2[lane] = m2 + kFarOutside * oneIf(i < visited);
       }
-      block.level = levelsAt(image, block.row, block.column);
       visit(block);
     }
   }
 }
-
-/// The levels of a background plane.
-struct PlaneLevels {
-  explicit PlaneLevels(const LevelPlane& plane)
-      : at_centre(static_cast<float>(plane.at_centre)),
-        slope_u(static_cast<float>(plane.slope.x())),
-        slope_v(static_cast<float>(plane.slope.y())) {}
-  float at(float u, float v) const { return at_centre + slope_u * u + slope_v * v; }
-
-  float at_centre;
-  float slope_u;
-  float slope_v;
-};
 
 }  // namespace
 
@@ -135,27 +114,27 @@ PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer
   const float outer2 = squared(outer_size);
   const float limit = static_cast<float>(threshold);
   const float zero = static_cast<float>(reference);
-  FirstMoments pixels;
-  SecondMoments spread;
-  FirstMoments levels;
+  Sums pixels, spread, levels;
   Lanes squares{};
   forEachBlock(image, {inner.centre_px, inner.covariance_px2, outer_size}, row_step,
                [&](const PixelBlock& block) {
+                 const float v = block.v;
                  for (std::size_t i = 0; i < kPixelLanes; ++i) {
+                   const float u = block.u[i];
                    const float m2 = block.m2[i];
                    const float dark =
                        oneIf(m2 > inner2) * oneIf(m2 <= outer2) * oneIf(block.level[i] <= limit);
                    const float level = dark * (block.level[i] - zero);
-                   pixels.add(i, dark, block.u[i], block.v);
-                   spread.add(i, dark, block.u[i], block.v);
-                   levels.add(i, level, block.u[i], block.v);
+                   pixels.add(i, dark, dark * u, dark * v);
+                   spread.add(i, dark * u * u, dark * u * v, dark * v * v);
+                   levels.add(i, level, level * u, level * v);
                    squares[i] += level * level;
                  }
                });
-  const Eigen::Vector3d first = pixels.sums();
+  const Eigen::Vector3d first = pixels.vector();
   PlaneSums sums;
-  sums.normal << first.transpose(), first.tail<2>(), spread.sums();
-  sums.right = levels.sums();
+  sums.normal << first.transpose(), first.tail<2>(), spread.matrix();
+  sums.right = levels.vector();
   sums.squares = sumOf(squares);
   return sums;
 }
@@ -163,62 +142,59 @@ PlaneSums sumPlane(const cv::Mat& image, const PixelEllipse& inner, double outer
 CentreMoments sumCentre(const cv::Mat& image, const PixelEllipse& window, int row_step,
                         WeightPolynomial weight, const LevelPlane& background) {
   const float reach2 = squared(window.size);
-  const PlaneLevels behind(background);
   Lanes light{};
-  FirstMoments weighted;
-  SecondMoments sloped;
+  Sums weighted, sloped;
   forEachBlock(image, window, row_step, [&](const PixelBlock& block) {
+    const float v = block.v;
     for (std::size_t i = 0; i < kPixelLanes; ++i) {
       const float u = block.u[i];
       const float m2 = block.m2[i];
-      const float over = oneIf(m2 <= reach2) * (block.level[i] - behind.at(u, block.v));
+      const float over = oneIf(m2 <= reach2) * (block.level[i] - background.at(u, v));
+      const float by_weight = over * weight.at(m2);
+      const float by_slope = over * weight.slope(m2);
       light[i] += over;
-      weighted.add(i, over * weight.at(m2), u, block.v);
-      sloped.add(i, over * weight.slope(m2), u, block.v);
+      weighted.add(i, by_weight, by_weight * u, by_weight * v);
+      sloped.add(i, by_slope * u * u, by_slope * u * v, by_slope * v * v);
     }
   });
-  const Eigen::Vector3d first = weighted.sums();
-  return {sumOf(light), first(0), first.tail<2>(), sloped.sums()};
+  const Eigen::Vector3d first = weighted.vector();
+  return {sumOf(light), first(0), first.tail<2>(), sloped.matrix()};
 }
 
 SpreadMoments sumSpread(const cv::Mat& image, const cv::Mat& sensed, const PixelEllipse& window,
                         int row_step, WeightPolynomial weight, const LevelPlane& background,
-                        const LevelNoise& noise) {
+                        const ImageSensor& sensor) {
   const float reach2 = squared(window.size);
-  const PlaneLevels behind(background);
-  const float black = static_cast<float>(noise.black);
-  const float saturation = static_cast<float>(noise.saturation);
-  const float per_level = static_cast<float>(noise.per_level);
-  const float per_square = static_cast<float>(noise.per_square);
-  Lanes light{};
-  SecondMoments light_squares;
-  SecondMoments noise_squares;
-  Lanes fourth_powers{};
-  Lanes peak{};
-  Lanes full{};
+  const float black = static_cast<float>(sensor.black_level);
+  const float saturation = static_cast<float>(sensor.saturation_level);
+  const float per_level = static_cast<float>(1.0 / sensor.electrons_per_level);
+  const float per_square = squared(sensor.response_spread);
+  Sums light_squares, noise_squares;
+  Lanes light{}, fourth_powers{}, peak{}, full{};
   forEachBlock(image, window, row_step, [&](const PixelBlock& block) {
     const Lanes sensed_level = levelsAt(sensed, block.row, block.column);
+    const float v = block.v;
     for (std::size_t i = 0; i < kPixelLanes; ++i) {
       const float u = block.u[i];
       const float m2 = block.m2[i];
       const float inside = oneIf(m2 <= reach2);
       const float level = inside * block.level[i];
-      const float over = inside * (block.level[i] - behind.at(u, block.v));
+      const float over = inside * (block.level[i] - background.at(u, v));
       const float is_full = inside * oneIf(sensed_level[i] >= saturation);
       const float photons = (1.0F - is_full) * oneIf(level > black) * (level - black);
       const float by_weight = weight.at(m2);
-      const float variance = per_level * photons + per_square * over * over;
+      const float noise = (per_level * photons + per_square * over * over) * by_weight * by_weight;
       light[i] += over;
-      light_squares.add(i, over, u, block.v);
-      noise_squares.add(i, variance * by_weight * by_weight, u, block.v);
+      light_squares.add(i, over * u * u, over * u * v, over * v * v);
+      noise_squares.add(i, noise * u * u, noise * u * v, noise * v * v);
       fourth_powers[i] += over * (m2 * m2);
       peak[i] = peak[i] < level ? level : peak[i];
       full[i] += is_full;
     }
   });
   return {sumOf(light),
-          light_squares.sums(),
-          noise_squares.sums(),
+          light_squares.matrix(),
+          noise_squares.matrix(),
           sumOf(fourth_powers),
           static_cast<double>(*std::max_element(peak.begin(), peak.end())),
           static_cast<int>(sumOf(full))};

@@ -25,7 +25,7 @@ class Robot {
   bool has_ticks = true, sees_light = true, has_estimate = true;
   bool wheels_roll = true;
   CalibrationState state = CalibrationState::kInitialising;
-  std::optional<RobotEstimate> estimate;  ///< where the robot is now
+  std::optional<StateEstimate> estimate;  ///< where the robot is now
 
   /// Drives for a while; the speeds that were commanded are kept.
   void drive(double time_s) {
@@ -129,9 +129,10 @@ TEST(CalibrationDriver, EndsAScriptThatLeadsIntoTheLight) {
   Robot robot;
   robot.drive(2.0);
   ASSERT_FALSE(robot.driver().standing());
-  robot.estimate.emplace();
-  robot.estimate->cartesian.mean << 0.6, 0.1, 0.05, 0.0, 0.0;
-  robot.estimate->cartesian.covariance = 1e-4 * Matrix5::Identity();
+  CartesianEstimate estimate;
+  estimate.mean << 0.6, 0.1, 0.05, 0.0, 0.0;
+  estimate.covariance = 1e-4 * Matrix5::Identity();
+  robot.estimate = StateEstimate::of(estimate);
   robot.expectEnd(DriveEnd::kNoWay, 0.1);
 }
 

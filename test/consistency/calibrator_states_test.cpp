@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/simulation/trajectory_config.h"
+#include "bearing_calibration/simulation/trajectory.h"
 #include "support/simulated_calibration.h"
 #include "tools/study/simulated_case.h"
 

@@ -8,7 +8,8 @@
 #include <random>
 #include <vector>
 
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/motion_model.h"
+#include "bearing_calibration/filter/paper_filter.h"
 #include "support/numerical_jacobian.h"
 
 namespace bearing_calibration::core {
@@ -83,35 +84,50 @@ TEST(CartesianModel, BearingJacobianAgreesWithDifferences) {
   }
 }
 
-template <class Propagate>
-void checkMotionJacobians(const Propagate& propagate, const Vector5& state,
-                          const OdometryIncrement& motion, std::initializer_list<int> angles) {
-  const Propagation step = propagate(state, motion);
-  const auto by_state = [&](const Vector5& s) { return propagate(s, motion).state; };
-  const auto by_motion = [&](const Eigen::Vector3d& m) {
-    return propagate(state, incrementOf(m.x(), m.y(), m.z())).state;
-  };
-  const Pose2& pose = motion.start_from_end;
-  EXPECT_LT(largestDifference(step.J_state_state, numericalJacobian<5, 5>(by_state, state, angles)),
-            kJacobianTolerance)
-      << "state = " << state.transpose();
-  EXPECT_LT(
-      largestDifference(
-          step.J_state_motion,
-          numericalJacobian<5, 3>(
-              by_motion, Eigen::Vector3d(pose.position_m.x(), pose.position_m.y(), pose.yaw_rad),
-              angles)),
-      kJacobianTolerance)
-      << "state = " << state.transpose();
+Eigen::Vector3d vectorOf(const Pose2& pose) {
+  return {pose.position_m.x(), pose.position_m.y(), pose.yaw_rad};
 }
 
 TEST(PaperModel, MotionJacobiansAgreeWithDifferences) {
-  for (const Case& c : cases()) checkMotionJacobians(propagatePaper, c.paper, c.motion, {1, 2, 4});
+  for (const Case& c : cases()) {
+    const PaperPropagation step = propagatePaper(c.paper, c.motion);
+    const auto by_state = [&](const Vector5& X) { return propagatePaper(X, c.motion).state; };
+    const auto by_motion = [&](const Eigen::Vector3d& m) {
+      return propagatePaper(c.paper, incrementOf(m.x(), m.y(), m.z())).state;
+    };
+    const auto J_state = numericalJacobian<5, 5>(by_state, c.paper, {1, 2, 4});
+    const auto J_motion =
+        numericalJacobian<5, 3>(by_motion, vectorOf(c.motion.start_from_end), {1, 2, 4});
+    EXPECT_LT(largestDifference(step.J_state_state, J_state), kJacobianTolerance);
+    EXPECT_LT(largestDifference(step.J_state_motion, J_motion), kJacobianTolerance);
+  }
 }
 
+Eigen::Vector2d lightAfter(const OdometryIncrement& motion, const Vector5& state) {
+  StateEstimate estimate = StateEstimate::of({state, Matrix5::Zero()});
+  propagate(motion, &estimate);
+  return estimate.mean.tail<2>();
+}
+
+// A light moves against the base, and nothing else moves.
 TEST(CartesianModel, MotionJacobiansAgreeWithDifferences) {
   for (const Case& c : cases()) {
-    checkMotionJacobians(propagateCartesian, cartesianOf(c.paper), c.motion, {4});
+    const Vector5 state = cartesianOf(c.paper);
+    const StateEstimate before = StateEstimate::of({state, Matrix5::Zero()});
+    const LinearMotion step = lineariseMotion(before.layout, before.mean, c.motion);
+    const auto by_light = [&](const Eigen::Vector2d& light) {
+      Vector5 moved = state;
+      moved.head<2>() = light;
+      return lightAfter(c.motion, moved);
+    };
+    const auto by_motion = [&](const Eigen::Vector3d& m) {
+      return lightAfter(incrementOf(m.x(), m.y(), m.z()), state);
+    };
+    const auto J_light = numericalJacobian<2, 2>(by_light, Eigen::Vector2d(state.head<2>()));
+    const auto J_motion = numericalJacobian<2, 3>(by_motion, vectorOf(c.motion.start_from_end));
+    EXPECT_LT(largestDifference(step.R_end_start, J_light), kJacobianTolerance);
+    EXPECT_LT(largestDifference(Eigen::Matrix<double, 2, 3>(step.J_lights_error), J_motion),
+              kJacobianTolerance);
   }
 }
 
@@ -140,7 +156,9 @@ TEST(BothModels, GiveTheBearingOfPlainGeometry) {
 TEST(BothModels, MoveTheSameWay) {
   for (const Case& c : cases()) {
     const Vector5 by_paper = cartesianOf(propagatePaper(c.paper, c.motion).state);
-    const Vector5 by_cartesian = propagateCartesian(cartesianOf(c.paper), c.motion).state;
+    StateEstimate moved = StateEstimate::of({cartesianOf(c.paper), Matrix5::Zero()});
+    propagate(c.motion, &moved);
+    const Vector5 by_cartesian = moved.cartesian().mean;
     EXPECT_LT((by_paper - by_cartesian).head<4>().norm(), 1e-9);
     EXPECT_NEAR(wrapAngle(by_paper(4) - by_cartesian(4)), 0.0, 1e-9);
   }
@@ -150,7 +168,7 @@ TEST(BothModels, MoveTheSameWay) {
 // not.
 TEST(PaperModel, MotionIsExactAndComposes) {
   for (const Case& c : cases()) {
-    const Propagation half = propagatePaper(c.paper, c.motion);
+    const PaperPropagation half = propagatePaper(c.paper, c.motion);
     const Vector5 twice = propagatePaper(half.state, c.motion).state;
     OdometryIncrement whole;
     whole.start_from_end = c.motion.start_from_end * c.motion.start_from_end;
@@ -220,8 +238,12 @@ TEST(Charts, NothingIsNaNAtRhoZeroAndPhiIsFlagged) {
 }
 
 TEST(Charts, PhiIsDeterminedFromThreeSigmasOn) {
-  EXPECT_FALSE(isRhoDetermined(0.0299, 1e-4));
-  EXPECT_TRUE(isRhoDetermined(0.0301, 1e-4));
+  CartesianEstimate estimate;
+  estimate.mean << 1.0, 0.0, 0.0299, 0.0, 0.0;
+  estimate.covariance = 1e-4 * Matrix5::Identity();
+  EXPECT_FALSE(paperFromCartesian(estimate).phi_psi_determined);
+  estimate.mean(CartesianIndex::kSensorX) = 0.0301;
+  EXPECT_TRUE(paperFromCartesian(estimate).phi_psi_determined);
 }
 
 }  // namespace

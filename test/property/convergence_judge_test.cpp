@@ -18,11 +18,10 @@ CalibrationState judgeFirst(std::size_t count, double sigmas, const ObservationR
       run.observations.begin(), run.observations.begin() + static_cast<std::ptrdiff_t>(count));
   const BatchEstimate fit =
       BatchEstimator(BatchConfig()).estimate(record, {run.truth[count - 1], count - 1});
-  SlipAverage settled{fit, fit, fit.robot(), {}};
-  double& x = settled.estimate.cartesian.mean(CartesianIndex::kSensorX);
-  x += sigmas * std::sqrt(fit.at_last_observation.covariance(CartesianIndex::kSensorX,
-                                                             CartesianIndex::kSensorX));
-  const MountTracker tracker(FilterConfig(), settled.estimate, 0.0, 0);
+  SlipAverage settled{fit, fit, fit.last, {}};
+  double& x = settled.estimate.mean(0);
+  x += sigmas * std::sqrt(fit.last.covariance(0, 0));
+  const MountTracker tracker(FilterConfig(), settled.estimate, 0.0);
   judge->judge(tracker, record, settled);
   return judge->last().state;
 }

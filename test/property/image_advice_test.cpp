@@ -19,7 +19,6 @@
 namespace bearing_calibration::core {
 namespace {
 
-using test::imageOf;
 using test::Observation;
 
 constexpr int kObservations = 12;
@@ -45,8 +44,8 @@ class Observations {
         test::randomObservations(kObservations, brightness, 51);
     for (std::size_t i = 0; i < observations.size(); ++i) {
       const Observation& observation = observations[i];
-      tally.add(adviceOn(
-          imageOf(renderer_.render({observation.light()}, observation.worldFromSensor(), i))));
+      tally.add(
+          adviceOn(renderer_.render({observation.light()}, {observation.worldFromSensor()}, i)));
     }
     return tally.take();
   }
@@ -133,7 +132,7 @@ TEST_P(WrongFocus, IsFoundInTheSpot) {
   const double tolerance_per_m = 0.1 / configured_m;
   for (const Observation& observation : test::randomObservations(kObservations, 1.0, 52)) {
     const cv::Mat image =
-        imageOf(renderer.render({observation.light()}, observation.worldFromSensor(), 1));
+        renderer.render({observation.light()}, {observation.worldFromSensor()}, 1);
     const DetectionResult& result = detector.detect(image);
     if (result.lights.size() != 1) continue;
     const FocusGuess guess = guessFocus(believed, result.lights.front().ellipse);

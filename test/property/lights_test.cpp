@@ -6,10 +6,11 @@
 
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/lights_state.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/judge/lights_agreement.h"
-#include "bearing_calibration/judge/mount_agreement.h"
 #include "bearing_calibration/solve/joint_record.h"
+#include "bearing_calibration/solve/rival_mount.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/lights_case.h"
 #include "tools/study/simulated_case.h"
@@ -56,15 +57,14 @@ void expectTheSameAsOneLight(SimulatedCase simulated) {
           .estimate(run.observations, {run.truth[last], last, trueErrors(simulated)});
   ASSERT_TRUE(several.converged && one.converged);
   // Both stop within a hundredth of a standard deviation of the optimum.
-  const RobotEstimate robot = several.robot();
-  const Vector5 stddev = one.at_last_observation.covariance.diagonal().cwiseSqrt();
-  const Vector5 apart = robot.cartesian.mean - one.at_last_observation.mean;
+  const CartesianEstimate robot = several.last.cartesian();
+  const Vector5 stddev = one.last.cartesian().covariance.diagonal().cwiseSqrt();
+  const Vector5 apart = robot.mean - one.last.cartesian().mean;
   EXPECT_LT(apart.cwiseQuotient(stddev).cwiseAbs().maxCoeff(), 0.02);
   const Matrix5 scale = stddev.cwiseInverse().asDiagonal();
-  const Matrix5 difference =
-      scale * (robot.cartesian.covariance - one.at_last_observation.covariance) * scale;
+  const Matrix5 difference = scale * (robot.covariance - one.last.cartesian().covariance) * scale;
   EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-3);
-  const ErrorVector errors_apart = robot.errors.mean - one.errors.mean;
+  const ErrorVector errors_apart = several.path.errors - one.path.errors;
   EXPECT_LT(errors_apart.cwiseAbs().maxCoeff(), 0.02 * 0.03);
   EXPECT_NEAR(several.chi_square, one.chi_square, 1e-2 * one.chi_square);
 }
@@ -114,8 +114,8 @@ TEST(JointFit, DoesNotDependOnTheLightsOrder) {
   ASSERT_TRUE(fit.converged && swapped.converged);
   constexpr double kRounding = 1e-6;
   EXPECT_LT((fit.last.mount().mean - swapped.last.mount().mean).norm(), kRounding);
-  const Vector5 first = fit.last.robot(0).cartesian.mean;
-  EXPECT_LT((first - swapped.last.robot(2).cartesian.mean).norm(), kRounding);
+  const Vector5 first = fit.last.cartesian(0).mean;
+  EXPECT_LT((first - swapped.last.cartesian(2).mean).norm(), kRounding);
 }
 
 TEST(JointFit, KeepsTheMeanOfAPrior) {
@@ -124,45 +124,42 @@ TEST(JointFit, KeepsTheMeanOfAPrior) {
   simulated.looked_for.setGeometry({0.03, kNearPerFar_m, 0.0});
   const BatchEstimate fit = fitFromTruth(simulated, simulate(simulated));
   ASSERT_TRUE(fit.converged);
-  EXPECT_EQ(fit.errors.mean(placeOf<MirrorHarmonic>() + MirrorHarmonic::kNearPerFar),
+  EXPECT_EQ(fit.path.errors(placeOf<MirrorHarmonic>() + MirrorHarmonic::kNearPerFar),
             kNearPerFar_m);
 }
 
 /// Two lights that nobody knows, seen by a robot with hardly any noise for many thousand images.
-LightsEstimate afterManyPreciseBearings(double prior_stddev_m, double bearing_stddev_rad) {
+StateEstimate afterManyPreciseBearings(double prior_stddev_m, double bearing_stddev_rad) {
   constexpr int kMotions = 20000;
   constexpr int kMotionsOfOneKind = 25;
   constexpr double kSeparation_m = 0.25;
   constexpr WheelNoise kNoise{1e-12, 0.0};
-  LightsEstimate estimate;
-  estimate.layout = {0, 2};
-  const int size = estimate.layout.size();
-  estimate.mean = LightsVector::Zero(size);
-  estimate.mean.tail<4>() << 2.0, 0.0, -1.0, 1.5;
-  const double variance = prior_stddev_m * prior_stddev_m;
-  estimate.covariance = LightsVector::Constant(size, variance).asDiagonal();
+  StateEstimate start = StateEstimate::zero({0, 2});
+  start.mean.tail<4>() << 2.0, 0.0, -1.0, 1.5;
+  start.covariance.diagonal().setConstant(prior_stddev_m * prior_stddev_m);
+  LiveFilter filter(start);
   for (int i = 0; i < kMotions; ++i) {
     const bool is_straight = i / kMotionsOfOneKind % 2 == 0;
     const WheelDisplacement wheels{is_straight ? 0.02 : -0.02, is_straight ? 0.02 : 0.03};
     const OdometryIncrement motion = append(OdometryIncrement(), wheels, kSeparation_m, kNoise);
-    propagate(lineariseMotion(estimate.layout, estimate.mean, motion), &estimate);
-    for (int light = 0; light < estimate.layout.lights; ++light) {
-      const LightsVector about = estimate.mean;
-      const double azimuth_rad = expectAzimuth(estimate.layout, about, light, {}).angle_rad;
-      updateByAzimuth(about, light, azimuth_rad, bearing_stddev_rad * bearing_stddev_rad, {},
-                      &estimate);
+    filter.predict(motion);
+    for (int light = 0; light < start.layout.lights; ++light) {
+      Bearing bearing;
+      bearing.azimuth_rad = filter.predictAzimuth({}, light).azimuth_rad;
+      bearing.azimuth_variance_rad2 = bearing_stddev_rad * bearing_stddev_rad;
+      filter.update(bearing, {}, light);
     }
   }
-  return estimate;
+  return filter.estimate();
 }
 
 /// In units of the standard deviations, so that lengths and angles are alike.
-void expectACovariance(const LightsEstimate& estimate) {
+void expectACovariance(const StateEstimate& estimate) {
   ASSERT_GT(estimate.covariance.diagonal().minCoeff(), 0.0);
-  const LightsVector scale = estimate.covariance.diagonal().cwiseSqrt().cwiseInverse();
-  const LightsMatrix correlation = scale.asDiagonal() * estimate.covariance * scale.asDiagonal();
+  const StateVector scale = estimate.covariance.diagonal().cwiseSqrt().cwiseInverse();
+  const StateMatrix correlation = scale.asDiagonal() * estimate.covariance * scale.asDiagonal();
   EXPECT_LT((correlation - correlation.transpose()).cwiseAbs().maxCoeff(), 1e-12);
-  const Eigen::SelfAdjointEigenSolver<LightsMatrix> solver(correlation, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<StateMatrix> solver(correlation, Eigen::EigenvaluesOnly);
   EXPECT_GT(solver.eigenvalues()(0), 0.0);
 }
 
@@ -173,12 +170,12 @@ TEST(LightsState, StaysACovarianceOverManyPreciseBearings) {
 }
 
 TEST(LightsState, StaysACovarianceWithAMountThatIsKnownPrecisely) {
-  LightsEstimate estimate = afterManyPreciseBearings(1.0, 1e-2);
+  StateEstimate estimate = afterManyPreciseBearings(1.0, 1e-2);
   MountEstimate known = estimate.mount();
   known.covariance = Eigen::Vector3d(1e-14, 1e-14, 1e-14).asDiagonal();
   constexpr int kTimes = 1000;
   for (int i = 0; i < kTimes; ++i) {
-    addEarlier(LastingEstimate::of(known), ErrorPriors(), &estimate);
+    addEarlier(lastingPart(known), ErrorPriors(), &estimate);
   }
   expectACovariance(estimate);
 }

@@ -1,6 +1,6 @@
 // What a leaning and decentred mirror does to bearings, against a rim that is projected point by
 // point and the coefficients that the ray trace confirms (conic_mirror_test).
-#include "bearing_calibration/optics/mirror_misalignment.h"
+#include "bearing_calibration/optics/conic_mirror.h"
 
 #include <gtest/gtest.h>
 

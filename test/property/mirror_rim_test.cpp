@@ -17,7 +17,6 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/image_renderer.h"
-#include "bearing_calibration/vision/mirror_check.h"
 #include "support/default_rig.h"
 #include "support/photographs.h"
 #include "support/synthetic_spot.h"
@@ -82,13 +81,12 @@ struct RimImage {
 /// Images of one room, seen by a sensor of a random yaw and mirror centre.
 class RimCamera {
  public:
-  explicit RimCamera(unsigned seed)
-      : random_(seed), renderer_(rig(), room(seed)), noise_(PixelConfig(), seed) {}
+  explicit RimCamera(unsigned seed) : random_(seed), renderer_(rig(), room(seed)), seed_(seed) {}
 
   RimImage take() {
     std::uniform_real_distribution<double> yaw(-kPi, kPi);
     std::uniform_int_distribution<int> shift(0, 2 * kMargin_px);
-    std::vector<float> electrons = renderer_.expose({}, {{0.0, 0.0}, yaw(random_)});
+    std::vector<float> electrons = renderer_.expose({}, {{{0.0, 0.0}, yaw(random_)}});
     const CameraRig fine = rig().rig;
     cv::Mat image(fine.height_px, fine.width_px, CV_32F, electrons.data());
     cv::Mat blurred;
@@ -98,8 +96,7 @@ class RimCamera {
     cv::Mat coarse;
     cv::resize(cut, coarse, cv::Size(kWidth_px, kHeight_px), 0.0, 0.0, cv::INTER_AREA);
     const std::vector<float> pixels(coarse.begin<float>(), coarse.end<float>());
-    std::vector<std::uint8_t> values;
-    noise_.digitize(pixels, ++number_, &values);
+    std::vector<std::uint8_t> values = digitize(pixels, PixelConfig(), seed_, ++number_);
     const Vector2d in_cut = fine.centre_px - Vector2d(corner.x, corner.y);
     // A coarse pixel's centre lies between its fine pixels.
     return {cv::Mat(kHeight_px, kWidth_px, CV_8U, values.data()).clone(),
@@ -119,7 +116,7 @@ class RimCamera {
 
   std::mt19937 random_;
   ImageRenderer renderer_;
-  PixelNoise noise_;
+  std::uint64_t seed_;
   std::uint64_t number_ = 0;
 };
 

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/judge/mount_agreement.h"
 #include "bearing_calibration/solve/batch_estimator.h"
+#include "bearing_calibration/solve/rival_mount.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {
@@ -36,7 +36,7 @@ MountEstimate fitPart(const ObservationRun& run, std::size_t begin, std::size_t 
                                       run.observations.begin() + static_cast<std::ptrdiff_t>(end));
   const BatchEstimate estimate =
       BatchEstimator(BatchConfig()).estimate(part, {run.truth[end - 1], part.size() - 1});
-  return mountFromCartesian(estimate.at_last_observation);
+  return estimate.last.mount();
 }
 
 // With the motion between two parts given up, nothing but the mount joins them: its jump is the

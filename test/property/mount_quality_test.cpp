@@ -1,5 +1,3 @@
-#include "bearing_calibration/output/mount_quality.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,8 @@
 #include <map>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/observability.h"
 #include "tools/study/simulated_case.h"
 
@@ -15,11 +15,8 @@ namespace bearing_calibration::core {
 namespace {
 
 /// A mount at (x, y, yaw) with this covariance.
-RobotEstimate mountOf(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance) {
-  RobotEstimate robot;
-  robot.cartesian.mean.tail<3>() = mean;
-  robot.cartesian.covariance.bottomRightCorner<3, 3>() = covariance;
-  return robot;
+StateEstimate mountOf(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance) {
+  return lastingPart(MountEstimate{mean, covariance});
 }
 
 Eigen::Matrix3d diagonal(double x, double y, double yaw) {
@@ -57,20 +54,18 @@ TEST(MountQuality, TheWorstDirectionIsThatOfTheEllipse) {
 // Lengths that all stretch with the wheel separation are no pair that a motion would part.
 TEST(MountQuality, TheUnitOfAllLengthsIsNoCorrelation) {
   constexpr double kScale = 0.01;
-  RobotEstimate robot = mountOf({0.3, 0.0, 0.0}, diagonal(0.001, 0.001, 0.001));
+  StateEstimate robot = mountOf({0.3, 0.0, 0.0}, diagonal(0.001, 0.001, 0.001));
   EXPECT_FALSE(qualityOf(robot).most_correlated);
-  Gaussian<5 + kErrorCount> joint = robot.joint<kErrorCount>();
-  Eigen::Matrix<double, 5 + kErrorCount, 1> stretch;
-  stretch.setZero();
-  stretch(CartesianIndex::kSensorX) = 0.3;
-  stretch.segment<3>(5 + placeOf<WheelScales>()).setOnes();  // and the separation
+  constexpr int kScales = kMountSize + placeOf<WheelScales>();
+  StateVector stretch = StateVector::Zero(robot.layout.size());
+  stretch(0) = 0.3;
+  stretch.segment<3>(kScales).setOnes();  // and the separation
   stretch *= kScale;
-  joint.covariance += stretch * stretch.transpose();
-  EXPECT_FALSE(qualityOf(RobotEstimate::from<kErrorCount>(joint)).most_correlated);
-  joint.covariance.diagonal()(5 + placeOf<WheelScales>()) += 1e-6;
-  const int yaw = CartesianIndex::kSensorYaw;
-  joint.covariance(2, yaw) = joint.covariance(yaw, 2) = -0.95e-6;
-  const auto pair = qualityOf(RobotEstimate::from<kErrorCount>(joint)).most_correlated;
+  robot.covariance += stretch * stretch.transpose();
+  EXPECT_FALSE(qualityOf(robot).most_correlated);
+  robot.covariance(kScales, kScales) += 1e-6;
+  robot.covariance(0, 2) = robot.covariance(2, 0) = -0.95e-6;
+  const auto pair = qualityOf(robot).most_correlated;
   ASSERT_TRUE(pair);
   EXPECT_EQ(pair->first, 0);
   EXPECT_EQ(pair->second, 2);
@@ -82,7 +77,7 @@ TEST(MountQuality, OnlyWhatMayBeTrustedIsPraised) {
   EXPECT_TRUE(qualityInWords(result).empty());
   result.state = CalibrationState::kConverged;
   EXPECT_TRUE(qualityInWords(result).empty());
-  result.cartesian_state = mountOf({0.0, 0.0, 1.0}, diagonal(0.001, 0.004, 0.001)).cartesian;
+  result.estimate = mountOf({0.0, 0.0, 1.0}, diagonal(0.001, 0.004, 0.001));
   const std::vector<std::string> words = qualityInWords(result);
   ASSERT_EQ(words.size(), 3U);
   EXPECT_EQ(words[0], "a light 3 m ahead is placed within 5.0 mm (68 %) along any axis");
@@ -139,36 +134,26 @@ Segments segmentsOf(PartingMotion motion, const Eigen::Vector2d& light_in_base) 
 }
 
 /// A drive for a while, then a motion.
-class DriveThenMotion final : public Trajectory {
- public:
-  DriveThenMotion(const SimulatedCase& simulated, const Segments& motion)
-      : drive_(makeTrajectory(simulated.trajectory, kSeparation_m)),
-        left_s_(simulated.duration_s),
-        motion_(motion) {}
-
-  WheelDisplacement advance(double step_s) override {
-    left_s_ -= step_s;
-    return left_s_ > 0.0 ? drive_->advance(step_s) : motion_.advance(step_s);
-  }
-
- private:
-  std::unique_ptr<Trajectory> drive_;
-  double left_s_;
-  SegmentTrajectory motion_;
-};
-
-RobotEstimate boundOf(const SimulatedCase& simulated, const ObservationRun& run) {
-  std::vector<Eigen::Vector2d> lights;
-  for (const Vector5& truth : run.truth) lights.push_back(truth.head<2>());
-  return cramerRaoBoundWithErrors(run.observations, lights, run.truth.back().tail<3>(),
-                                  ErrorVector::Zero(), simulated.looked_for);
+Trajectory driveThenMotion(const SimulatedCase& simulated, const Segments& segments) {
+  return
+      [drive = makeTrajectory(simulated.trajectory, kSeparation_m),
+       motion = segmentTrajectory(segments), left_s = simulated.duration_s](double step_s) mutable {
+        left_s -= step_s;
+        return left_s > 0.0 ? drive(step_s) : motion(step_s);
+      };
 }
 
-double sizeOf(const MountQuality::Pair& pair, const RobotEstimate& bound) {
-  const auto covariance = bound.joint<kErrorCount>().covariance.eval();
-  const int i = CartesianIndex::kSensorX + pair.first;
-  const int j = CartesianIndex::kSensorX + pair.second;
-  return std::abs(covariance(i, j)) / std::sqrt(covariance(i, i) * covariance(j, j));
+StateEstimate boundOf(const SimulatedCase& simulated, const ObservationRun& run) {
+  std::vector<Eigen::Vector2d> lights;
+  for (const Vector5& truth : run.truth) lights.push_back(truth.head<2>());
+  return cramerRaoBound(run.observations, lights, run.truth.back().tail<3>(), ErrorVector::Zero(),
+                        simulated.looked_for);
+}
+
+double sizeOf(const MountQuality::Pair& pair, const StateEstimate& bound) {
+  const StateMatrix& P = bound.covariance;
+  const auto& [i, j, correlation] = pair;
+  return std::abs(P(i, j)) / std::sqrt(P(i, i) * P(j, j));
 }
 
 /// The most correlated pair of a drive, and its correlation after a motion more.
@@ -181,8 +166,7 @@ struct CorrelatedDrive {
     const Segments segments = segmentsOf(motion, light_in_base);
     SimulatedCase longer = simulated;
     for (const DriveSegment& segment : segments) longer.duration_s += segment.duration_s;
-    const ObservationRun run =
-        simulateAlong(longer, std::make_unique<DriveThenMotion>(simulated, segments));
+    const ObservationRun run = simulateAlong(longer, driveThenMotion(simulated, segments));
     return sizeOf(pair, boundOf(longer, run));
   }
 };

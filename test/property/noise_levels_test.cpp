@@ -8,7 +8,7 @@
 #include <random>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/noise_review.h"
 #include "tools/study/simulated_case.h"
 
@@ -96,9 +96,9 @@ TEST(NoiseLevels, WidenTheMountByWhatIsNotKnownOfThem) {
     record.fit = BatchEstimator({}).estimate(withNoise(record.observations, levels),
                                              surestStart(record.fit));
     const NoiseReview review = reviewNoise(record.observations, record.fit, {}, priors, levels);
-    const CartesianEstimate& fit = record.fit.at_last_observation;
+    const CartesianEstimate fit = record.fit.last.cartesian();
     const CartesianEstimate estimate =
-        withItsNoise(record.fit.robot(), record.fit, review).cartesian;
+        withItsNoise(record.fit.last, record.fit, review).cartesian();
     EXPECT_GE(Eigen::SelfAdjointEigenSolver<Matrix5>(estimate.covariance - fit.covariance)
                   .eigenvalues()
                   .minCoeff(),
@@ -151,11 +151,12 @@ TEST(NoiseLevels, ThatAreKnownLeaveTheFitAlone) {
   const Record record = recordOf(simulated, {}, config);
   const NoiseReview review =
       reviewNoise(record.observations, record.fit, config.errors, {1e-4, 1e-4}, {});
-  const CartesianEstimate& fit = record.fit.at_last_observation;
+  const CartesianEstimate fit = record.fit.last.cartesian();
+  const CartesianEstimate average = review.average.cartesian();
   for (int i = 0; i < 5; ++i) {
     const double stddev = std::sqrt(fit.covariance(i, i));
-    EXPECT_NEAR(std::sqrt(review.average.cartesian.covariance(i, i)), stddev, 0.1 * stddev) << i;
-    EXPECT_NEAR(review.average.cartesian.mean(i), fit.mean(i), 0.2 * stddev) << i;
+    EXPECT_NEAR(std::sqrt(average.covariance(i, i)), stddev, 0.1 * stddev) << i;
+    EXPECT_NEAR(average.mean(i), fit.mean(i), 0.2 * stddev) << i;
   }
 }
 

@@ -1,7 +1,7 @@
 // The bench compares like with like: what it measures against finds the same answers.
 #include <gtest/gtest.h>
 
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/init/start_candidates.h"
 #include "bench/paper_run.h"
 #include "bench/reference/ceres_batch.h"
@@ -29,18 +29,20 @@ RecordStart startOf(const std::vector<Observation>& observations) {
 
 TEST(DynamicEkf, OfAnySizeIsTheFilterOfThisPackage) {
   const CartesianEstimate start{paperRun().truth.front(), 1e-4 * Matrix5::Identity()};
-  const auto filter = makeCartesianFilter({start, {}});
   for (const Eigen::Index states : {5, 15}) {
-    filter->restart({start, {}});
+    LiveFilter filter(StateEstimate::of(start));
     reference::DynamicEkf dynamic(start, states);
     for (std::size_t i = 1; i < paperRun().observations.size(); ++i) {
       const Observation& observation = paperRun().observations[i];
-      filter->predict(observation.motion);
-      filter->update(observation.azimuth_rad, observation.azimuth_variance_rad2);
+      filter.predict(observation.motion);
+      Bearing bearing;
+      bearing.azimuth_rad = observation.azimuth_rad;
+      bearing.azimuth_variance_rad2 = observation.azimuth_variance_rad2;
+      filter.update(bearing);
       dynamic.predict(observation.motion);
       dynamic.update(observation.azimuth_rad, observation.azimuth_variance_rad2);
     }
-    const CartesianEstimate estimate = filter->cartesian();
+    const CartesianEstimate estimate = filter.estimate().cartesian();
     constexpr double kRounding = 1e-10;
     EXPECT_LT((dynamic.mean().head<5>() - estimate.mean).norm(), kRounding) << states;
     EXPECT_LT((dynamic.covariance().topLeftCorner<5, 5>() - estimate.covariance).norm(), kRounding)
@@ -59,7 +61,7 @@ TEST(Batch, FindsTheOptimumThatCeresFinds) {
     // The batch ends where its last step was a hundredth of a standard deviation. After 10 s that
     // of the light is so large (decimetres) that the answers may differ by some micrometres.
     if (count == 100) continue;
-    EXPECT_LT((batch.at_last_observation.mean - ceres.state).cwiseAbs().maxCoeff(), kSameAnswer)
+    EXPECT_LT((batch.last.cartesian().mean - ceres.state).cwiseAbs().maxCoeff(), kSameAnswer)
         << count;
   }
 }
@@ -73,8 +75,8 @@ TEST(Batch, FindsTheRobustOptimumThatCeresFinds) {
                                                          kHuber, CeresTolerance::kTight);
     EXPECT_NEAR(batch.cost / ceres.cost, 1.0, kSameAnswer) << count;
     const Vector5 sigmas =
-        (batch.at_last_observation.mean - ceres.state)
-            .cwiseQuotient(batch.at_last_observation.covariance.diagonal().cwiseSqrt());
+        (batch.last.cartesian().mean - ceres.state)
+            .cwiseQuotient(batch.last.cartesian().covariance.diagonal().cwiseSqrt());
     EXPECT_LT(sigmas.cwiseAbs().maxCoeff(), kSettledSigmas) << count;
   }
 }

@@ -18,13 +18,12 @@ using Eigen::Vector3d;
 constexpr int kRays = 4096;
 
 /// A light at `azimuth_rad` in the sensor frame, `distance_m` from the mirror's axis.
-LuminousBall lightAt(double distance_m, double azimuth_rad, double height_m = -0.03) {
-  return {
-      {distance_m * std::cos(azimuth_rad), distance_m * std::sin(azimuth_rad), height_m}, 1.0, 0.0};
+Light lightAt(double distance_m, double azimuth_rad, double height_m = -0.03) {
+  return {{distance_m * std::cos(azimuth_rad), distance_m * std::sin(azimuth_rad)}, height_m};
 }
 
-SpotMoments momentsOf(const CameraRig& rig, const LuminousBall& light) {
-  return LightSpot(rig, kRays).moments(ConeTracer(rig), light);
+SpotMoments momentsOf(const CameraRig& rig, const Light& light) {
+  return LightSpot(rig, kRays).moments(light);
 }
 
 double azimuthOfPixel(const CameraRig& rig, const Vector2d& pixel) {
@@ -82,13 +81,13 @@ TEST_F(RendererGeometry, PixelLooksWhereItsLightIs) {
   constexpr double kFar_m = 1e6;  // the mirror's size is then 1e-7 rad
   for (int i = 0; i < 200; ++i) {
     const ConeTracer tracer(misalignedRig());
-    const LuminousBall light =
+    const Light light =
         lightAt(kFar_m, uniform(-kPi, kPi), kFar_m * std::tan(uniform(-0.15, 0.02)));
-    const auto hit = tracer.rayFrom(light.position_m, Vector2d::Zero());
+    const auto hit = tracer.rayFrom(light.place_m(), Vector2d::Zero());
     ASSERT_TRUE(hit.has_value());
     const auto direction = tracer.directionSeenBy(hit->pixel);
     ASSERT_TRUE(direction.has_value());
-    EXPECT_LT((*direction - light.position_m.normalized()).norm(), 2e-7);
+    EXPECT_LT((*direction - light.place_m().normalized()).norm(), 2e-7);
   }
 }
 
@@ -99,7 +98,7 @@ TEST_F(RendererGeometry, ChiefRayOfAnAlignedRigIsTheClosedForm) {
     const double azimuth = uniform(-kPi, kPi);
     const ChiefRay chief(rig, distance_m, -0.03);
     const auto hit =
-        ConeTracer(rig).rayFrom(lightAt(distance_m, azimuth).position_m, Vector2d::Zero());
+        ConeTracer(rig).rayFrom(lightAt(distance_m, azimuth).place_m(), Vector2d::Zero());
     ASSERT_TRUE(hit.has_value());
     EXPECT_NEAR((hit->pixel - rig.centre_px).norm(), rig.pixelsPerSlope() * std::tan(chief.theta),
                 1e-7);
@@ -161,7 +160,7 @@ TEST_F(RendererGeometry, CentroidAndAxisOfAnAlignedLightAreUnbiased) {
 
 /// d(azimuth of the centroid) / d(misalignment) in the middle, by a central difference.
 template <typename Misalign>
-double sensitivity(const LuminousBall& light, double amount, const Misalign& misalign) {
+double sensitivity(const Light& light, double amount, const Misalign& misalign) {
   CameraRig plus;
   CameraRig minus;
   misalign(&plus, amount);
@@ -214,7 +213,7 @@ TEST_F(RendererGeometry, LensCollectsTheFluxOfAnAstigmaticBeam) {
     const double radial_m = chief.to_mirror + chief.to_light;
     const double azimuthal_m = chief.to_light * (chief.to_mirror + chief.sagittal) / chief.sagittal;
     const double expected = std::cos(chief.theta) / (radial_m * azimuthal_m);
-    const auto hit = ConeTracer(rig).rayFrom(lightAt(distance_m, 0.7).position_m, Vector2d::Zero());
+    const auto hit = ConeTracer(rig).rayFrom(lightAt(distance_m, 0.7).place_m(), Vector2d::Zero());
     EXPECT_NEAR(hit->throughput / expected, 1.0, 1e-9);
     const double lens_area = 0.25 * kPi * rig.aperture_m * rig.aperture_m;
     EXPECT_NEAR(momentsOf(rig, lightAt(distance_m, 0.7)).flux / (expected * lens_area), 1.0, 1e-3);
@@ -228,7 +227,7 @@ TEST_F(RendererGeometry, LargeLightIsWider) {
   const auto tangentialVariance = [](double aperture_m, double radius_m) {
     CameraRig rig;
     rig.aperture_m = aperture_m;
-    LuminousBall light = lightAt(0.5, 0.0);
+    Light light = lightAt(0.5, 0.0);
     light.radius_m = radius_m;
     return momentsOf(rig, light).covariance_px2(1, 1);
   };
@@ -241,7 +240,7 @@ TEST_F(RendererGeometry, LargeLightIsWider) {
     return rig.pixelsPerSlope() * std::tan(ChiefRay(rig, 0.5, height_m).theta);
   };
   const double radial_px = 0.5 * (radiusOf(-0.03 + kRadius_m) - radiusOf(-0.03 - kRadius_m));
-  LuminousBall ball = lightAt(0.5, 0.0);
+  Light ball = lightAt(0.5, 0.0);
   ball.radius_m = kRadius_m;
   CameraRig pinhole;
   pinhole.aperture_m = 1e-7;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "bearing_calibration/common/chi_square.h"
@@ -56,10 +57,9 @@ double mean(const std::vector<double>& values) {
 /// Electrons inside the central half of the spot of a light at the reference distance.
 std::vector<double> plateauOf(const RendererConfig& config, ImageRenderer* renderer) {
   const Pose2 pose = poseSeeing(config.reference_distance_m, 0.3);
-  const auto& electrons = renderer->expose({lightOf(config)}, pose);
+  const auto& electrons = renderer->expose({lightOf(config)}, {pose});
   const SpotMoments spot =
-      LightSpot(config.rig, config.rays_per_light)
-          .moments(renderer->tracer(), {positionInSensor(lightOf(config), pose), 1.0, 0.0});
+      LightSpot(config.rig, config.rays_per_light).moments(inSensor(lightOf(config), pose));
   const Eigen::Matrix2d information = spot.covariance_px2.inverse();
   std::vector<double> plateau;
   for (std::size_t i = 0; i < electrons.size(); ++i) {
@@ -100,9 +100,8 @@ TEST(ImageRenderer, KeepsFluxCentroidAndSpreadOfTheSpot) {
     for (double distance_m : {0.7, 1.5, 4.0}) {
       const Pose2 pose = poseSeeing(distance_m, azimuth);
       const SpotMoments spot =
-          LightSpot(config.rig, config.rays_per_light)
-              .moments(renderer.tracer(), {positionInSensor(lightOf(config), pose), 1.0, 0.0});
-      const auto& electrons = renderer.expose({lightOf(config)}, pose);
+          LightSpot(config.rig, config.rays_per_light).moments(inSensor(lightOf(config), pose));
+      const auto& electrons = renderer.expose({lightOf(config)}, {pose});
       double sum = 0.0;
       Vector2d first = Vector2d::Zero();
       Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
@@ -125,14 +124,13 @@ TEST(ImageRenderer, KeepsFluxCentroidAndSpreadOfTheSpot) {
   }
 }
 
-TEST(PixelNoise, IsShotAndReadNoiseInEightBits) {
+TEST(Digitize, IsShotAndReadNoiseInEightBits) {
   constexpr std::size_t kPixels = 100000;
   const PixelConfig pixels;
-  const double electrons_per_value = pixels.full_well_electrons / PixelNoise::kLargestValue;
+  const double electrons_per_value = pixels.full_well_electrons / PixelConfig::kLargestValue;
   for (double level : {600.0, 3000.0, 9000.0}) {
-    std::vector<std::uint8_t> values;
-    PixelNoise(pixels, 7).digitize(std::vector<float>(kPixels, static_cast<float>(level)), 3,
-                                   &values);
+    const std::vector<float> grey(kPixels, static_cast<float>(level));
+    const std::vector<std::uint8_t> values = digitize(grey, pixels, 7, 3);
     double sum = 0.0;
     double square = 0.0;
     for (std::uint8_t value : values) {
@@ -149,20 +147,13 @@ TEST(PixelNoise, IsShotAndReadNoiseInEightBits) {
   }
 }
 
-TEST(PixelNoise, IsFreshInEachImageAndTheSameForTheSameNumber) {
+TEST(Digitize, IsFreshInEachImageAndTheSameForTheSameNumber) {
   constexpr std::size_t kPixels = 20000;
   const std::vector<float> grey(kPixels, 6000.0F);
-  const PixelNoise noise({}, 7);
-  std::vector<std::uint8_t> first;
-  std::vector<std::uint8_t> again;
-  std::vector<std::uint8_t> next;
-  std::vector<std::uint8_t> other_seed;
-  noise.digitize(grey, 1, &first);
-  noise.digitize(grey, 1, &again);
-  noise.digitize(grey, 2, &next);
-  PixelNoise({}, 8).digitize(grey, 1, &other_seed);
-  EXPECT_EQ(first, again);
-  EXPECT_NE(first, other_seed);
+  const std::vector<std::uint8_t> first = digitize(grey, {}, 7, 1);
+  const std::vector<std::uint8_t> next = digitize(grey, {}, 7, 2);
+  EXPECT_EQ(first, digitize(grey, {}, 7, 1));
+  EXPECT_NE(first, digitize(grey, {}, 8, 1));
   // Correlations between images, and between neighbours, are within the chance of n pairs.
   const double average = 6000.0 * 255.0 / 12000.0;
   double between = 0.0;
@@ -178,11 +169,10 @@ TEST(PixelNoise, IsFreshInEachImageAndTheSameForTheSameNumber) {
   EXPECT_LT(std::abs(beside / square), bound);
 }
 
-TEST(PixelNoise, SaturatesAtTheFullWell) {
-  std::vector<std::uint8_t> values;
-  PixelNoise({}, 1).digitize(std::vector<float>(1000, 30000.0F), 1, &values);
+TEST(Digitize, SaturatesAtTheFullWell) {
+  std::vector<std::uint8_t> values = digitize(std::vector<float>(1000, 30000.0F), {}, 1, 1);
   EXPECT_EQ(*std::min_element(values.begin(), values.end()), 255);
-  PixelNoise({}, 1).digitize(std::vector<float>(1000, 0.0F), 1, &values);
+  values = digitize(std::vector<float>(1000, 0.0F), {}, 1, 1);
   EXPECT_LE(*std::max_element(values.begin(), values.end()), 2);
 }
 
@@ -193,7 +183,7 @@ TEST(ImageRenderer, SurroundingsTurnWithTheRobot) {
   const auto radiance = [](double azimuth, double) { return 0.2 + 0.1 * std::sin(3.0 * azimuth); };
   ImageRenderer renderer(config, radiance);
   for (double yaw : {-2.0, 0.0, 1.3}) {
-    const auto& electrons = renderer.expose({}, {{5.0, 3.0}, yaw});
+    const auto& electrons = renderer.expose({}, {{{5.0, 3.0}, yaw}});
     for (std::size_t i = 0; i < electrons.size(); i += 37) {
       const Vector2d pixel = pixelOf(config, i);
       const double radius = (pixel - config.rig.centre_px).norm();
@@ -217,8 +207,7 @@ TEST(ImageRenderer, SurroundingsAreDefocusedLikeALight) {
     return wrapAngle(azimuth) > 0.0 ? 0.4 : 0.0;
   };
   ImageRenderer renderer(config, half_bright);
-  const SpotMoments spot = LightSpot(config.rig, config.rays_per_light)
-                               .moments(renderer.tracer(), {{100.0, 0.0, 0.0}, 1.0, 0.0});
+  const SpotMoments spot = LightSpot(config.rig, config.rays_per_light).moments({{100.0, 0.0}});
   const double radius_px = (spot.mean_px - config.rig.centre_px).norm();
   const double stddev_px = std::sqrt(spot.covariance_px2(1, 1));
   const auto& electrons = renderer.expose({}, {});
@@ -242,12 +231,12 @@ TEST(ImageRenderer, SameNumberSameImage) {
   ImageRenderer first(config, roomRadiance({}));
   ImageRenderer second(config, roomRadiance({}));
   const Pose2 pose = poseSeeing(1.2, 2.0);
-  const MonoImage image = first.render({lightOf(config)}, pose, 5);
-  EXPECT_EQ(image.values.size(), 640U * 480U);
-  first.render({lightOf(config)}, poseSeeing(2.0, 0.0), 6);
-  EXPECT_EQ(first.render({lightOf(config)}, pose, 5).values, image.values);
-  EXPECT_EQ(second.render({lightOf(config)}, pose, 5).values, image.values);
-  EXPECT_NE(second.render({lightOf(config)}, pose, 6).values, image.values);
+  const cv::Mat image = first.render({lightOf(config)}, {pose}, 5);
+  EXPECT_EQ(image.size(), cv::Size(640, 480));
+  first.render({lightOf(config)}, {poseSeeing(2.0, 0.0)}, 6);
+  EXPECT_EQ(cv::norm(first.render({lightOf(config)}, {pose}, 5), image, cv::NORM_INF), 0.0);
+  EXPECT_EQ(cv::norm(second.render({lightOf(config)}, {pose}, 5), image, cv::NORM_INF), 0.0);
+  EXPECT_GT(cv::norm(second.render({lightOf(config)}, {pose}, 6), image, cv::NORM_INF), 0.0);
 }
 
 TEST(ImageRenderer, ListsEveryWrongValue) {

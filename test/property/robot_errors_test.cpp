@@ -7,8 +7,10 @@
 #include <random>
 
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/motion_model.h"
 #include "bearing_calibration/init/initializer.h"
-#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "support/mount_chi_square.h"
 #include "support/numerical_jacobian.h"
@@ -22,7 +24,10 @@ using testing::mountChiSquare;
 using testing::numericalJacobian;
 
 constexpr double kJacobianTolerance = 1e-6;
-constexpr int kLightHeight = 5 + placeOf<SensorTilt>() + SensorTilt::kHeight;  // in the whole state
+constexpr int kWholeSize = kMountSize + kErrorCount + 2;
+using WholeState = Eigen::Matrix<double, kWholeSize, 1>;
+constexpr StateLayout kWhole{kErrorCount, 1};
+constexpr int kLightHeight = kMountSize + placeOf<SensorTilt>() + SensorTilt::kHeight;
 
 /// Errors as large as their priors allow, the same at every run.
 class Draws {
@@ -59,13 +64,13 @@ TEST(RobotErrors, MotionFollowsTheWheelsAndItsJacobianIsRight) {
   for (int i = 0; i < 50; ++i) {
     const ErrorVector errors = draws.errors();
     const Pose2 expected = motionOf(errors, kSeparation_m).start_from_end;
-    const auto corrected = correctMotion<kErrorCount>(believed, errors);
+    const auto corrected = correctMotion(believed, errors);
     // The turn is exact. The chord's error is of second order: turn error times way, squared.
     EXPECT_NEAR(corrected.start_from_end.yaw_rad, expected.yaw_rad, 1e-12);
     EXPECT_LT((corrected.start_from_end.position_m - expected.position_m).norm(), 3e-4);
     const auto numerical = numericalJacobian<3, kErrorCount>(
         [&](const ErrorVector& at) -> Eigen::Vector3d {
-          const Pose2 pose = correctMotion<kErrorCount>(believed, at).start_from_end;
+          const Pose2 pose = correctMotion(believed, at).start_from_end;
           return {pose.position_m.x(), pose.position_m.y(), pose.yaw_rad};
         },
         errors, {2});
@@ -87,27 +92,22 @@ TEST(RobotErrors, JacobianOfTheAzimuthIsRight) {
   const OdometryWindow nearby = steadyTravel(0.1, 0.25);
   Draws draws;
   for (int i = 0; i < 50; ++i) {
-    Eigen::Matrix<double, 5 + kErrorCount, 1> x;
-    x << draws.between(0.5, 3.0), draws.between(-3.0, 3.0), draws.between(-0.2, 0.2),
-        draws.between(-0.2, 0.2), draws.between(-kPi, kPi), draws.errors();
+    WholeState x;
+    const Eigen::Vector2d light(draws.between(0.5, 3.0), draws.between(-3.0, 3.0));
+    const Eigen::Vector3d mount(draws.between(-0.2, 0.2), draws.between(-0.2, 0.2),
+                                draws.between(-kPi, kPi));
+    x << mount, draws.errors(), light;
     x(kLightHeight) = draws.between(-0.5, 0.5);
-    const auto azimuth = [&](const Eigen::Matrix<double, 5 + kErrorCount, 1>& at) {
-      return Eigen::Matrix<double, 1, 1>(
-          expectObservation<kErrorCount>(at.head<5>(), at.tail<kErrorCount>(), nearby).azimuth_rad);
-    };
-    const auto model = expectObservation<kErrorCount>(x.head<5>(), x.tail<kErrorCount>(), nearby);
-    auto numerical = numericalJacobian<1, 5 + kErrorCount>(azimuth, x, {0});
-    // By the wheels it is of second order, offset times scale, and left out.
-    numerical.segment<3>(6).setZero();
-    EXPECT_LT(largestDifference(model.J_azimuth_state, numerical), kJacobianTolerance);
-    const auto elevation = [&](const Eigen::Matrix<double, 5 + kErrorCount, 1>& at) {
-      return Eigen::Matrix<double, 1, 1>(
-          expectElevation(at.head<5>(), at.tail<kErrorCount>(), nearby).elevation_rad);
-    };
-    const ElevationModel other = expectElevation(x.head<5>(), x.tail<kErrorCount>(), nearby);
-    numerical = numericalJacobian<1, 5 + kErrorCount>(elevation, x);
-    numerical.segment<3>(6).setZero();
-    EXPECT_LT(largestDifference(other.J_elevation_state, numerical), kJacobianTolerance);
+    for (const auto& expect : {expectAzimuth, expectElevation}) {
+      const auto angle = [&](const WholeState& at) {
+        return Eigen::Matrix<double, 1, 1>(expect(kWhole, at, 0, nearby).angle_rad);
+      };
+      auto numerical = numericalJacobian<1, kWholeSize>(angle, x, {0});
+      // By the wheels it is of second order, offset times scale, and left out.
+      numerical.segment<3>(kMountSize + 1).setZero();
+      const Eigen::Matrix<double, 1, kWholeSize> J = expect(kWhole, x, 0, nearby).J_angle_state;
+      EXPECT_LT(largestDifference(J, numerical), kJacobianTolerance);
+    }
   }
 }
 
@@ -122,10 +122,10 @@ TEST(RobotErrors, ALateBearingIsThatOfAnEarlierPose) {
   at_moment.head<2>() = stamp_from_moment.inverse() * Eigen::Vector2d(state.head<2>());
   ErrorVector errors = ErrorVector::Zero();
   errors(placeOf<TimeOffset>()) = late_s;
-  const double expected = expectObservation<0>(at_moment, ErrorVector::Zero(), {}).azimuth_rad;
-  EXPECT_NEAR(
-      expectObservation<kErrorCount>(state, errors, steadyTravel(left_mps, right_mps)).azimuth_rad,
-      expected, 1e-12);
+  Observation late;
+  late.azimuth_rad = azimuthFromCartesian(at_moment).azimuth_rad;
+  late.nearby = steadyTravel(left_mps, right_mps);
+  EXPECT_NEAR(residualOf(late, state, errors), 0.0, 1e-12);
 }
 
 TEST(OdometryWindow, IsLinearBetweenSamplesAndGoesOnBeyondThem) {
@@ -160,11 +160,12 @@ TEST(RobotErrors, StartFromNothingFindsALateAndUnequalRobot) {
     const StartAttempt attempt = findStart(run.observations, config);
     if (!attempt.ready()) continue;
     ++ready;
-    nees += mountChiSquare(attempt.estimate, run.truth.back());
+    nees += mountChiSquare(attempt.estimate.cartesian(), run.truth.back());
     constexpr double kSigmas = 4.0;
-    const ErrorVector robot_error = attempt.errors.mean - trueErrors(simulated);
+    const ErrorVector robot_error = attempt.estimate.errors().mean - trueErrors(simulated);
     for (int i = 0; i < 4; ++i) {
-      EXPECT_LT(std::abs(robot_error(i)), kSigmas * std::sqrt(attempt.errors.covariance(i, i)))
+      EXPECT_LT(std::abs(robot_error(i)),
+                kSigmas * std::sqrt(attempt.estimate.errors().covariance(i, i)))
           << errorQuantities()[static_cast<std::size_t>(i)].name << ", seed " << seed;
     }
   }
@@ -182,11 +183,10 @@ TEST(RobotErrors, ThePlainModelIsWrongAboutALateRobot) {
   const RecordStart start{run.truth.back(), run.observations.size() - 1};
   const BatchEstimate plain = BatchEstimator(config).estimate(run.observations, start);
   constexpr double kWrong = 25.0;
-  EXPECT_GT(mountChiSquare(plain.at_last_observation, run.truth.back()), kWrong);
+  EXPECT_GT(mountChiSquare(plain.last.cartesian(), run.truth.back()), kWrong);
   config.errors = simulated.looked_for;
   const BatchEstimate full = BatchEstimator(config).estimate(run.observations, start);
-  EXPECT_LT(mountChiSquare(full.at_last_observation, run.truth.back()),
-            chiSquareQuantile(0.999, 3.0));
+  EXPECT_LT(mountChiSquare(full.last.cartesian(), run.truth.back()), chiSquareQuantile(0.999, 3.0));
 }
 
 // The separation is what lengths are measured by: data alone do not tell it, and the report says
@@ -199,7 +199,7 @@ TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   config.errors.setBlock("wheel_separation", 0.005);
   const BatchEstimate batch = BatchEstimator(config).estimate(
       run.observations, {run.truth.back(), run.observations.size() - 1});
-  const std::vector<BlockReport> reports = reportBlocks(config.errors, batch.errors);
+  const std::vector<BlockReport> reports = reportBlocks(config.errors, batch.last.errors());
   ASSERT_EQ(reports.size(), 5U);
   EXPECT_EQ(reports[0].status, BlockStatus::kEstimated) << reports[0].name;
   EXPECT_EQ(reports[1].status, BlockStatus::kEstimated) << reports[1].name;
@@ -216,9 +216,11 @@ TEST(RobotErrors, PriorsAreNamedAndChecked) {
   ErrorPriors priors;
   EXPECT_EQ(errorsInUse(priors), 0);
   priors.setBlock("time_offset", 0.1);
-  EXPECT_EQ(errorsInUse(priors), 4);
+  EXPECT_EQ(errorsInUse(priors), 1);
+  priors.setBlock("wheel_separation", 0.1);
+  EXPECT_EQ(errorsInUse(priors), kWheelErrors);
   priors.setBlock("mirror_harmonic", 0.03);
-  EXPECT_EQ(errorsInUse(priors), kAllButTilt);
+  EXPECT_EQ(errorsInUse(priors), placeOf<SensorTilt>());
   priors.setBlock("sensor_tilt", 0.035);
   EXPECT_EQ(errorsInUse(priors), kErrorCount);
   EXPECT_THROW(priors.setBlock("wobble", 0.1), std::invalid_argument);

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "bearing_calibration/solve/fit_scatter.h"
+#include "bearing_calibration/solve/batch_estimator.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {
@@ -46,7 +46,7 @@ TEST(Scatter, OfASoundRobotIsWhatChanceGives) {
   int runs_widened = 0;
   for (int seed = 1; seed <= kRuns; ++seed) {
     const Scatter scatter =
-        scatterOf(fit(dance(static_cast<std::uint64_t>(seed), 0.0), BatchConfig()));
+        fit(dance(static_cast<std::uint64_t>(seed), 0.0), BatchConfig()).scatter();
     ASSERT_GT(scatter.observations, 100U) << "seed " << seed;
     sum += scatter.meanGain();
     runs_widened += scatter.widening() > 1.0 ? 1 : 0;
@@ -65,7 +65,7 @@ TEST(Scatter, ShowsACorrelationThatTheFitDoesNotKnow) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SimulatedCase simulated = danceCase(seed, kCorrelation);
     simulated.robot.encoders.noise.independent_k_m = 1e-9;
-    const Scatter scatter = scatterOf(fit(simulate(simulated), plainConfig()));
+    const Scatter scatter = fit(simulate(simulated), plainConfig()).scatter();
     sum += scatter.meanGain();
     EXPECT_GE(scatter.widening(), scatter.largest_gain / 21.0) << "seed " << seed;
   }
@@ -80,11 +80,11 @@ TEST(Scatter, ShowsAJumpThatHardlyMovesTheMean) {
     jump.information = 1e6 * Eigen::Matrix3d::Identity();
     jump.pull = Eigen::Vector3d::Constant(std::sqrt(1e6));  // a gain of 3
   }
-  const Scatter without = scatterOf(one_jump);
+  const Scatter without = one_jump.scatter();
   EXPECT_NEAR(without.meanGain(), 3.0, 1e-9);
   EXPECT_EQ(without.widening(), 1.0);
   one_jump.mount_displacements[500].pull = Eigen::Vector3d::Constant(std::sqrt(20e6));
-  EXPECT_NEAR(scatterOf(one_jump).widening(), 60.0 / 21.0, 1e-9);
+  EXPECT_NEAR(one_jump.scatter().widening(), 60.0 / 21.0, 1e-9);
 }
 
 // What a record gives away takes its scatter with it: nothing of it is lost or counted twice.
@@ -96,30 +96,33 @@ TEST(Scatter, IsTheSameOfARecordThatWasCut) {
   const std::size_t count = run.observations.size() / 2;
   RecordBeginning beginning;
   beginning.known = estimator.knownAt(count - 1, run.observations, whole);
-  beginning.scatter.giveAway(scatterOf(whole, 0, count));
+  beginning.scatter.giveAway(scatterOf(whole.mount_displacements, 0, count));
   const std::vector<Observation> later(
       run.observations.begin() + static_cast<std::ptrdiff_t>(count), run.observations.end());
   const BatchEstimate rest =
       estimator.estimate(later, {run.truth.back(), later.size() - 1}, {}, beginning);
   ASSERT_TRUE(rest.converged);
-  const Scatter sum = scatterOf(rest);
-  EXPECT_EQ(sum.observations, scatterOf(whole).observations);
-  EXPECT_NEAR(sum.meanGain(), scatterOf(whole).meanGain(), 0.02 * sum.meanGain());
+  const Scatter sum = rest.scatter();
+  EXPECT_EQ(sum.observations, whole.scatter().observations);
+  EXPECT_NEAR(sum.meanGain(), whole.scatter().meanGain(), 0.02 * sum.meanGain());
 }
 
 TEST(Scatter, WidensMountAndLightAndLeavesTheRobotsErrors) {
-  const RobotEstimate estimate = fit(dance(1, 0.0), BatchConfig()).robot();
-  RobotEstimate linked = estimate;
-  linked.errors.covariance = 1e-4 * ErrorMatrix::Identity();
-  linked.errors.cross_covariance(2, 0) =
-      0.99 * std::sqrt(linked.cartesian.covariance(2, 2) * linked.errors.covariance(0, 0));
-  const RobotEstimate wide = widened(linked, 4.0);
-  EXPECT_TRUE(wide.cartesian.covariance.isApprox(4.0 * linked.cartesian.covariance));
-  EXPECT_EQ(wide.errors.covariance, linked.errors.covariance);
-  EXPECT_EQ(wide.cartesian.mean, linked.cartesian.mean);
-  const auto joint = wide.joint<kErrorCount>();
-  EXPECT_NEAR(joint.covariance(2, 5) / std::sqrt(joint.covariance(2, 2) * joint.covariance(5, 5)),
-              0.99, 1e-9);
+  const ErrorEstimate errors{ErrorVector::Zero(), 1e-4 * ErrorMatrix::Identity()};
+  StateEstimate linked =
+      StateEstimate::of(fit(dance(1, 0.0), BatchConfig()).last.cartesian(), kErrorCount, errors);
+  constexpr int kOffset = kMountSize + placeOf<TimeOffset>();
+  const auto correlation = [](const StateMatrix& P) {
+    return P(0, kOffset) / std::sqrt(P(0, 0) * P(kOffset, kOffset));
+  };
+  linked.covariance(0, kOffset) =
+      0.99 * std::sqrt(linked.covariance(0, 0) * linked.covariance(kOffset, kOffset));
+  linked.covariance(kOffset, 0) = linked.covariance(0, kOffset);
+  const StateEstimate wide = widened(linked, 4.0);
+  EXPECT_TRUE(wide.cartesian().covariance.isApprox(4.0 * linked.cartesian().covariance));
+  EXPECT_EQ(wide.errors().covariance, linked.errors().covariance);
+  EXPECT_EQ(wide.mean, linked.mean);
+  EXPECT_NEAR(correlation(wide.covariance), 0.99, 1e-9);
 }
 
 }  // namespace

@@ -7,9 +7,9 @@
 #include <random>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/filter/robot_errors.h"
-#include "bearing_calibration/output/error_report.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "support/mount_chi_square.h"
 #include "tools/study/simulated_case.h"
@@ -58,11 +58,11 @@ TEST(SensorTilt, ATiltedSensorSeesWhatGeometryInSpaceSays) {
         tiltOf(draws.between(-0.3, 0.3), draws.between(-0.3, 0.3), draws.between(-0.5, 0.5));
     const Eigen::Vector3d light = inTiltedSensor(state, errors);
     constexpr double kRounding = 1e-12;
-    EXPECT_NEAR(wrapAngle(expectObservation<kErrorCount>(state, errors, {}).azimuth_rad -
-                          std::atan2(light.y(), light.x())),
-                0.0, kRounding);
-    EXPECT_NEAR(expectElevation(state, errors, {}).elevation_rad, std::asin(light.normalized().z()),
-                kRounding);
+    Observation seen;
+    seen.azimuth_rad = std::atan2(light.y(), light.x());
+    seen.elevation = {std::asin(light.normalized().z()), 1.0};
+    EXPECT_NEAR(residualOf(seen, state, errors), 0.0, kRounding);
+    EXPECT_NEAR(*elevationResidualOf(seen, state, errors), 0.0, kRounding);
   }
 }
 
@@ -76,34 +76,36 @@ TEST(SensorTilt, ByItsAzimuthsATiltIsAShiftedMount) {
       rotation2(0.3) * Eigen::Vector2d(-2.0 * kTilt_rad, -kTilt_rad) * kHeight_m;
   Vector5 shifted = state;
   shifted.segment<2>(CartesianIndex::kSensorX) += shift;
-  const double expected = expectObservation<0>(shifted, ErrorVector::Zero(), {}).azimuth_rad;
-  const double azimuth =
-      expectObservation<kErrorCount>(state, tiltOf(kTilt_rad, -2.0 * kTilt_rad, kHeight_m), {})
-          .azimuth_rad;
-  EXPECT_NEAR(azimuth, expected, kSecondOrder);
-  EXPECT_GT(std::abs(azimuth - expectObservation<0>(state, ErrorVector::Zero(), {}).azimuth_rad),
-            1000.0 * kSecondOrder);
+  Observation seen;
+  seen.azimuth_rad = azimuthFromCartesian(shifted).azimuth_rad;
+  const ErrorVector tilt = tiltOf(kTilt_rad, -2.0 * kTilt_rad, kHeight_m);
+  EXPECT_NEAR(residualOf(seen, state, tilt), 0.0, kSecondOrder);
+  EXPECT_GT(std::abs(residualOf(seen, state, ErrorVector::Zero())), 1000.0 * kSecondOrder);
 }
 
 // An elevation that is far off pulls by its limit, however far off it is.
 TEST(SensorTilt, AWildElevationPullsNoMoreThanAnUnlikelyOne) {
   constexpr double kStddev_rad = 0.01;
-  RobotEstimate start;
-  start.cartesian.mean << 1.0, 0.5, 0.1, -0.05, 0.3;
-  start.cartesian.covariance = 1e-6 * Matrix5::Identity();
+  CartesianEstimate start;
+  start.mean << 1.0, 0.5, 0.1, -0.05, 0.3;
+  start.covariance = 1e-6 * Matrix5::Identity();
   ErrorPriors priors;
   priors.setBlock(SensorTilt::kName, 0.02);
-  start.errors = priorEstimate(priors);
-  const double azimuth_rad =
-      expectObservation<0>(start.cartesian.mean, ErrorVector::Zero(), {}).azimuth_rad;
   const auto heightAfter = [&](const std::optional<Elevation>& elevation) {
-    const auto filter = makeCartesianFilter(start, kErrorCount);
-    filter->update(azimuth_rad, 1e-4, {}, elevation);
-    return filter->robot().errors.mean(placeOf<SensorTilt>() + SensorTilt::kHeight);
+    LiveFilter filter(StateEstimate::of(start, kErrorCount, priorEstimate(priors)));
+    Bearing bearing;
+    bearing.azimuth_rad = azimuthFromCartesian(start.mean).azimuth_rad;
+    bearing.azimuth_variance_rad2 = 1e-4;
+    if (elevation) {
+      bearing.elevation_rad = elevation->angle_rad;
+      bearing.elevation_variance_rad2 = elevation->variance_rad2;
+    }
+    filter.update(bearing);
+    return filter.estimate().errors().mean(placeOf<SensorTilt>() + SensorTilt::kHeight);
   };
   EXPECT_EQ(heightAfter(std::nullopt), 0.0);
   const double ordinary = heightAfter(Elevation{0.05, kStddev_rad * kStddev_rad});
-  const double range_m = (start.cartesian.lightInBase() - start.cartesian.sensorInBase()).norm();
+  const double range_m = start.range();
   EXPECT_NEAR(ordinary, 0.05 * range_m, 0.2 * 0.05 * range_m);
   const double wild = heightAfter(Elevation{1.0, kStddev_rad * kStddev_rad});
   EXPECT_NEAR(heightAfter(Elevation{1.5, kStddev_rad * kStddev_rad}), wild, 1e-12);
@@ -181,13 +183,13 @@ TEST(SensorTilt, ElevationsTellATiltFromAShiftedMount) {
     const ObservationRun run = simulate(simulated);
     const BatchEstimate batch = batchOf(simulated, run);
     ASSERT_TRUE(batch.converged) << "seed " << seed;
-    nees += mountChiSquare(batch.at_last_observation, run.truth.back());
-    const Eigen::Vector2d found = batch.at_last_observation.sensorInBase();
+    nees += mountChiSquare(batch.last.cartesian(), run.truth.back());
+    const Eigen::Vector2d found = batch.last.mount().mean.head<2>();
     const Eigen::Vector2d truth = simulated.robot.base_from_sensor.position_m;
     phi_squares +=
         std::pow(wrapAngle(std::atan2(found.y(), found.x()) - std::atan2(truth.y(), truth.x())), 2);
     rho_squares += std::pow(found.norm() - truth.norm(), 2);
-    for (const BlockReport& report : reportBlocks(simulated.looked_for, batch.errors)) {
+    for (const BlockReport& report : reportBlocks(simulated.looked_for, batch.last.errors())) {
       if (report.name != SensorTilt::kName) continue;
       EXPECT_EQ(report.status, BlockStatus::kEstimated);
       EXPECT_TRUE(report.note.empty()) << report.note;
@@ -208,15 +210,15 @@ TEST(SensorTilt, WithoutElevationsTheTiltIsHeldAndItsDoubtIsSaid) {
   const ObservationRun run = simulate(simulated);
   const BatchEstimate batch = batchOf(simulated, run);
   ASSERT_TRUE(batch.converged);
-  const BlockReport report = reportBlocks(simulated.looked_for, batch.errors).back();
+  const BlockReport report = reportBlocks(simulated.looked_for, batch.last.errors()).back();
   EXPECT_EQ(report.status, BlockStatus::kHeldAtPrior);
   EXPECT_NE(report.note.find("rho is uncertain by 14."), std::string::npos) << report.note;
-  EXPECT_LT(mountChiSquare(batch.at_last_observation, run.truth.back()),
+  EXPECT_LT(mountChiSquare(batch.last.cartesian(), run.truth.back()),
             chiSquareQuantile(0.999, 3.0));
   simulated.looked_for.setBlock(SensorTilt::kName, 0.0);
   const BatchEstimate unaware = batchOf(simulated, run);
   constexpr double kWrong = 25.0;
-  EXPECT_GT(mountChiSquare(unaware.at_last_observation, run.truth.back()), kWrong);
+  EXPECT_GT(mountChiSquare(unaware.last.cartesian(), run.truth.back()), kWrong);
 }
 
 // Elevations that are nothing but noise in every tenth observation do no harm.
@@ -229,7 +231,7 @@ TEST(SensorTilt, WildElevationsDoNoHarm) {
   }
   const BatchEstimate batch = batchOf(simulated, run);
   ASSERT_TRUE(batch.converged);
-  EXPECT_LT(mountChiSquare(batch.at_last_observation, run.truth.back()),
+  EXPECT_LT(mountChiSquare(batch.last.cartesian(), run.truth.back()),
             chiSquareQuantile(0.999, 3.0));
 }
 

@@ -33,9 +33,9 @@ TEST(SlipHypotheses, ASlipAtTheWrongPlaceIsNotBelieved) {
   const ObservationRun run = slippingRun(5, TrajectoryConfig::Kind::kTurns, 20.0);
   const BatchEstimate batch = fit(run);
   ASSERT_TRUE(batch.converged);
-  ASSERT_GT(mountChiSquare(batch.at_last_observation, run.truth.back()), kWrong);
+  ASSERT_GT(mountChiSquare(batch.last.cartesian(), run.truth.back()), kWrong);
   const SlipAverage average = averageOverSlips(run.observations, batch, BatchConfig());
-  EXPECT_LT(mountChiSquare(average.estimate.cartesian, run.truth.back()), kWrong);
+  EXPECT_LT(mountChiSquare(average.estimate.cartesian(), run.truth.back()), kWrong);
   EXPECT_LE(average.best.cost, batch.cost);
 }
 
@@ -47,8 +47,8 @@ TEST(SlipHypotheses, ARecordWithoutSuspicionIsLeftAsItIs) {
   ASSERT_TRUE(batch.slips.empty());
   ASSERT_LT(batch.suspicion, 9.0);
   const SlipAverage average = averageOverSlips(run.observations, batch, BatchConfig());
-  EXPECT_TRUE(average.estimate.cartesian.mean.isApprox(batch.at_last_observation.mean));
-  EXPECT_TRUE(average.estimate.cartesian.covariance.isApprox(batch.at_last_observation.covariance));
+  EXPECT_TRUE(average.estimate.cartesian().mean.isApprox(batch.last.cartesian().mean));
+  EXPECT_TRUE(average.estimate.cartesian().covariance.isApprox(batch.last.cartesian().covariance));
   EXPECT_FALSE(average.rival.isOpen());
 }
 

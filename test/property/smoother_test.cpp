@@ -45,8 +45,7 @@ double linearCost(const SmootherPass& pass, const std::vector<ObservationWeight>
   for (std::size_t i = 0; i < weights.size(); ++i) {
     const SmoothedObservation& observation = pass.observations[i];
     if (!weights[i].use_bearing) continue;
-    cost += observation.innovation_rad * observation.innovation_rad /
-            observation.innovation_variance_rad2;
+    cost += observation.azimuth.nis();
   }
   return cost;
 }
@@ -106,11 +105,11 @@ TEST(BatchEstimator, AgreesWithADenseMaximumOfThePosterior) {
     ASSERT_TRUE(batch.converged);
     const CartesianEstimate dense = testing::maximisePosterior(run.observations, run.truth.front());
     const Vector5 stddev = dense.covariance.diagonal().cwiseSqrt();
-    Vector5 difference = batch.at_last_observation.mean - dense.mean;
+    Vector5 difference = batch.last.cartesian().mean - dense.mean;
     difference(4) = wrapAngle(difference(4));
     EXPECT_LT((difference.array() / stddev.array()).abs().maxCoeff(), 0.01) << "seed " << seed;
     const Vector5 ratio =
-        batch.at_last_observation.covariance.diagonal().cwiseQuotient(dense.covariance.diagonal());
+        batch.last.cartesian().covariance.diagonal().cwiseQuotient(dense.covariance.diagonal());
     EXPECT_LT((ratio.array() - 1.0).abs().maxCoeff(), 0.01)
         << "seed " << seed << ": " << ratio.transpose();
   }
@@ -156,11 +155,11 @@ TEST(BatchEstimator, ACutRecordSaysWhatTheWholeOneSays) {
       const BatchEstimate rest =
           estimator.estimate(cut.rest, {run.truth[last], cut.rest.size() - 1}, {}, cut.beginning);
       ASSERT_TRUE(rest.converged);
-      const LightsVector stddev = whole.last.covariance.diagonal().cwiseSqrt();
-      LightsVector difference = rest.last.mean - whole.last.mean;
+      const StateVector stddev = whole.last.covariance.diagonal().cwiseSqrt();
+      StateVector difference = rest.last.mean - whole.last.mean;
       difference(kMountSize - 1) = wrapAngle(difference(kMountSize - 1));
       EXPECT_LT((difference.array() / stddev.array()).abs().maxCoeff(), 0.02) << "seed " << seed;
-      const LightsVector ratio =
+      const StateVector ratio =
           rest.last.covariance.diagonal().cwiseQuotient(whole.last.covariance.diagonal());
       EXPECT_LT((ratio.array() - 1.0).abs().maxCoeff(), 0.02) << "seed " << seed;
       EXPECT_NEAR(rest.path.mount.x(), whole.path.mount.x(), 0.02 * stddev(0));
@@ -218,7 +217,7 @@ TEST(BatchEstimator, WidensForCorrelatedNoise) {
       run.observations, {run.truth.back(), run.observations.size() - 1});
   // (1 + 0.5) / (1 - 0.5) = 3 for the bearings' share of the variance
   const double ratio =
-      batch.at_last_observation.covariance(4, 4) / narrow.at_last_observation.covariance(4, 4);
+      batch.last.cartesian().covariance(4, 4) / narrow.last.cartesian().covariance(4, 4);
   EXPECT_GT(ratio, 1.5);
   EXPECT_LT(ratio, 3.5);
 }
@@ -243,7 +242,8 @@ TEST(CramerRaoBound, IsTheKnownOneAtThePapersSettings) {
     const ObservationRun run = simulate(simulated);
     std::vector<Eigen::Vector2d> lights;
     for (const Vector5& state : run.truth) lights.push_back(state.head<2>());
-    const Matrix5 bound = cramerRaoBound(run.observations, lights, run.truth.back().tail<3>());
+    const Matrix5 bound =
+        cramerRaoBound(run.observations, lights, run.truth.back().tail<3>()).cartesian().covariance;
     const Eigen::Vector2d along = run.truth.back().segment<2>(2).normalized();
     const double rho_m = std::sqrt(along.dot(bound.block<2, 2>(2, 2) * along));
     constexpr double kDigits = 0.16;  // two digits, and a period of the dance more or less

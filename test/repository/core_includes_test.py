@@ -34,7 +34,7 @@ ROOMS = {
     'judge': FILTER | {'record', 'solve', 'init', 'track'},
     'output': FILTER | {'record', 'solve', 'init', 'track', 'judge'},
     'calibration': FILTER | {'input', 'record', 'solve', 'init', 'track', 'judge', 'output'},
-    'planning': FILTER | {'judge', 'output'},
+    'planning': FILTER | {'judge'},
     'vision': {'common', 'geometry', 'optics'},
     'simulation': {'common', 'geometry', 'odometry'},
 }

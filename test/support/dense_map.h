@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 
 namespace bearing_calibration::core::testing {
 

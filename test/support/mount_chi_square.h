@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 
 namespace bearing_calibration::core::testing {
 

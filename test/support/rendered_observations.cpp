@@ -15,7 +15,7 @@ namespace {
 std::vector<double> levels(ImageRenderer* renderer, const ImageSensor& sensor,
                            const Observation& observation) {
   std::vector<double> levels;
-  for (float electrons : renderer->expose({observation.light()}, observation.worldFromSensor())) {
+  for (float electrons : renderer->expose({observation.light()}, {observation.worldFromSensor()})) {
     levels.push_back(static_cast<double>(electrons) / sensor.electrons_per_level);
   }
   return levels;
@@ -68,12 +68,6 @@ std::vector<Observation> observationsAt(double distance_m, int count, double bri
   std::vector<Observation> observations = randomObservations(count, brightness, seed);
   for (Observation& observation : observations) observation.distance_m = distance_m;
   return observations;
-}
-
-cv::Mat imageOf(const MonoImage& image) {
-  cv::Mat copy(image.height_px, image.width_px, CV_8UC1);
-  std::copy(image.values.begin(), image.values.end(), copy.data);
-  return copy;
 }
 
 void BearingErrors::add(const Bearing& bearing, double true_azimuth_rad) {

@@ -38,8 +38,6 @@ std::vector<Observation> randomObservations(int count, double brightness, unsign
 std::vector<Observation> observationsAt(double distance_m, int count, double brightness,
                                         unsigned seed);
 
-cv::Mat imageOf(const MonoImage& image);
-
 /// Errors of a series of bearings.
 struct BearingErrors {
   int found = 0;

@@ -84,8 +84,7 @@ class Camera {
         random_(series.rendered.seed) {}
 
   const cv::Mat& photograph(const Light& light, const SensorMotion& motion, std::size_t number) {
-    const MonoImage image =
-        renderer_.renderMoving(drawLeds(light, ring_, &random_), motion, number);
+    const cv::Mat image = renderer_.render(drawLeds(light, ring_, &random_), motion, number);
     const cv_bridge::CvImage message({}, layoutNames()[static_cast<std::size_t>(encoding_.layout)],
                                      encode(image, encoding_));
     return converter_.convert(message.toImageMsg());

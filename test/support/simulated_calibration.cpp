@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-#include "bearing_calibration/simulation/trajectory_config.h"
+#include "bearing_calibration/simulation/trajectory.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/simulated_case.h"
 

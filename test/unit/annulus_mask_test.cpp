@@ -1,5 +1,3 @@
-#include "bearing_calibration/vision/annulus_mask.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/search_region.h"
 #include "support/synthetic_spot.h"
 
 namespace bearing_calibration::core {
@@ -43,7 +42,7 @@ DetectorConfig smallDetector(int handedness) {
 TEST(AnnulusMask, HoldsTheAnnulusLessPostsAndRows) {
   for (int handedness : {1, -1}) {
     const DetectorConfig config = smallDetector(handedness);
-    const AnnulusMask mask(config.mask, config.view, config.sensor);
+    const AnnulusMask mask(config);
     const Pixels pixels = pixelsOf(mask.strips());
     for (int v = 0; v < config.sensor.height_px; ++v) {
       for (int u = 0; u < config.sensor.width_px; ++u) {
@@ -63,7 +62,7 @@ TEST(AnnulusMask, HoldsTheAnnulusLessPostsAndRows) {
 
 TEST(AnnulusMask, APixelBesideTheImageIsOutside) {
   const DetectorConfig config = smallDetector(1);
-  const AnnulusMask mask(config.mask, config.view, config.sensor);
+  const AnnulusMask mask(config);
   EXPECT_FALSE(mask.contains(-1.0, 40.0));
   EXPECT_FALSE(mask.contains(120.0, 40.0));
   EXPECT_FALSE(mask.contains(60.0, 1e12));
@@ -73,7 +72,7 @@ TEST(AnnulusMask, APixelBesideTheImageIsOutside) {
 TEST(AnnulusMask, ASectorIsTheMaskWithinItsAngle) {
   for (int handedness : {1, -1}) {
     const DetectorConfig config = smallDetector(handedness);
-    const AnnulusMask mask(config.mask, config.view, config.sensor);
+    const AnnulusMask mask(config);
     std::vector<PixelStrip> clipped;
     for (double centre_deg = -180.0; centre_deg <= 180.0; centre_deg += 15.0) {
       for (double half_width_deg : {3.0, 20.0, 89.0}) {
@@ -97,7 +96,7 @@ TEST(AnnulusMask, ASectorIsTheMaskWithinItsAngle) {
 
 TEST(AnnulusMask, ABoxIsTheMaskWithinIt) {
   const DetectorConfig config = smallDetector(1);
-  const AnnulusMask mask(config.mask, config.view, config.sensor);
+  const AnnulusMask mask(config);
   std::vector<PixelStrip> clipped;
   const cv::Rect boxes[] = {{30, 20, 70, 40}, {-5, -5, 505, 505}, {61, 40, 1, 10}, {0, 0, 120, 0}};
   for (const cv::Rect& box : boxes) {
@@ -111,7 +110,7 @@ TEST(AnnulusMask, ABoxIsTheMaskWithinIt) {
 
 TEST(AnnulusMask, TheClearanceIsTheDistanceToTheNearestPixelOutside) {
   const DetectorConfig config = smallDetector(1);
-  const AnnulusMask mask(config.mask, config.view, config.sensor);
+  const AnnulusMask mask(config);
   for (int v = 0; v < config.sensor.height_px; v += 5) {
     for (int u = 0; u < config.sensor.width_px; u += 3) {
       double nearest = 1e9;
@@ -128,7 +127,7 @@ TEST(AnnulusMask, TheClearanceIsTheDistanceToTheNearestPixelOutside) {
 
 TEST(AnnulusMask, AHalfPlaneIsNoSector) {
   const DetectorConfig config = smallDetector(1);
-  const AnnulusMask mask(config.mask, config.view, config.sensor);
+  const AnnulusMask mask(config);
   std::vector<PixelStrip> clipped;
   EXPECT_THROW(mask.clipToSector({0.0, 0.5 * kPi}, &clipped), std::invalid_argument);
   EXPECT_THROW(mask.clipToSector({0.0, 0.0}, &clipped), std::invalid_argument);

@@ -1,5 +1,3 @@
-#include "bearing_calibration/vision/blob_segmenter.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <tuple>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/bright_spots.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -206,21 +205,21 @@ Blob blobOf(const cv::Mat& mask) {
 }
 
 // The area of a rectangle of squares is n, its moments are sides^2 / 12: fill = 12 / (4 pi).
-TEST(BlobShape, ARectangleFillsThreeOverPi) {
+TEST(BlobEllipse, ARectangleFillsThreeOverPi) {
   cv::Mat image(40, 60, CV_8UC1, cv::Scalar(0));
   image(cv::Rect(5, 7, 31, 12)).setTo(200);
-  const BlobShape shape = shapeOf(blobOf(image));
-  EXPECT_NEAR(shape.centre_px.x(), 20.0, 1e-12);
-  EXPECT_NEAR(shape.centre_px.y(), 12.5, 1e-12);
-  EXPECT_NEAR(shape.covariance_px2(0, 0), 31.0 * 31.0 / 12.0, 1e-9);
-  EXPECT_NEAR(shape.covariance_px2(1, 1), 12.0 * 12.0 / 12.0, 1e-9);
-  EXPECT_NEAR(shape.covariance_px2(0, 1), 0.0, 1e-9);
-  EXPECT_NEAR(shape.fill, 3.0 / kPi, 1e-9);
+  const LightEllipse ellipse = ellipseOf(blobOf(image), {0.0, 12.5});  // the radius is its row
+  EXPECT_NEAR(ellipse.centre_px.x(), 20.0, 1e-12);
+  EXPECT_NEAR(ellipse.centre_px.y(), 12.5, 1e-12);
+  EXPECT_NEAR(ellipse.moments_px2(1, 1), 31.0 * 31.0 / 12.0, 1e-9);
+  EXPECT_NEAR(ellipse.moments_px2(0, 0), 12.0 * 12.0 / 12.0, 1e-9);
+  EXPECT_NEAR(ellipse.moments_px2(0, 1), 0.0, 1e-9);
+  EXPECT_NEAR(ellipse.fill, 3.0 / kPi, 1e-9);
 }
 
 // An ellipse with semi-axes a and b has the moments a^2/4 and b^2/4 and the area pi a b: fill = 1.
 // A digital one is off by its outline's pixels, whose errors are random: sqrt(outline) of the area.
-TEST(BlobShape, AnEllipseFillsOne) {
+TEST(BlobEllipse, AnEllipseFillsOne) {
   for (double angle : {0.0, 0.4, 1.2}) {
     cv::Mat image(100, 100, CV_8UC1, cv::Scalar(0));
     constexpr double kA = 20.0;
@@ -232,11 +231,11 @@ TEST(BlobShape, AnEllipseFillsOne) {
         if (x * x / (kA * kA) + y * y / (kB * kB) <= 1.0) image.at<std::uint8_t>(v, u) = 200;
       }
     }
-    const BlobShape shape = shapeOf(blobOf(image));
+    const LightEllipse ellipse = ellipseOf(blobOf(image), {0.0, 0.0});
     const double outline_error = std::sqrt(2.0 * kPi * kA) / (kPi * kA * kB);
-    EXPECT_NEAR(shape.fill, 1.0, outline_error);
-    EXPECT_NEAR(shape.centre_px.x(), 50.3, 0.1);
-    EXPECT_NEAR(shape.covariance_px2.trace(), 0.25 * (kA * kA + kB * kB), 2.0);
+    EXPECT_NEAR(ellipse.fill, 1.0, outline_error);
+    EXPECT_NEAR(ellipse.centre_px.x(), 50.3, 0.1);
+    EXPECT_NEAR(ellipse.variances_px2().sum(), 0.25 * (kA * kA + kB * kB), 2.0);
   }
 }
 

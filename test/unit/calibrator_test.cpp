@@ -5,12 +5,10 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <optional>
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/trajectory.h"
-#include "bearing_calibration/simulation/trajectory_config.h"
 #include "bearing_calibration/track/mount_tracker.h"
 #include "support/simulated_calibration.h"
 #include "tools/study/default_calibration.h"
@@ -247,9 +245,8 @@ SimulatedRecord smallDrive(const RobotConfig& robot, double duration_s) {
   constexpr double kTurn_rad = 4.31;
   const double arc_m = 0.5 * robot.encoders.drive.wheel_separation_m * kTurn_rad;
   RobotSimulator simulator(robot, {Light{}},
-                           std::make_unique<SegmentTrajectory>(std::vector<DriveSegment>{
-                               {kSpeed_mps, kSpeed_mps, kLeg_m / kSpeed_mps},
-                               {-kSpeed_mps, kSpeed_mps, arc_m / kSpeed_mps}}));
+                           segmentTrajectory({{kSpeed_mps, kSpeed_mps, kLeg_m / kSpeed_mps},
+                                              {-kSpeed_mps, kSpeed_mps, arc_m / kSpeed_mps}}));
   return record(&simulator, duration_s);
 }
 
@@ -282,10 +279,10 @@ Bearing bearingOf(double azimuth_rad) {
 /// A tracker that knows its mount to a centimetre and half a degree, with the light 2 m ahead,
 /// after a turn of which nothing is known.
 MountTracker afterAnUnknownTurn() {
-  RobotEstimate start;
-  start.cartesian.mean << 2.0, 0.0, 0.1, 0.0, 0.0;
-  start.cartesian.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 1e-4, 1e-4;
-  MountTracker tracker(calibratorConfig().filter, start, 0.0, 0);
+  CartesianEstimate start;
+  start.mean << 2.0, 0.0, 0.1, 0.0, 0.0;
+  start.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 1e-4, 1e-4;
+  MountTracker tracker(calibratorConfig().filter, StateEstimate::of(start), 0.0);
   OdometryIncrement unknown;
   unknown.covariance.diagonal() << 0.01, 0.01, 10.0;
   tracker.move(unknown);
@@ -293,7 +290,7 @@ MountTracker afterAnUnknownTurn() {
 }
 
 void expectTheMountAsBefore(const MountTracker& tracker) {
-  const CartesianEstimate estimate = tracker.filter().cartesian();
+  const CartesianEstimate estimate = tracker.filter().estimate().cartesian();
   constexpr double kRounding = 1e-12;
   EXPECT_LT((estimate.sensorInBase() - Eigen::Vector2d(0.1, 0.0)).norm(), kRounding);
   EXPECT_NEAR(estimate.sensorYaw(), 0.0, kRounding);
@@ -314,7 +311,7 @@ TEST(AnUnknownTurn, OfSeveralCandidatesNoneIsTaken) {
   tracker.associate({bearingOf(1.5)}, {});
   EXPECT_FALSE(tracker.isSearching());
   expectTheMountAsBefore(tracker);
-  const Eigen::Vector2d light = tracker.filter().cartesian().lightInBase();
+  const Eigen::Vector2d light = tracker.filter().estimate().cartesian().lightInBase();
   EXPECT_NEAR(std::atan2(light.y(), light.x() - 0.1), 1.5, 1e-9);
 }
 
@@ -345,7 +342,7 @@ TEST(TakenUp, AddsItsInformation) {
   Calibrator alone(calibratorConfig());
   Calibrator with_earlier(calibratorConfig());
   const MountEstimate earlier = earlierMount(robot.base_from_sensor);
-  with_earlier.resume(LastingEstimate::of(earlier));
+  with_earlier.resume(lastingPart(earlier));
   const MountEstimate by_itself = *play(record, &alone).base_from_sensor;
   const MountEstimate together = *play(record, &with_earlier).base_from_sensor;
   const Eigen::Matrix3d information = by_itself.covariance.inverse() + earlier.covariance.inverse();
@@ -356,7 +353,7 @@ TEST(TakenUp, AddsItsInformation) {
 TEST(TakenUp, IsThereFromTheFirstBearingsOn) {
   const RobotConfig robot = paperRobot(4);
   Calibrator calibrator(calibratorConfig());
-  calibrator.resume(LastingEstimate::of(earlierMount(robot.base_from_sensor)));
+  calibrator.resume(lastingPart(earlierMount(robot.base_from_sensor)));
   const CalibrationResult result = play(simulate(robot, 1.0), &calibrator);
   ASSERT_TRUE(result.base_from_sensor.has_value());
   EXPECT_LT(std::sqrt(result.base_from_sensor->covariance(0, 0)), 0.0031);
@@ -373,7 +370,7 @@ TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
   CalibratorConfig config = calibratorConfig();
   config.initializer.batch.errors.setBlock(WheelScales::kName, kScaleStddev);
   config.initializer.batch.errors.setBlock(WheelSeparation::kName, kSeparationPrior);
-  std::optional<LastingEstimate> earlier;
+  std::optional<StateEstimate> earlier;
   constexpr int kStarts = 6;
   for (int start = 1; start <= kStarts; ++start) {
     const RobotConfig robot = paperRobot(static_cast<std::uint64_t>(start));
@@ -389,7 +386,7 @@ TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
     const double along_m = std::sqrt(way.normalized().dot(
         result.base_from_sensor->covariance.topLeftCorner<2, 2>() * way.normalized()));
     EXPECT_GT(along_m, 0.98 * separation_expected * way.norm()) << "start " << start;
-    earlier = LastingEstimate::of(RobotEstimate{*result.cartesian_state, result.robot_errors});
+    earlier = lastingPart(*result.estimate);
   }
 }
 
@@ -399,7 +396,7 @@ TEST(TakenUp, IsForgottenWhenTheObservationsContradictIt) {
   elsewhere.position_m.x() += 0.1;
   elsewhere.yaw_rad += radiansFromDegrees(20.0);
   Calibrator calibrator(calibratorConfig());
-  calibrator.resume(LastingEstimate::of(earlierMount(elsewhere)));
+  calibrator.resume(lastingPart(earlierMount(elsewhere)));
   const CalibrationResult result = play(simulate(robot, 60.0), &calibrator);
   ASSERT_TRUE(result.base_from_sensor.has_value());
   EXPECT_LT(mountChiSquare(*result.base_from_sensor, robot.base_from_sensor),

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "bearing_calibration/vision/light_detector.h"
 #include "support/synthetic_spot.h"
 
 namespace bearing_calibration::core {
@@ -115,13 +116,12 @@ TEST(ColourIdentifier, WhatHasAnotherColourOrNoneIsNotTheLight) {
 
 TEST(ColourIdentifier, ADarkOrAFullSpotHasNoColour) {
   const DetectorConfig config = test::defaultDetector();
-  LightEllipse spot;
-  spot.centre_px = {450.0, 240.0};
-  spot.radial_variance_px2 = 25.0;
-  spot.tangential_variance_px2 = 8.0;
+  Detection spot;
+  spot.ellipse.centre_px = {450.0, 240.0};
+  spot.ellipse.moments_px2 << 8.0, 0.0, 0.0, 25.0;
   for (int level : {20, 255}) {
     const cv::Mat flat(480, 640, CV_8UC3, cv::Scalar::all(level));
-    EXPECT_FALSE(colourOf(flat, spot, {319.5, 239.5}, 255.0)) << level;
+    EXPECT_FALSE(coloursOf(flat, {spot}, config).at(0)) << level;
   }
 }
 

@@ -43,7 +43,7 @@ std::vector<float> exposureOf(const Lamp& lamp) {
   core::Light light;
   light.height_m = config.reference_height_m;
   const core::Pose2 seeing_it{{-1.0, 0.0}, -lamp.azimuth_rad};
-  return renderer.expose({light}, seeing_it);
+  return renderer.expose({light}, {seeing_it});
 }
 
 sensor_msgs::ImagePtr mosaicOf(const Lamp& first, const Lamp& second) {

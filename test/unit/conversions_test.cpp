@@ -1,14 +1,14 @@
 #include "bearing_calibration_ros/conversions.h"
 
-#include "bearing_calibration_ros/result_messages.h"
-#include "bearing_calibration_ros/wheel_input.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+
+#include "bearing_calibration_ros/result_messages.h"
+#include "bearing_calibration_ros/wheel_input.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -237,30 +237,19 @@ TEST(Estimate, IsWrittenRowByRow) {
 TEST(Estimate, BringsLightMountAndWheelsBack) {
   core::CalibrationResult result;
   EXPECT_FALSE(robotFromMessage(messageFromResult(result, 0, "base_link")));
-  core::CartesianEstimate estimate;
-  estimate.mean << 1.0, 2.0, 3.0, 4.0, 5.0;
-  for (int i = 0; i < 25; ++i) estimate.covariance(i / 5, i % 5) = i;
-  result.cartesian_state = estimate;
-  result.base_from_sensor = mountFromCartesian(estimate);
-  for (int i = 0; i < core::kWheelErrors; ++i) {
-    result.error_priors.stddev(i) = 1.0;
-    result.robot_errors.mean(i) = 0.1 + i;
-    for (int j = 0; j < 5; ++j) result.robot_errors.cross_covariance(j, i) = 50 + 5 * i + j;
-    for (int j = 0; j < core::kWheelErrors; ++j) {
-      result.robot_errors.covariance(i, j) = 100 + 4 * i + j;
-    }
-  }
+  core::StateEstimate estimate = core::StateEstimate::zero({core::kWheelErrors, 1});
+  estimate.mean << 3.0, 4.0, 5.0, 0.1, 1.1, 2.1, 3.1, 1.0, 2.0;
+  for (int i = 0; i < 81; ++i) estimate.covariance(i / 9, i % 9) = i;
+  for (int i = 0; i < core::kWheelErrors; ++i) result.error_priors.stddev(i) = 1.0;
+  sayEstimate(estimate, &result);
   bearing_calibration::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
   EXPECT_EQ(message.light_x_m, 1.0);
   EXPECT_EQ(message.light_y_m, 2.0);
-  EXPECT_EQ(message.covariance_with_clock_and_wheels[9 * 1 + 3], 8.0);
+  EXPECT_EQ(message.covariance_with_clock_and_wheels[9 * 1 + 3], 9.0 * 8 + 1);  // light y, sensor y
   const auto back = robotFromMessage(message);
   ASSERT_TRUE(back);
-  EXPECT_EQ(back->cartesian.mean, estimate.mean);
-  EXPECT_EQ(back->cartesian.covariance, estimate.covariance);
-  EXPECT_EQ(back->errors.mean, result.robot_errors.mean);
-  EXPECT_EQ(back->errors.covariance, result.robot_errors.covariance);
-  EXPECT_EQ(back->errors.cross_covariance, result.robot_errors.cross_covariance);
+  EXPECT_EQ(back->mean, estimate.mean);
+  EXPECT_EQ(back->covariance, estimate.covariance);
   message.covariance_with_clock_and_wheels[7] = std::nan("");
   EXPECT_FALSE(robotFromMessage(message));
 }

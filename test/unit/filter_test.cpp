@@ -5,8 +5,7 @@
 #include <random>
 
 #include "bearing_calibration/filter/bearing_model.h"
-#include "bearing_calibration/filter/ekf.h"
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/track/association.h"
 #include "bearing_calibration/track/light_start.h"
@@ -23,19 +22,20 @@ Matrix5 randomCovariance(std::mt19937_64* random) {
 }
 
 // The information form is an independent way to the same answer: P^-1 = P0^-1 + H^T H / R.
-TEST(UpdateScalar, AgreesWithTheInformationForm) {
+TEST(ScalarUpdate, AgreesWithTheInformationForm) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 100; ++i) {
-    Gaussian<5> prior{Vector5::Zero(), randomCovariance(&random)};
-    Eigen::Matrix<double, 1, 5> H;
+    StateEstimate prior{{0, 1}, Vector5::Zero(), randomCovariance(&random)};
+    StateRow H(5);
     for (int j = 0; j < 5; ++j) {
       prior.mean(j) = normal(random);
       H(j) = normal(random);
     }
     constexpr double kVariance = 0.3;
     const double residual = normal(random);
-    const Gaussian<5> posterior = updateScalar<5>(prior, H, residual, kVariance);
+    StateEstimate posterior = prior;
+    apply(prepareUpdate(H, residual, kVariance, prior), &posterior);
     const Matrix5 information = prior.covariance.inverse() + H.transpose() * H / kVariance;
     const Vector5 mean = prior.mean + information.inverse() * H.transpose() * residual / kVariance;
     EXPECT_LT((posterior.covariance * information - Matrix5::Identity()).norm(), 1e-9);
@@ -44,15 +44,15 @@ TEST(UpdateScalar, AgreesWithTheInformationForm) {
 }
 
 // A covariance of huge and tiny entries stays positive, as the short form of the update does not.
-TEST(UpdateScalar, KeepsAnIllConditionedCovariancePositive) {
-  Gaussian<5> state{Vector5::Zero(), Matrix5::Zero()};
+TEST(ScalarUpdate, KeepsAnIllConditionedCovariancePositive) {
+  StateEstimate state = StateEstimate::zero({0, 1});
   state.covariance.diagonal() << 1e8, 1e8, 1.0, 1.0, 1e-6;
   std::mt19937_64 random(9);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 1000; ++i) {
-    Eigen::Matrix<double, 1, 5> H;
+    StateRow H(5);
     for (int j = 0; j < 5; ++j) H(j) = normal(random);
-    state = updateScalar<5>(state, H, 0.0, 1e-10);
+    apply(prepareUpdate(H, 0.0, 1e-10, state), &state);
     ASSERT_EQ((state.covariance - state.covariance.transpose()).norm(), 0.0);
     ASSERT_GE(state.covariance.ldlt().vectorD().minCoeff(), 0.0) << "update " << i;
   }
@@ -65,24 +65,31 @@ TEST(Innovation, IsWrapped) {
   EXPECT_NEAR(innovation.nis(), 0.02 * 0.02 / 4e-4, 1e-9);
 }
 
-TEST(MountFilter, BothChartsAgreeOnAGoodStart) {
+Bearing bearingOf(double azimuth_rad, double variance_rad2) {
+  Bearing bearing;
+  bearing.azimuth_rad = azimuth_rad;
+  bearing.azimuth_variance_rad2 = variance_rad2;
+  return bearing;
+}
+
+TEST(LiveFilter, BothParametrisationsAgreeOnAGoodStart) {
   CartesianEstimate start;
   start.mean << 1.5, 0.5, 0.1, -0.05, 1.0;
   start.covariance.diagonal() << 1e-6, 1e-6, 1e-7, 1e-7, 1e-6;
-  const auto cartesian = makeCartesianFilter({start, {}});
-  const auto paper = makePaperFilter(start);
+  LiveFilter cartesian(StateEstimate::of(start));
+  LiveFilter paper(StateEstimate::of(start), LiveFilter::Parametrisation::kPaper);
   std::mt19937_64 random(4);
   std::normal_distribution<double> noise(0.0, 1e-3);
   OdometryIncrement motion;
   for (int i = 0; i < 50; ++i) {
     motion = append({}, {0.01, 0.02 + 0.001 * i}, 0.25, {1e-6, 0.0});
-    for (const auto& filter : {cartesian.get(), paper.get()}) filter->predict(motion);
-    const double azimuth = cartesian->predictAzimuth().azimuth_rad + noise(random);
-    EXPECT_NEAR(paper->predictAzimuth().azimuth_rad, cartesian->predictAzimuth().azimuth_rad, 1e-4);
-    for (const auto& filter : {cartesian.get(), paper.get()}) filter->update(azimuth, 1e-6);
+    for (LiveFilter* filter : {&cartesian, &paper}) filter->predict(motion);
+    const double azimuth = cartesian.predictAzimuth().azimuth_rad + noise(random);
+    EXPECT_NEAR(paper.predictAzimuth().azimuth_rad, cartesian.predictAzimuth().azimuth_rad, 1e-4);
+    for (LiveFilter* filter : {&cartesian, &paper}) filter->update(bearingOf(azimuth, 1e-6));
   }
-  const Vector5 difference = cartesian->cartesian().mean - paper->cartesian().mean;
-  const Vector5 stddev = cartesian->cartesian().covariance.diagonal().cwiseSqrt();
+  const StateVector difference = cartesian.estimate().mean - paper.estimate().mean;
+  const StateVector stddev = cartesian.estimate().covariance.diagonal().cwiseSqrt();
   EXPECT_LT((difference.array() / stddev.array()).abs().maxCoeff(), 0.1);
 }
 
@@ -90,13 +97,13 @@ TEST(PaperFilter, GivesANegativeRhoItsUsualName) {
   CartesianEstimate start;
   start.mean << 2.0, 0.0, 0.01, 0.0, 0.5;
   start.covariance = 1e-2 * Matrix5::Identity();
-  const auto filter = makePaperFilter(start);
+  PaperFilter filter(paperFromCartesian(start));
   std::mt19937_64 random(1);
   std::normal_distribution<double> noise(0.0, 0.3);
   for (int i = 0; i < 200; ++i) {  // bearings at random drive rho to either side of zero
-    filter->update(filter->predictAzimuth().azimuth_rad + noise(random), 1e-2);
-    EXPECT_GE(filter->paper().mean(PaperIndex::kRho), 0.0);
-    EXPECT_GE(filter->paper().mean(PaperIndex::kDistance), 0.0);
+    filter.update(filter.expectAzimuth().azimuth_rad + noise(random), 1e-2);
+    EXPECT_GE(filter.estimate().mean(PaperIndex::kRho), 0.0);
+    EXPECT_GE(filter.estimate().mean(PaperIndex::kDistance), 0.0);
   }
 }
 
@@ -131,7 +138,7 @@ TEST(WidenLight, LeavesTheMountAlone) {
   CartesianEstimate estimate;
   estimate.mean << 3.0, 4.0, 0.1, 0.0, 0.0;
   estimate.covariance = Matrix5::Identity();
-  const CartesianEstimate wide = widenLight(estimate, 0.0, 0.1);
+  const CartesianEstimate wide = widenLight(StateEstimate::of(estimate), 0.0, 0.1).cartesian();
   const Matrix5 change = wide.covariance - estimate.covariance;
   EXPECT_EQ(change.rightCols(3).norm(), 0.0);
   // 5 m away: 0.5 m across the line of sight (-0.8, 0.6), nothing along it
@@ -143,10 +150,7 @@ TEST(WidenLight, LeavesTheMountAlone) {
 // ---- association ----
 
 Bearing candidate(double azimuth_rad, double stddev_rad) {
-  Bearing bearing;
-  bearing.azimuth_rad = azimuth_rad;
-  bearing.azimuth_variance_rad2 = stddev_rad * stddev_rad;
-  return bearing;
+  return bearingOf(azimuth_rad, stddev_rad * stddev_rad);
 }
 
 constexpr double kGate = 9.0;  // three sigmas

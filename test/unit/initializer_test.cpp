@@ -50,7 +50,8 @@ TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
     const ObservationRun run = paperRun(Kind::kDance, 30.0, seed);
     const StartAttempt attempt = findStart(run.observations, InitializerConfig());
     ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
-    EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
+    EXPECT_LT(mountChiSquare(attempt.estimate.cartesian(), run.truth.back()), kHonest)
+        << "seed " << seed;
     EXPECT_GT(2.0 * attempt.rival.gap, InitializerConfig().min_runner_up_margin);
   }
 }
@@ -65,8 +66,7 @@ ObservationRun smallRun(std::uint64_t seed, double wheel_noise_m) {
   simulated.robot.encoders.noise.independent_k_m = wheel_noise_m;
   simulated.robot.world_from_start.position_m = {0.6, 0.0};
   simulated.duration_s = 60.0;
-  return simulateAlong(simulated,
-                       std::make_unique<SegmentTrajectory>(std::vector<DriveSegment>{leg, turn}));
+  return simulateAlong(simulated, segmentTrajectory({leg, turn}));
 }
 
 TEST(Initializer, ASmallPathIsEnoughWhereItTellsTheMount) {
@@ -75,7 +75,8 @@ TEST(Initializer, ASmallPathIsEnoughWhereItTellsTheMount) {
     const StartAttempt attempt = findStart(run.observations, InitializerConfig());
     EXPECT_LT(attempt.motion.extent_m, InitializerConfig().min_extent_m);
     ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
-    EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest) << "seed " << seed;
+    EXPECT_LT(mountChiSquare(attempt.estimate.cartesian(), run.truth.back()), kHonest)
+        << "seed " << seed;
   }
 }
 
@@ -132,7 +133,7 @@ TEST(Initializer, TurnedBearingsTurnTheYawAlone) {
       observation.azimuth_rad = wrapAngle(observation.azimuth_rad - turn);
     const StartAttempt attempt = findStart(turned, InitializerConfig());
     ASSERT_TRUE(attempt.ready()) << turn_deg;
-    const Vector5 change = attempt.estimate.mean - straight.estimate.mean;
+    const Vector5 change = attempt.estimate.cartesian().mean - straight.estimate.cartesian().mean;
     EXPECT_LT(change.head<4>().norm(), 1e-4) << turn_deg;
     EXPECT_NEAR(wrapAngle(change(4) - turn), 0.0, 1e-4) << turn_deg;
   }
@@ -146,8 +147,7 @@ ObservationRun interruptedRun(const DriveSegment& pause) {
   const DriveSegment end{0.0, 0.0, 1e6};
   SimulatedCase simulated = paperCase(5);
   simulated.duration_s = 2.0 * (straight.duration_s + spin.duration_s) + pause.duration_s;
-  return simulateAlong(simulated, std::make_unique<SegmentTrajectory>(std::vector<DriveSegment>{
-                                      straight, spin, pause, straight, spin, end}));
+  return simulateAlong(simulated, segmentTrajectory({straight, spin, pause, straight, spin, end}));
 }
 
 void expectNoMotionForgotten(const DriveSegment& pause) {
@@ -166,7 +166,7 @@ void expectNoMotionForgotten(const DriveSegment& pause) {
   const StartAttempt attempt = initializer.attempt();
   EXPECT_GT(attempt.motion.extent_m, 1.0);  // of two straight pieces of 1 m
   ASSERT_TRUE(attempt.ready()) << nameOf(attempt.obstacle);
-  EXPECT_LT(mountChiSquare(attempt.estimate, run.truth.back()), kHonest);
+  EXPECT_LT(mountChiSquare(attempt.estimate.cartesian(), run.truth.back()), kHonest);
 }
 
 TEST(Initializer, AnHourOfStandingForgetsNoMotion) { expectNoMotionForgotten({0.0, 0.0, 3600.0}); }

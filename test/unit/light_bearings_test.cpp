@@ -100,7 +100,7 @@ TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
   config.light.min_distance_m = 0.25;
   config.light.max_distance_m = 10.0;
   const ExpectedPlace place{{0.0, 0.5}, 0.1, 5.0};
-  const cv::Rect box = boxAround(place, ExpectedSpot(config), config);
+  const cv::Rect box = boxAround(place, ExpectedSpot(conicMirrorOptics(config), config), config);
   EXPECT_GE(box.y, 0);
   EXPECT_LT(box.y, 239);
   EXPECT_GT(box.br().y, 240);
@@ -108,6 +108,38 @@ TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
   EXPECT_LT(box.x, 319);
   EXPECT_GT(box.br().x, 320);
   EXPECT_LE(box.br().x, config.sensor.width_px);
+}
+
+/// A camera whose lights are round, and wider by a tenth of a pixel for each of the image radius.
+LightOptics roundLights() {
+  LightOptics optics;
+  optics.sizeAt = [](double image_radius_px) {
+    SpotSize size;
+    size.least_stddev_px.setConstant(1.0 + 0.1 * image_radius_px);
+    size.most_stddev_px = 2.0 * size.least_stddev_px;
+    size.log_point = size.least_stddev_px.array().log();
+    size.log_covariance.setZero();
+    return size;
+  };
+  optics.largest_radius_px = 60.0;
+  optics.rim_radius_px = 80.0;
+  return optics;
+}
+
+TEST(ExpectedSpot, IsThatOfAnyCamerasOptics) {
+  DetectorConfig config;
+  config.view = {100.0, 50.0, 1};
+  config.mask.inner_radius_px = 10.0;
+  config.mask.outer_radius_px = 70.0;
+  const ExpectedSpot expected(roundLights(), config);
+  EXPECT_NEAR(expected.at({100.0, 16.6}).least_stddev_px(0), 1.0 + 3.3, 1e-12);
+  EXPECT_NEAR(expected.at({103.4, 54.5}).least_stddev_px(1), 1.0 + 0.6, 1e-12);
+  EXPECT_NEAR(expected.at({600.0, 50.0}).least_stddev_px(0), 1.0 + 7.0, 1e-12) << "the mask's end";
+  EXPECT_TRUE(expected.mayStandAt({159.9, 50.0}));
+  EXPECT_FALSE(expected.mayStandAt({100.0, 110.1}));
+  EXPECT_NEAR(expected.area_px().low, 4.0 * kPi * std::pow(2.0, 2), 1e-9);
+  EXPECT_NEAR(expected.area_px().high, 4.0 * kPi * std::pow(16.0, 2), 1e-9);
+  EXPECT_NEAR(expected.largestPointStddev_px(), 8.0, 1e-9);
 }
 
 TEST(SearchRegion, TheRadiusIsThatOfTheCandidateNearestToThePrediction) {

@@ -308,7 +308,7 @@ TEST(LightDetector, SoftwareDefocusMakesAnEllipseOfASharpLight) {
   ASSERT_EQ(result.lights.size(), 1u) << onlyRejection(result);
   const Detection& light = result.lights.front();
   const double expected_stddev = std::sqrt(9.0 + 1.0 + 1.0 / 12.0);
-  EXPECT_NEAR(std::sqrt(light.ellipse.radial_variance_px2), expected_stddev, 0.5);
+  EXPECT_NEAR(std::sqrt(light.ellipse.variances_px2()(1)), expected_stddev, 0.5);
   EXPECT_NEAR(light.bearing.azimuth_rad, kAzimuth,
               5.0 * std::sqrt(light.bearing.azimuth_variance_rad2));
 }

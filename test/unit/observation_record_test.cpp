@@ -78,11 +78,11 @@ TEST(ObservationRecord, AnEndlessDriveIsKeptWholeOnlyCoarser) {
 // Way and turns go on where a record was cut, however often: a verdict is held over them.
 TEST(ObservationRecord, WhatIsGivenAwayLeavesItsWayAndItsTurns) {
   ObservationRecord record{ObservationRecordConfig()};
-  LightsEstimate known;
+  StateEstimate known;
   known.layout = {0, 1};
   for (int i = 0; i < 300; ++i) {
     record.add(observationAfter(0.02, 0.01, i));
-    known.mean = LightsVector::Constant(known.layout.size(), i);
+    known.mean = StateVector::Constant(known.layout.size(), i);
     if (i % 100 == 99) record.cut({60, known, {}});
   }
   ASSERT_TRUE(record.beginning().has_value());

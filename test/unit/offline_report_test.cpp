@@ -26,9 +26,7 @@ struct Reviewed {
     OfflineReport looked(calibratorConfig().initializer);
     calibrator.observe([&](const AssociationOutcome& outcome) { looked.add(outcome); });
     result = play(record, &calibrator, {0.0}, 0.0, to_s);
-    std::optional<RobotEstimate> running;
-    if (result.cartesian_state) running = {*result.cartesian_state, result.robot_errors};
-    review = looked.conclude(running, result.error_priors);
+    review = looked.conclude(result.estimate, result.error_priors);
     from_nothing = looked.conclude(std::nullopt, result.error_priors);
   }
 
@@ -41,7 +39,7 @@ TEST(OfflineReport, EndsAtTheTruthWithinItsCovariance) {
   const RobotConfig robot = paperRobot(1);
   const Reviewed reviewed(simulate(robot, kDuration_s));
   ASSERT_TRUE(reviewed.review.settled);
-  EXPECT_LT(mountChiSquare(mountFromCartesian(reviewed.review.estimate->cartesian),
+  EXPECT_LT(mountChiSquare(mountFromCartesian(reviewed.review.estimate->cartesian()),
                            robot.base_from_sensor),
             chiSquareQuantile(0.999, 3.0));
 }
@@ -50,14 +48,14 @@ TEST(OfflineReport, EndsAtTheTruthWithinItsCovariance) {
 // of its own.
 TEST(OfflineReport, AgreesWithTheRunningCalibration) {
   const Reviewed reviewed(simulate(paperRobot(2), kDuration_s));
-  const MountEstimate review = mountFromCartesian(reviewed.review.estimate->cartesian);
+  const MountEstimate review = mountFromCartesian(reviewed.review.estimate->cartesian());
   const MountEstimate& running = *reviewed.result.base_from_sensor;
   for (int i = 0; i < 3; ++i) {
     EXPECT_LT(std::abs(review.mean(i) - running.mean(i)), std::sqrt(running.covariance(i, i)));
   }
   ASSERT_TRUE(reviewed.from_nothing.estimate.has_value());
   EXPECT_LT(
-      (mountFromCartesian(reviewed.from_nothing.estimate->cartesian).mean - review.mean).norm(),
+      (mountFromCartesian(reviewed.from_nothing.estimate->cartesian()).mean - review.mean).norm(),
       1e-4);
 }
 

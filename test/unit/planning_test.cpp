@@ -8,10 +8,9 @@
 #include <deque>
 #include <random>
 
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/planning/drive_script.h"
 #include "bearing_calibration/planning/motion_planner.h"
-#include "bearing_calibration/planning/primitive_follower.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -21,16 +20,15 @@ const WheelLimits kLimits{kSeparation_m, 0.2, 0.5};
 const SensingModel kSensing{{1e-6, 0.0}, kPi / 180.0, 10.0};
 const PlannerConfig kPlanner{PlannerConfig::Block::kMount, 0.5, 2.0, 0.1, 1.0};
 
-CartesianEstimate estimateAt(double light_x_m, double light_y_m, double stddev) {
-  CartesianEstimate estimate;
-  estimate.mean << light_x_m, light_y_m, 0.08, 0.05, 1.0;
-  estimate.covariance = stddev * stddev * Matrix5::Identity();
-  return estimate;
+/// Of a robot without doubts of its clock and wheels.
+StateEstimate estimateAt(double light_x_m, double light_y_m, double stddev) {
+  CartesianEstimate robot;
+  robot.mean << light_x_m, light_y_m, 0.08, 0.05, 1.0;
+  robot.covariance = stddev * stddev * Matrix5::Identity();
+  return StateEstimate::of(robot);
 }
 
-double logDetOfMount(const CartesianEstimate& estimate) {
-  return std::log(estimate.covariance.bottomRightCorner<3, 3>().determinant());
-}
+double logDetOf(const MountEstimate& mount) { return std::log(mount.covariance.determinant()); }
 
 TEST(MotionPrimitive, TravelsByTrapezoidWithinTheLimits) {
   // long way: cruise; ramps of 0.4 s and 0.04 m each
@@ -77,8 +75,8 @@ OdometryWindow nearbyAt(double time_s, const WheelDisplacement& whole) {
 }
 
 /// The filter itself, fed with every bearing along the primitive.
-RobotEstimate filteredAfter(const MotionPrimitive& primitive, const RobotEstimate& start) {
-  const auto filter = makeCartesianFilter(start, kWheelErrors);
+StateEstimate filteredAfter(const MotionPrimitive& primitive, const StateEstimate& start) {
+  LiveFilter filter(start);
   for (const WheelDisplacement& whole :
        {turningWheels(primitive, kSeparation_m), straightWheels(primitive)}) {
     const double period_s = 1.0 / kSensing.bearing_rate_hz;
@@ -88,34 +86,36 @@ RobotEstimate filteredAfter(const MotionPrimitive& primitive, const RobotEstimat
       const double now = travelAt(time_s, whole.right_m, kLimits) / whole.right_m;
       const double part = now - before;
       before = now;
-      filter->predict(append({}, {part * whole.left_m, part * whole.right_m}, kSeparation_m,
-                             kSensing.wheel_noise, 0.0));
+      filter.predict(append({}, {part * whole.left_m, part * whole.right_m}, kSeparation_m,
+                            kSensing.wheel_noise, 0.0));
       const OdometryWindow nearby = nearbyAt(time_s, whole);
-      filter->update(filter->predictAzimuth(nearby).azimuth_rad,
-                     std::pow(kSensing.bearing_stddev_rad, 2), nearby);
+      Bearing bearing;
+      bearing.azimuth_rad = filter.predictAzimuth(nearby).azimuth_rad;
+      bearing.azimuth_variance_rad2 = std::pow(kSensing.bearing_stddev_rad, 2);
+      filter.update(bearing, nearby);
     }
   }
-  return filter->robot();
+  return filter.estimate();
 }
 
 /// Who does not doubt wheels that the calibration doubts expects too much of a straight way.
 TEST(PrimitivePrediction, IsWhatTheFilterWillSay) {
   for (const ErrorEstimate& errors : {ErrorEstimate(), usualDoubts()}) {
-    const RobotEstimate start{estimateAt(0.7, 0.4, 0.02), errors};
+    const StateEstimate start =
+        StateEstimate::of(estimateAt(0.7, 0.4, 0.02).cartesian(), kWheelErrors, errors);
     for (const MotionPrimitive primitive :
          {MotionPrimitive{0.0, 0.6}, MotionPrimitive{-4.5, 0.0}, MotionPrimitive{1.2, -0.8},
           MotionPrimitive{7.0, 0.5}}) {
-      const RobotEstimate predicted = predictAfter(primitive, start, kLimits, kSensing);
-      const RobotEstimate filtered = filteredAfter(primitive, start);
-      EXPECT_LT((predicted.cartesian.mean - filtered.cartesian.mean).norm(), 0.01)
-          << primitive.turn_rad;
+      const StateEstimate predicted = predictAfter(primitive, start, kLimits, kSensing);
+      const StateEstimate filtered = filteredAfter(primitive, start);
+      EXPECT_LT((predicted.mean - filtered.mean).norm(), 0.01) << primitive.turn_rad;
       // steps of up to a quarter of a second instead of a tenth: a few percent of each deviation
-      EXPECT_NEAR(logDetOfMount(predicted.cartesian), logDetOfMount(filtered.cartesian), 0.2)
+      EXPECT_NEAR(logDetOf(predicted.mount()), logDetOf(filtered.mount()), 0.2)
           << primitive.turn_rad;
       for (int i = 0; i < kWheelErrors; ++i) {
-        EXPECT_NEAR(std::sqrt(predicted.errors.covariance(i, i)),
-                    std::sqrt(filtered.errors.covariance(i, i)),
-                    0.1 * std::sqrt(start.errors.covariance(i, i)))
+        EXPECT_NEAR(std::sqrt(predicted.errors().covariance(i, i)),
+                    std::sqrt(filtered.errors().covariance(i, i)),
+                    0.1 * std::sqrt(errors.covariance(i, i)))
             << primitive.turn_rad << ", error " << i;
       }
     }
@@ -123,14 +123,17 @@ TEST(PrimitivePrediction, IsWhatTheFilterWillSay) {
 }
 
 TEST(LightClearance, IsTheLeastDistanceMinusItsOwnDeviations) {
-  CartesianEstimate estimate = estimateAt(1.0, 0.5, 0.0);
-  EXPECT_DOUBLE_EQ(lightClearance({0.0, 2.0}, estimate, 2.0), 0.5);                    // passes it
-  EXPECT_DOUBLE_EQ(lightClearance({0.0, -2.0}, estimate, 2.0), std::hypot(1.0, 0.5));  // leaves
-  EXPECT_NEAR(lightClearance({0.5 * kPi, 0.2}, estimate, 2.0), std::hypot(1.0, 0.3), 1e-12);
-  estimate.covariance(0, 0) = 0.01;  // along the way: no matter for the place beside the light
-  EXPECT_DOUBLE_EQ(lightClearance({0.0, 2.0}, estimate, 2.0), 0.5);
-  estimate.covariance(1, 1) = 0.01;
-  EXPECT_NEAR(lightClearance({0.0, 2.0}, estimate, 2.0), 0.3, 1e-12);
+  StateEstimate robot = estimateAt(1.0, 0.5, 0.0);
+  const auto clearance = [&](const MotionPrimitive& primitive) {
+    return lightClearance(primitive, robot, 2.0);
+  };
+  EXPECT_DOUBLE_EQ(clearance({0.0, 2.0}), 0.5);                    // passes it
+  EXPECT_DOUBLE_EQ(clearance({0.0, -2.0}), std::hypot(1.0, 0.5));  // leaves
+  EXPECT_NEAR(clearance({0.5 * kPi, 0.2}), std::hypot(1.0, 0.3), 1e-12);
+  robot.covariance(3, 3) = 0.01;  // along the way: no matter beside the light
+  EXPECT_DOUBLE_EQ(clearance({0.0, 2.0}), 0.5);
+  robot.covariance(4, 4) = 0.01;
+  EXPECT_NEAR(clearance({0.0, 2.0}), 0.3, 1e-12);
 }
 
 TEST(Region, DiscAndPolygonKnowTheirBorders) {
@@ -159,17 +162,17 @@ TEST(MotionPlanner, PlansOnlyWhatIsAllowed) {
     const double distance_m = 0.55 + 2.5 * uniform(engine);
     const Eigen::Vector2d light =
         rotation2(2.0 * kPi * uniform(engine)) * Eigen::Vector2d(distance_m, 0.0);
-    const CartesianEstimate estimate =
+    const StateEstimate estimate =
         estimateAt(light.x(), light.y(), std::pow(10.0, -3.0 + 1.2 * uniform(engine)));
     const Pose2 start_from_base{1.8 * Eigen::Vector2d(uniform(engine), 0.0),
                                 2.0 * kPi * uniform(engine)};
-    const auto plan = planner.plan({estimate, {}}, start_from_base);
+    const auto plan = planner.plan(estimate, start_from_base);
     ASSERT_TRUE(plan) << i;
     const double here_m = lightClearance({}, estimate, 2.0);
     EXPECT_GE(lightClearance(plan->primitive, estimate, 2.0), std::min(0.5, here_m)) << i;
     const Pose2 there = poseAfter(plan->primitive, start_from_base);
     EXPECT_GE(region.clearance(start_from_base.position_m, there.position_m), 0.1 - 1e-12) << i;
-    EXPECT_LT(logDetOfMount(plan->expected.cartesian), logDetOfMount(estimate)) << i;
+    EXPECT_LT(logDetOf(plan->expected), logDetOf(estimate.mount())) << i;
   }
 }
 
@@ -187,8 +190,8 @@ TEST(MotionPlanner, PlansWhatIsDriven) {
     const double tangent_rad = std::asin(kPlanner.light_distance_m / distance_m);
     const Eigen::Vector2d light =
         rotation2(tangent_rad + off_rad) * Eigen::Vector2d(distance_m, 0.0);
-    const CartesianEstimate estimate = estimateAt(light.x(), light.y(), 1e-3);
-    const auto plan = planner.plan({estimate, {}}, {});
+    const StateEstimate estimate = estimateAt(light.x(), light.y(), 1e-3);
+    const auto plan = planner.plan(estimate, {});
     ASSERT_TRUE(plan) << i;
     const MotionPrimitive driven = PrimitiveFollower(plan->primitive, kLimits, {}).remaining({});
     EXPECT_TRUE(planner.keepsAway(driven, estimate)) << i;
@@ -201,17 +204,17 @@ TEST(MotionPlanner, PlansWhatIsDriven) {
 TEST(MotionPlanner, RefusesAnAskedForWayOnlyWhenTheLightIsSurelyNear) {
   const MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
   const MotionPrimitive past{0.0, 1.0};  // 0.45 m from the light's most probable place
-  const CartesianEstimate vague = estimateAt(0.5, 0.45, 0.1);
-  const CartesianEstimate sharp = estimateAt(0.5, 0.45, 0.01);
+  const StateEstimate vague = estimateAt(0.5, 0.45, 0.1);
+  const StateEstimate sharp = estimateAt(0.5, 0.45, 0.01);
   EXPECT_FALSE(planner.keepsAway(past, vague));
-  EXPECT_FALSE(planner.isSurelyTooNear(past, vague));
-  EXPECT_TRUE(planner.isSurelyTooNear(past, sharp));
-  EXPECT_FALSE(planner.isSurelyTooNear({kPi, 1.0}, sharp));  // away from it
+  EXPECT_TRUE(planner.keepsAway(past, vague, true));
+  EXPECT_FALSE(planner.keepsAway(past, sharp, true));
+  EXPECT_TRUE(planner.keepsAway({kPi, 1.0}, sharp, true));  // away from it
 }
 
 TEST(MotionPlanner, LeavesALightThatIsTooNear) {
   const MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
-  const auto plan = planner.plan({estimateAt(0.25, 0.1, 0.01), {}}, {});
+  const auto plan = planner.plan(estimateAt(0.25, 0.1, 0.01), {});
   ASSERT_TRUE(plan);
   EXPECT_GE(lightClearance(plan->primitive, estimateAt(0.25, 0.1, 0.0), 0.0),
             std::hypot(0.25, 0.1) - 1e-9);
@@ -219,17 +222,17 @@ TEST(MotionPlanner, LeavesALightThatIsTooNear) {
 
 TEST(MotionPlanner, HasNoPlanWithoutRoom) {
   const MotionPlanner planner(kPlanner, kLimits, kSensing, {0.11, {}});
-  EXPECT_FALSE(planner.plan({estimateAt(1.0, 0.0, 0.01), {}}, {}));
+  EXPECT_FALSE(planner.plan(estimateAt(1.0, 0.0, 0.01), {}));
 }
 
 /// A chosen block is served better than by a plan for another one.
 TEST(MotionPlanner, ServesTheChosenBlock) {
-  const CartesianEstimate estimate = estimateAt(0.7, 0.3, 0.02);
+  const StateEstimate estimate = estimateAt(0.7, 0.3, 0.02);
   const auto stddevOfYaw = [&](PlannerConfig::Block block) {
     PlannerConfig config = kPlanner;
     config.block = block;
     const MotionPlanner planner(config, kLimits, kSensing, {4.0, {}});
-    RobotEstimate now{estimate, {}};
+    StateEstimate now = estimate;
     Pose2 pose;
     double time_s = 0.0;
     while (time_s < 30.0) {
@@ -238,7 +241,7 @@ TEST(MotionPlanner, ServesTheChosenBlock) {
       now = predictAfter(plan->primitive, now, kLimits, kSensing);
       pose = poseAfter(plan->primitive, pose);
     }
-    return std::sqrt(now.cartesian.covariance(4, 4));
+    return std::sqrt(now.mount().covariance(2, 2));
   };
   EXPECT_LT(stddevOfYaw(PlannerConfig::Block::kYaw), stddevOfYaw(PlannerConfig::Block::kPosition));
 }
@@ -311,12 +314,20 @@ TEST(PrimitiveFollower, NoticesWheelsThatDisobey) {
   EXPECT_TRUE(stuck.isDisobeyed({}));
 }
 
-TEST(DriveMotion, ScriptsAreThePapersAndHaveWords) {
-  const PrimitiveSequence dance = scriptedPrimitives(DriveMotion::kDance);
-  EXPECT_DOUBLE_EQ(dance.at(0).turn_rad, 0.0);
-  for (std::size_t i = 0; i < 10; ++i) EXPECT_DOUBLE_EQ(dance.at(i).length_m, 1.0);
-  for (std::size_t i = 1; i < 10; ++i) EXPECT_DOUBLE_EQ(dance.at(i).turn_rad, 2.5 * kPi);
-  EXPECT_THROW(scriptedPrimitives(DriveMotion::kOptimal), std::invalid_argument);
+const auto kAnything = [](const MotionPrimitive&) { return true; };
+
+TEST(DriveScript, IsThePapersDance) {
+  for (const DriveMotion motion : {DriveMotion::kDance, DriveMotion::kCornerLight}) {
+    DriveScript dance(motion);
+    for (int i = 0; i < 10; ++i) {
+      const auto primitive = dance.next(std::max(0, i - 1) * 2.5 * kPi, kAnything);
+      EXPECT_NEAR(primitive->turn_rad, i == 0 ? 0.0 : 2.5 * kPi, 1e-12);
+      EXPECT_DOUBLE_EQ(primitive->length_m, 1.0);
+    }
+  }
+}
+
+TEST(DriveMotion, HasANameAndWords) {
   for (const std::string& name : motionNames()) {
     ASSERT_TRUE(motionNamed(name));
     EXPECT_EQ(motionNames().at(static_cast<std::size_t>(*motionNamed(name))), name);
@@ -324,8 +335,6 @@ TEST(DriveMotion, ScriptsAreThePapersAndHaveWords) {
   }
   EXPECT_FALSE(motionNamed("waltz"));
 }
-
-const auto kAnything = [](const MotionPrimitive&) { return true; };
 
 TEST(DriveScript, MakesUpForWhatATurnHasMissed) {
   DriveScript dance(DriveMotion::kDance);

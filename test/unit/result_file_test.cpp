@@ -52,30 +52,30 @@ Eigen::Matrix<double, Size, Size> someCovariance() {
 
 SavedCalibration someCalibration() {
   SavedCalibration saved;
-  saved.state = CalibrationState::kConverging;
-  saved.advice = "turn on the spot: \"x\" is weak\nand # so on";
-  saved.stamp = stampFromNanoseconds(1700000000123456789);
+  CalibrationResult& result = saved.result;
+  result.state = CalibrationState::kConverging;
+  result.advice = "turn on the spot: \"x\" is weak\nand # so on";
+  result.stamp = stampFromNanoseconds(1700000000123456789);
   saved.base_frame = "base_link";
   saved.sensor_frame = "camera";
-  saved.base_from_sensor.mean << 1.0 / 3.0, -0.1, -2.0 / 7.0;
-  saved.base_from_sensor.covariance = someCovariance<3>();
+  result.base_from_sensor = {{1.0 / 3.0, -0.1, -2.0 / 7.0}, someCovariance<3>()};
   saved.unestimated = {0.35, 0.01, -0.001, 0.02, 1e-5, 0.03};
-  saved.paper_state.mean << 2.0, 0.1, -0.3, 0.34, 1e-17;
-  saved.paper_state.covariance = someCovariance<5>();
-  saved.paper_state.phi_psi_determined = true;
-  saved.cartesian_state.mean << 2.0, -1.0, 0.33, -0.1, -0.28;
-  saved.cartesian_state.covariance = 2.0 * someCovariance<5>();
-  saved.lasting = LastingEstimate::of(saved.base_from_sensor);
-  constexpr int kSeparation = LastingEstimate::kMountSize + placeOf<WheelSeparation>();
+  result.paper_state.emplace().mean << 2.0, 0.1, -0.3, 0.34, 1e-17;
+  result.paper_state->covariance = someCovariance<5>();
+  result.paper_state->phi_psi_determined = true;
+  result.cartesian_state.emplace().mean << 2.0, -1.0, 0.33, -0.1, -0.28;
+  result.cartesian_state->covariance = 2.0 * someCovariance<5>();
+  saved.lasting = lastingPart(saved.mount());
+  constexpr int kSeparation = kMountSize + placeOf<WheelSeparation>();
   saved.lasting.mean(kSeparation) = 1e-3;
   saved.lasting.covariance(kSeparation, kSeparation) = 4e-4;
   saved.lasting.covariance(0, kSeparation) = saved.lasting.covariance(kSeparation, 0) = 1e-4;
-  saved.nis_mean = 1.02;
-  saved.distance_travelled_m = 12.5;
-  saved.rotation_travelled_rad = 33.1;
-  saved.bearings_used = 4000000000U;
-  saved.bearings_gated = 7;
-  saved.ticks_used = 4000000001U;
+  result.nis_mean = 1.02;
+  result.distance_travelled_m = 12.5;
+  result.rotation_travelled_rad = 33.1;
+  result.bearings_used = 4000000000U;
+  result.bearings_gated = 7;
+  result.ticks_used = 4000000001U;
   saved.rejections = "bearings no stamp: 3";
   saved.provenance = {"a test",
                       "2026-01-01T00:00:00Z",
@@ -94,32 +94,33 @@ TEST_F(ResultFileTest, ReadsBackExactlyWhatWasWritten) {
   const ResultFileContent content = readResultFile(path_);
   ASSERT_TRUE(content.calibration.has_value()) << content.error;
   const SavedCalibration& read = *content.calibration;
-  EXPECT_EQ(read.state, saved.state);
-  EXPECT_EQ(read.advice, saved.advice);
-  EXPECT_EQ(read.stamp, saved.stamp);
+  EXPECT_EQ(read.result.state, saved.result.state);
+  EXPECT_EQ(read.result.advice, saved.result.advice);
+  EXPECT_EQ(read.result.stamp, saved.result.stamp);
   EXPECT_EQ(read.base_frame, saved.base_frame);
   EXPECT_EQ(read.sensor_frame, saved.sensor_frame);
-  EXPECT_EQ(read.base_from_sensor.mean, saved.base_from_sensor.mean);
-  EXPECT_EQ(read.base_from_sensor.covariance, saved.base_from_sensor.covariance);
+  EXPECT_EQ(read.mount().mean, saved.mount().mean);
+  EXPECT_EQ(read.mount().covariance, saved.mount().covariance);
   EXPECT_EQ(read.unestimated.z_m, saved.unestimated.z_m);
   EXPECT_EQ(read.unestimated.z_stddev_m, saved.unestimated.z_stddev_m);
   EXPECT_EQ(read.unestimated.roll_rad, saved.unestimated.roll_rad);
   EXPECT_EQ(read.unestimated.roll_stddev_rad, saved.unestimated.roll_stddev_rad);
   EXPECT_EQ(read.unestimated.pitch_rad, saved.unestimated.pitch_rad);
   EXPECT_EQ(read.unestimated.pitch_stddev_rad, saved.unestimated.pitch_stddev_rad);
-  EXPECT_EQ(read.paper_state.mean, saved.paper_state.mean);
-  EXPECT_EQ(read.paper_state.covariance, saved.paper_state.covariance);
-  EXPECT_EQ(read.paper_state.phi_psi_determined, saved.paper_state.phi_psi_determined);
-  EXPECT_EQ(read.cartesian_state.mean, saved.cartesian_state.mean);
-  EXPECT_EQ(read.cartesian_state.covariance, saved.cartesian_state.covariance);
+  EXPECT_EQ(read.result.paper_state->mean, saved.result.paper_state->mean);
+  EXPECT_EQ(read.result.paper_state->covariance, saved.result.paper_state->covariance);
+  EXPECT_EQ(read.result.paper_state->phi_psi_determined,
+            saved.result.paper_state->phi_psi_determined);
+  EXPECT_EQ(read.result.cartesian_state->mean, saved.result.cartesian_state->mean);
+  EXPECT_EQ(read.result.cartesian_state->covariance, saved.result.cartesian_state->covariance);
   EXPECT_EQ(read.lasting.mean, saved.lasting.mean);
   EXPECT_EQ(read.lasting.covariance, saved.lasting.covariance);
-  EXPECT_EQ(read.nis_mean, saved.nis_mean);
-  EXPECT_EQ(read.distance_travelled_m, saved.distance_travelled_m);
-  EXPECT_EQ(read.rotation_travelled_rad, saved.rotation_travelled_rad);
-  EXPECT_EQ(read.bearings_used, saved.bearings_used);
-  EXPECT_EQ(read.bearings_gated, saved.bearings_gated);
-  EXPECT_EQ(read.ticks_used, saved.ticks_used);
+  EXPECT_EQ(read.result.nis_mean, saved.result.nis_mean);
+  EXPECT_EQ(read.result.distance_travelled_m, saved.result.distance_travelled_m);
+  EXPECT_EQ(read.result.rotation_travelled_rad, saved.result.rotation_travelled_rad);
+  EXPECT_EQ(read.result.bearings_used, saved.result.bearings_used);
+  EXPECT_EQ(read.result.bearings_gated, saved.result.bearings_gated);
+  EXPECT_EQ(read.result.ticks_used, saved.result.ticks_used);
   EXPECT_EQ(read.rejections, saved.rejections);
   EXPECT_EQ(read.provenance.source, saved.provenance.source);
   EXPECT_EQ(read.provenance.program, saved.provenance.program);
@@ -135,13 +136,15 @@ TEST_F(ResultFileTest, ReadsBackExactlyWhatWasWritten) {
 // For programs in any language: plain keys, matrices as rows, values that keep their kind.
 TEST_F(ResultFileTest, IsPlainYaml) {
   SavedCalibration saved = someCalibration();
-  saved.robot_errors = {
-      {"wheel_separation", BlockStatus::kHeldAtPrior, {{{"scale", "1"}, 0.02, 0.01}}, "a note"}};
-  saved.lights.resize(2);
-  saved.lights[0].light_id = 7;
-  saved.lights[0].cartesian_state = saved.cartesian_state;
-  saved.lights[0].in_estimate = true;
-  saved.lights[1].note = "not found yet";
+  saved.result.error_priors.setBlock(WheelSeparation::kName, 0.01);
+  saved.result.robot_errors = priorEstimate(saved.result.error_priors);
+  saved.result.robot_errors.mean(placeOf<WheelSeparation>()) = 0.02;
+  const CartesianEstimate& estimate = *saved.result.cartesian_state;
+  saved.result.lights.resize(2);
+  saved.result.lights[0].light_id = 7;
+  saved.result.lights[0].cartesian_state = estimate;
+  saved.result.lights[0].in_estimate = true;
+  saved.result.lights[1].note = "not found yet";
   writeText(resultText(saved));
   const YAML::Node root = YAML::LoadFile(path_);
   EXPECT_EQ(root["state"].as<std::string>(), "CONVERGING");
@@ -151,16 +154,17 @@ TEST_F(ResultFileTest, IsPlainYaml) {
   EXPECT_EQ(root["paper_state"]["covariance_D_theta_phi_rho_psi"][4][3].as<double>(),
             someCovariance<5>()(4, 3));
   EXPECT_EQ(root["lights"][0]["id"].as<int>(), 7);
-  EXPECT_EQ(root["lights"][0]["x_m"].as<double>(), saved.cartesian_state.mean(0));
-  EXPECT_EQ(root["lights"][0]["covariance_x_y"][1][0].as<double>(),
-            saved.cartesian_state.covariance(1, 0));
+  EXPECT_EQ(root["lights"][0]["x_m"].as<double>(), estimate.mean(0));
+  EXPECT_EQ(root["lights"][0]["covariance_x_y"][1][0].as<double>(), estimate.covariance(1, 0));
   EXPECT_TRUE(root["lights"][0]["in_estimate"].as<bool>());
   EXPECT_FALSE(root["lights"][1]["id"].IsDefined() || root["lights"][1]["x_m"].IsDefined());
   EXPECT_EQ(root["lights"][1]["note"].as<std::string>(), "not found yet");
-  EXPECT_EQ(root["blocks"][0]["status"].as<std::string>(), "held at its prior");
-  EXPECT_EQ(root["blocks"][0]["value"]["scale"].as<double>(), 0.02);
-  EXPECT_EQ(root["blocks"][0]["stddev"]["scale"].as<double>(), 0.01);
-  EXPECT_EQ(root["blocks"][0]["note"].as<std::string>(), "a note");
+  const YAML::Node separation = root["blocks"][2];
+  EXPECT_EQ(separation["name"].as<std::string>(), WheelSeparation::kName);
+  EXPECT_EQ(separation["status"].as<std::string>(), "held at its prior");
+  EXPECT_EQ(separation["value"]["wheel_separation_scale"].as<double>(), 0.02);
+  EXPECT_EQ(separation["stddev"]["wheel_separation_scale"].as<double>(), 0.01);
+  EXPECT_EQ(separation["note"].as<std::string>(), WheelSeparation::kWhenHeld);
   EXPECT_EQ(root["parameters"]["frames/base"].Tag(), "!") << "a quoted string stays one";
   EXPECT_EQ(root["parameters"]["mask/posts"][1][1].as<double>(), 0.25);
   EXPECT_EQ(root["parameters"]["wheels/separation"].as<double>(), 0.25);
@@ -170,11 +174,11 @@ TEST_F(ResultFileTest, IsPlainYaml) {
 TEST_F(ResultFileTest, EveryStateHasANameThatReadsBack) {
   for (int value = 0; value <= static_cast<int>(CalibrationState::kPaused); ++value) {
     SavedCalibration saved = someCalibration();
-    saved.state = static_cast<CalibrationState>(value);
+    saved.result.state = static_cast<CalibrationState>(value);
     writeText(resultText(saved));
     const ResultFileContent content = readResultFile(path_);
     ASSERT_TRUE(content.calibration.has_value()) << content.error;
-    EXPECT_EQ(content.calibration->state, saved.state);
+    EXPECT_EQ(content.calibration->result.state, saved.result.state);
   }
 }
 
@@ -236,7 +240,7 @@ TEST_F(ResultFileTest, RefusesCovariancesThatAreNone) {
   const Eigen::Matrix3d certain = Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal();
   for (const Eigen::Matrix3d& none : {asymmetric, indefinite, certain}) {
     SavedCalibration saved = someCalibration();
-    saved.base_from_sensor.covariance = none;
+    saved.result.base_from_sensor->covariance = none;
     writeText(resultText(saved));
     const ResultFileContent content = readResultFile(path_);
     EXPECT_FALSE(content.calibration.has_value()) << none;

@@ -29,15 +29,15 @@ class ResultStoreTest : public testing::Test {
   /// A result with a mark by which it is known again, and standard deviations times `scale`.
   static SavedCalibration marked(const std::string& mark, CalibrationState state, double scale) {
     SavedCalibration saved = someCalibration();
-    saved.lasting = LastingEstimate::of(saved.base_from_sensor);
-    saved.advice = mark;
-    saved.state = state;
-    saved.base_from_sensor.covariance *= scale * scale;
+    saved.lasting = lastingPart(saved.mount());
+    saved.result.advice = mark;
+    saved.result.state = state;
+    saved.result.base_from_sensor->covariance *= scale * scale;
     return saved;
   }
   static std::string markIn(const fs::path& folder) {
     const ResultFileContent content = readResultFile(folder / "result.yaml");
-    return content.calibration ? content.calibration->advice : content.error;
+    return content.calibration ? content.calibration->result.advice : content.error;
   }
   static std::ptrdiff_t countIn(const fs::path& folder) {
     return std::distance(fs::directory_iterator(folder), {});
@@ -92,7 +92,7 @@ TEST_F(ResultStoreTest, AContradictedOneIsKeptWithAllItsFiles) {
   terms_.more = {{"details.yaml", "of the first\n"}};
   store(marked("first", kConverged, 1.0));
   SavedCalibration other = marked("second", kConverging, 1.0);
-  other.base_from_sensor.mean.x() += 0.1;
+  other.result.base_from_sensor->mean.x() += 0.1;
   terms_.more = {};
   const StoredResult second = store(other);
   EXPECT_TRUE(second.is_foremost);

@@ -1,5 +1,3 @@
-#include "bearing_calibration/output/saving_rule.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/output/result_store.h"
 #include "support/some_calibration.h"
 
 namespace bearing_calibration::core {
@@ -29,13 +28,13 @@ constexpr ConvergenceConfig kTargets{0.01, 0.005};
 /// Of one mount, with this standard deviation of all three as a multiple of its target.
 SavedCalibration resultOf(State state, double worst) {
   SavedCalibration saved = someCalibration();
-  saved.state = state;
-  saved.base_from_sensor.covariance =
+  saved.result.state = state;
+  saved.result.base_from_sensor->covariance =
       Eigen::Vector3d(kTargets.position_stddev_m, kTargets.position_stddev_m,
                       kTargets.yaw_stddev_rad)
           .cwiseAbs2()
           .asDiagonal();
-  saved.base_from_sensor.covariance *= worst * worst;
+  saved.result.base_from_sensor->covariance *= worst * worst;
   return saved;
 }
 
@@ -78,9 +77,9 @@ TEST(SavingRule, ForOneMountTheBetterStateThenTheSmallerWorstStddev) {
 // The worst of the three counts, each by its own target: 3 mm of 10 is less than 2 mrad of 5.
 TEST(SavingRule, StandardDeviationsAreHeldAgainstTheirTargets) {
   SavedCalibration by_yaw = resultOf(State::kConverged, 0.1);
-  by_yaw.base_from_sensor.covariance(2, 2) = 2e-3 * 2e-3;
+  by_yaw.result.base_from_sensor->covariance(2, 2) = 2e-3 * 2e-3;
   SavedCalibration by_y = resultOf(State::kConverged, 0.1);
-  by_y.base_from_sensor.covariance(1, 1) = 3e-3 * 3e-3;
+  by_y.result.base_from_sensor->covariance(1, 1) = 3e-3 * 3e-3;
   EXPECT_EQ(judgeSaving(by_yaw, by_y, kTargets, false).decision, kReplaces);
   EXPECT_EQ(judgeSaving(by_y, by_yaw, kTargets, false).decision, kGivesWay);
   const ConvergenceConfig lax_yaw{0.01, 0.05};
@@ -94,22 +93,22 @@ TEST(SavingRule, AContradictionKeepsBoth) {
     const SavedCalibration old = resultOf(State::kConverged, 1.0);
     SavedCalibration fresh = resultOf(state, 1.0);
     const double limit_m = std::sqrt(2.0 * 21.108) * 0.01;
-    fresh.base_from_sensor.mean.x() += 1.001 * limit_m;
+    fresh.result.base_from_sensor->mean.x() += 1.001 * limit_m;
     const auto verdict = judgeSaving(old, fresh, kTargets, false);
     EXPECT_EQ(verdict.decision, kTakesPlace);
     EXPECT_NE(verdict.why.find("contradicts"), std::string::npos) << verdict.why;
     fresh = resultOf(state, 2.0);
     EXPECT_EQ(judgeSaving(old, fresh, kTargets, false).decision, kGivesWay) << "it may be so";
     fresh = resultOf(state, 1.0);
-    fresh.base_from_sensor.mean.x() += 0.999 * limit_m;
+    fresh.result.base_from_sensor->mean.x() += 0.999 * limit_m;
     EXPECT_NE(judgeSaving(old, fresh, kTargets, false).decision, kTakesPlace);
   }
 }
 
 TEST(SavingRule, AWholeTurnIsNoContradiction) {
   SavedCalibration old = resultOf(State::kConverged, 1.0), fresh = old;
-  old.base_from_sensor.mean.z() = 3.1415;
-  fresh.base_from_sensor.mean.z() = -3.1415;
+  old.result.base_from_sensor->mean.z() = 3.1415;
+  fresh.result.base_from_sensor->mean.z() = -3.1415;
   EXPECT_EQ(judgeSaving(old, fresh, kTargets, false).decision, kReplaces);
 }
 
@@ -122,7 +121,7 @@ TEST(SavingRule, AfterAResetBothAreKept) {
 
 TEST(SavingRule, WhatMayNotBeTrustedTakesNobodysPlace) {
   SavedCalibration wrong = resultOf(State::kInconsistent, 0.1);
-  wrong.base_from_sensor.mean.x() += 1.0;
+  wrong.result.base_from_sensor->mean.x() += 1.0;
   for (const State state : {State::kConverging, State::kConverged}) {
     for (const bool was_reset : {false, true}) {
       EXPECT_EQ(judgeSaving(resultOf(state, 1.0), wrong, kTargets, was_reset).decision, kGivesWay);

@@ -8,7 +8,7 @@
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
-#include "bearing_calibration/simulation/trajectory_config.h"
+#include "bearing_calibration/simulation/trajectory.h"
 
 namespace bearing_calibration::core {
 namespace {

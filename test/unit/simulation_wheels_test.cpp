@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/simulation/trajectory_config.h"
-#include "bearing_calibration/simulation/wheel_encoders.h"
+#include "bearing_calibration/simulation/robot_sensors.h"
+#include "bearing_calibration/simulation/trajectory.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -152,7 +152,7 @@ Pose2 endOf(const TrajectoryConfig& config, double duration_s, double step_s) {
   Pose2 start_from_base;
   for (int i = 0; i < std::lround(duration_s / step_s); ++i) {
     start_from_base =
-        start_from_base * arcFromWheels(trajectory->advance(step_s), kSeparation_m).start_from_end;
+        start_from_base * arcFromWheels(trajectory(step_s), kSeparation_m).start_from_end;
   }
   return start_from_base;
 }
@@ -204,7 +204,7 @@ TEST(Trajectory, RandomStepsHaveThePapersVariance) {
   double sum = 0.0;
   double sum_of_squares = 0.0;
   for (int i = 0; i < kSteps; ++i) {
-    const WheelDisplacement wheels = trajectory->advance(0.01);
+    const WheelDisplacement wheels = trajectory(0.01);
     for (double displacement_m : {wheels.left_m, wheels.right_m}) {
       sum += displacement_m - mean_m;
       sum_of_squares += (displacement_m - mean_m) * (displacement_m - mean_m);
@@ -267,12 +267,12 @@ TEST(CommandedTrajectory, KeepsTheCurvatureOfACommandThatIsTooFast) {
   EXPECT_THROW(trajectory.command(NAN, 0.0), std::invalid_argument);
 }
 
-TEST(LimitedTrajectory, StandsStillAtItsEnd) {
+TEST(Trajectory, LimitedOneStandsStillAtItsEnd) {
   TrajectoryConfig config;
   config.kind = TrajectoryConfig::Kind::kLine;
-  LimitedTrajectory trajectory(makeTrajectory(config, kSeparation_m), 1.05);
+  const Trajectory trajectory = limitedTrajectory(makeTrajectory(config, kSeparation_m), 1.05);
   double left_m = 0.0;
-  for (int i = 0; i < 30; ++i) left_m += trajectory.advance(0.1).left_m;
+  for (int i = 0; i < 30; ++i) left_m += trajectory(0.1).left_m;
   EXPECT_NEAR(left_m, 1.05 * 0.2, 1e-12);
 }
 

@@ -1,4 +1,4 @@
-#include "bearing_calibration/vision/spot_sums.h"
+#include "bearing_calibration/vision/spot_meter.h"
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,16 @@ const PixelEllipse kWindow{kCentre_px, kCovariance_px2, 2.5};
 constexpr double kReach2 = 6.25;
 const LevelPlane kPlane{19.6, {0.1, -0.2}};
 constexpr WeightPolynomial kWeight{0.0F, 1.0F, -1.0F / 39.0625F};
-constexpr LevelNoise kNoise{4.0, 170.0, 0.1, 1e-4};
+
+/// Of noise 0.1 (I - 4) + 1e-4 (I - b)^2, full at 170.
+ImageSensor sensor() {
+  ImageSensor sensor;
+  sensor.black_level = 4.0;
+  sensor.saturation_level = 170.0;
+  sensor.electrons_per_level = 10.0;
+  sensor.response_spread = 0.01;
+  return sensor;
+}
 
 /// Equal to what a sum of so many floats keeps.
 void expectNear(double sum, double expected, double scale) {
@@ -101,7 +110,8 @@ void expectSumsOfAPlainLoop(int row_step) {
   expectNear(centre.weighted, weighted, weighted);
   expectNear(centre.moment.x(), moment_u, 10.0 * weighted);
   expectNear(centre.sloped_squares(0, 1), sloped_uv, 10.0 * weighted);
-  const SpreadMoments spread = sumSpread(image, image, kWindow, row_step, kWeight, kPlane, kNoise);
+  const SpreadMoments spread =
+      sumSpread(image, image, kWindow, row_step, kWeight, kPlane, sensor());
   expectNear(spread.light, light, light);
   expectNear(spread.light_squares(0, 0), light_uu, light_uu);
   expectNear(spread.light_squares(1, 1), light_vv, light_vv);
@@ -122,7 +132,7 @@ TEST(SpotSums, CountFullPixelsInTheImageThatTheSensorTook) {
   const cv::Mat image = noisyLight<std::uint8_t>();
   const cv::Mat full(image.size(), image.type(), cv::Scalar(200));
   const SpreadMoments spread =
-      sumSpread(image, full, {kCentre_px, kCovariance_px2, 1.0}, 1, kWeight, kPlane, kNoise);
+      sumSpread(image, full, {kCentre_px, kCovariance_px2, 1.0}, 1, kWeight, kPlane, sensor());
   int pixels = 0;
   forEachPixel<std::uint8_t>(image, 0, 1,
                              [&](int, int, double m2, double) { pixels += m2 <= 1.0 ? 1 : 0; });

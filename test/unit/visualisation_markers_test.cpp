@@ -17,10 +17,9 @@ const VisualisationStyle kStyle{"base_link", "calibration_start", 0.4, 0.1, 0.25
 
 core::Visualisation knownVisualisation() {
   core::Visualisation::Found found;
-  found.light_in_start = {2.0, 1.0};
-  found.light_ellipse_in_start = {{2.1, 1.0}, {2.0, 1.1}, {1.9, 1.0}, {2.1, 1.0}};
+  found.lights = {{{2.0, 1.0}, {{2.1, 1.0}, {2.0, 1.1}, {1.9, 1.0}, {2.1, 1.0}}, true}};
   found.base_from_sensor = {{0.1, 0.05}, 0.5};
-  found.sensor_ellipse_in_base = found.light_ellipse_in_start;
+  found.sensor_ellipse_in_base = found.lights[0].ellipse_in_start;
   found.sensor_yaw_band_rad = 0.1;
   core::Visualisation visualisation;
   visualisation.found = found;
@@ -70,8 +69,8 @@ TEST(VisualisationMarkers, SeveralLightsHaveThreeMarkersEach) {
   VisualisationStyle style = kStyle;
   style.most_lights = 3;
   core::Visualisation visualisation = knownVisualisation();
-  visualisation.found->further_lights.push_back(
-      {{-1.0, 0.5}, visualisation.found->light_ellipse_in_start, false});
+  std::vector<core::Visualisation::Light>& known = visualisation.found->lights;
+  known.push_back({{-1.0, 0.5}, known[0].ellipse_in_start, false});
   std::map<int, Marker> lights;
   for (const Marker& marker :
        markersFromVisualisation(visualisation, "CONVERGING", style).markers) {

@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
-#include "bearing_calibration/geometry/covariance_ellipse.h"
-#include "bearing_calibration/geometry/driven_path.h"
+#include "bearing_calibration/geometry/pictures.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -21,20 +21,27 @@ Eigen::Matrix2d covarianceOf(double major_m, double minor_m, double direction_ra
   return R * Eigen::Vector2d(major_m * major_m, minor_m * minor_m).asDiagonal() * R.transpose();
 }
 
-TEST(CovarianceEllipse, HasTheAxesThatTheCovarianceWasMadeOf) {
+/// The ends of the major and the minor axis of an ellipse about the origin.
+std::array<Eigen::Vector2d, 2> axesOf(const Eigen::Matrix2d& covariance) {
+  const auto corners = ellipseOutline(covariance, kSigmas, Eigen::Vector2d::Zero(), 4);
+  return {corners[0], corners[1]};
+}
+
+TEST(EllipseOutline, HasTheAxesThatTheCovarianceWasMadeOf) {
   for (double direction_rad : {0.0, 0.3, 1.2, 0.5 * kPi, 2.5, -0.7}) {
-    const CovarianceEllipse ellipse =
-        covarianceEllipse(covarianceOf(0.2, 0.05, direction_rad), kSigmas);
-    EXPECT_NEAR(ellipse.semi_major_m, 0.6, 1e-12);
-    EXPECT_NEAR(ellipse.semi_minor_m, 0.15, 1e-12);
-    EXPECT_NEAR(std::sin(ellipse.major_direction_rad - direction_rad), 0.0, 1e-9) << direction_rad;
+    const auto [major, minor] = axesOf(covarianceOf(0.2, 0.05, direction_rad));
+    EXPECT_NEAR(major.norm(), 0.6, 1e-12);
+    EXPECT_NEAR(minor.norm(), 0.15, 1e-12);
+    EXPECT_NEAR(std::sin(std::atan2(major.y(), major.x()) - direction_rad), 0.0, 1e-9)
+        << direction_rad;
+    EXPECT_LT((minor.normalized() - perpendicular(major.normalized())).norm(), 1e-9);
   }
 }
 
-TEST(CovarianceEllipse, OutlineLiesAtItsMahalanobisDistanceAndIsClosed) {
+TEST(EllipseOutline, LiesAtItsMahalanobisDistanceAndIsClosed) {
   const Eigen::Matrix2d covariance = covarianceOf(0.4, 0.003, 0.8);
   const Eigen::Vector2d centre(1.5, -2.0);
-  const auto outline = outlineOf(covarianceEllipse(covariance, 2.0), centre, 32);
+  const auto outline = ellipseOutline(covariance, 2.0, centre, 32);
   ASSERT_EQ(outline.size(), 33U);
   EXPECT_EQ(outline.front(), outline.back());
   for (const Eigen::Vector2d& point : outline) {
@@ -43,13 +50,12 @@ TEST(CovarianceEllipse, OutlineLiesAtItsMahalanobisDistanceAndIsClosed) {
   }
 }
 
-TEST(CovarianceEllipse, ARoundingErrorBelowZeroIsNoVarianceAndNaNStays) {
-  const CovarianceEllipse flat =
-      covarianceEllipse(Eigen::Vector2d(1.0, -1e-18).asDiagonal(), kSigmas);
-  EXPECT_NEAR(flat.semi_major_m, 3.0, 1e-12);
-  EXPECT_EQ(flat.semi_minor_m, 0.0);
+TEST(EllipseOutline, ARoundingErrorBelowZeroIsNoVarianceAndNaNStays) {
+  const auto [major, minor] = axesOf(Eigen::Vector2d(1.0, -1e-18).asDiagonal());
+  EXPECT_NEAR(major.norm(), 3.0, 1e-12);
+  EXPECT_NEAR(minor.norm(), 0.0, 1e-15);
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(std::isnan(covarianceEllipse(Eigen::Matrix2d::Constant(kNaN), kSigmas).semi_major_m));
+  EXPECT_TRUE(std::isnan(axesOf(Eigen::Matrix2d::Constant(kNaN)).front().x()));
 }
 
 TEST(DrivenPath, KeepsItsSpacingUntilItIsFullAndTheWholeWayThen) {
@@ -103,7 +109,7 @@ TEST(Visualisation, TheRayOfAnExactBearingLeavesTheSensorAndPassesTheLight) {
   const auto& [from, to] = *visualisation.ray_in_start;
   EXPECT_NEAR((from - result.start_from_base * estimate.sensorInBase()).norm(), 0.0, 1e-12);
   const Eigen::Vector2d along = (to - from).normalized();
-  const Eigen::Vector2d to_light = visualisation.found->light_in_start - from;
+  const Eigen::Vector2d to_light = visualisation.found->lights.at(0).in_start - from;
   EXPECT_NEAR(to_light.dot(perpendicular(along)), 0.0, 1e-12);
   EXPECT_GT((to - from).norm(), to_light.norm());
 }
@@ -115,8 +121,8 @@ TEST(Visualisation, TheEllipsesAreThoseOfTheCovariancesInTheirFrames) {
   const Eigen::Matrix2d R = rotation2(result.start_from_base.yaw_rad);
   const Eigen::Matrix2d light_in_start =
       R * result.cartesian_state->covariance.topLeftCorner<2, 2>() * R.transpose();
-  for (const Eigen::Vector2d& point : found->light_ellipse_in_start) {
-    const Eigen::Vector2d d = point - found->light_in_start;
+  for (const Eigen::Vector2d& point : found->lights.at(0).ellipse_in_start) {
+    const Eigen::Vector2d d = point - found->lights.at(0).in_start;
     EXPECT_NEAR(d.dot(light_in_start.inverse() * d), kSigmas * kSigmas, 1e-9);
   }
   const Eigen::Matrix2d sensor = result.cartesian_state->covariance.block<2, 2>(2, 2);

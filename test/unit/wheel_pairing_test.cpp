@@ -1,10 +1,8 @@
-#include "bearing_calibration/odometry/wheel_pairing.h"
+#include "bearing_calibration/odometry/wheel_readings.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
-
-#include "bearing_calibration/odometry/wheel_odometer.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -196,10 +196,11 @@ void Replay::finish() {
   const Timing timing(&outcome_->times.estimation);
   CalibrationResult& result = outcome_->result;
   result = calibrator_.result();
-  std::optional<RobotEstimate> running;
+  std::optional<StateEstimate> running;
   // what is reviewed is the first light
   if (!result.lights.empty() && result.lights.front().cartesian_state) {
-    running = {*result.lights.front().cartesian_state, result.robot_errors};
+    running = StateEstimate::of(*result.lights.front().cartesian_state,
+                                errorsInUse(result.error_priors), result.robot_errors);
   }
   outcome_->review = review_.conclude(running, result.error_priors);
   outcome_->history = history_.take();

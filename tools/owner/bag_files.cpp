@@ -91,7 +91,8 @@ void beginGroup(YAML::Emitter& out, const char* key) {
 void emitLight(YAML::Emitter& out, const Review& review) {
   for (auto image = review.images.rbegin(); image != review.images.rend(); ++image) {
     if (image->outcome.kind == AssociationOutcome::Kind::kNothingSeen) continue;
-    const Eigen::Vector2d light = image->first_from_base * review.estimate->cartesian.lightInBase();
+    const Eigen::Vector2d light =
+        image->first_from_base * review.estimate->cartesian().lightInBase();
     beginGroup(out, "light_in_first_base");
     emit(out, "x", light.x());
     emit(out, "y", light.y());

@@ -18,7 +18,7 @@
 #include <variant>
 #include <vector>
 
-#include "bearing_calibration/odometry/wheel_pairing.h"
+#include "bearing_calibration/odometry/wheel_readings.h"
 #include "tools/owner/bag_topics.h"
 #include "tools/owner/bounded_queue.h"
 

@@ -8,7 +8,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/owned_folder.h"
-#include "bearing_calibration/output/mount_quality.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration_ros/result_messages.h"
 #include "tools/common/command_line.h"
 #include "tools/common/parallel.h"

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <string>
 
-#include "bearing_calibration/planning/drive_motion.h"
+#include "bearing_calibration/planning/drive_script.h"
 
 int main(int argc, char** argv) {
   using namespace bearing_calibration::core;

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/optics/mirror_misalignment.h"
+#include "bearing_calibration/optics/conic_mirror.h"
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/mirror_rim.h"
 #include "bearing_calibration_ros/detection_params.h"

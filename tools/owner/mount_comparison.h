@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/paper_filter.h"
 
 namespace bearing_calibration::core {
 

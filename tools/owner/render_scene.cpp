@@ -106,7 +106,7 @@ std::string imageName(int number, const core::ImageEncoding& encoding) {
   return name.str();
 }
 
-void writeImage(const core::MonoImage& image, core::ImageEncoding encoding,
+void writeImage(const cv::Mat& image, core::ImageEncoding encoding,
                 const std::filesystem::path& file) {
   std::vector<int> quality;
   if (encoding.jpeg_quality > 0) quality = {cv::IMWRITE_JPEG_QUALITY, encoding.jpeg_quality};
@@ -131,7 +131,7 @@ void render(const Arguments& arguments) {
   for (int i = 0; i < arguments.images; ++i) {
     const Photographer::Shot shot = photographer.next();
     const std::string name = imageName(i, config.renderer.encoding);
-    writeImage(renderer.renderMoving(scene.lights, shot.motion, static_cast<std::uint64_t>(i)),
+    writeImage(renderer.render(scene.lights, shot.motion, static_cast<std::uint64_t>(i)),
                config.renderer.encoding, arguments.folder / name);
     const double stamp_s = core::secondsFromDuration(shot.stamp - config.robot.start);
     for (std::size_t light = 0; light < config.scene.lights.size(); ++light) {

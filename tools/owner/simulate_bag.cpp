@@ -75,7 +75,7 @@ class Recorder {
 
   void photograph(core::Stamp stamp, const core::SensorMotion& motion) {
     const sensor_msgs::ImagePtr message = messageFromRendered(
-        renderer_.renderMoving(scene_.lights, motion, images_++), config_.renderer.encoding);
+        renderer_.render(scene_.lights, motion, images_++), config_.renderer.encoding);
     message->header.stamp = rosFromStamp(stamp);
     message->header.frame_id = config_.frames.sensor;
     bag_.write("/camera/image_raw", message->header.stamp, *message);

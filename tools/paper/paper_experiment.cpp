@@ -16,12 +16,12 @@ Vector5 paperTruth(const Vector5& cartesian) {
   return paperFromCartesian({cartesian, Matrix5::Zero()}).mean;
 }
 
-PaperEkf begunAt(const Vector5& mean, const Vector5& stddev) {
-  return PaperEkf({mean, stddev.cwiseAbs2().asDiagonal()});
+PaperFilter begunAt(const Vector5& mean, const Vector5& stddev) {
+  return PaperFilter({mean, stddev.cwiseAbs2().asDiagonal(), false});
 }
 
-Eigen::Vector3d mountStddev(const PaperEkf& filter) {
-  return filter.state().covariance.diagonal().tail<3>().cwiseSqrt();
+Eigen::Vector3d mountStddev(const PaperFilter& filter) {
+  return filter.covariance().diagonal().tail<3>().cwiseSqrt();
 }
 
 /// The covariance of a filter that is linearised at the truth: the Cramer-Rao bound.
@@ -38,7 +38,7 @@ class Bound {
   Eigen::Vector3d stddev() const { return mountStddev(filter_); }
 
  private:
-  PaperEkf filter_;
+  PaperFilter filter_;
 };
 
 /// (phi, rho, psi) and (phi + pi, -rho, psi - pi) are the same mount: the error is that of the name
@@ -72,7 +72,7 @@ std::vector<PaperMoment> runPaperFilter(const ObservationRun& run, const PaperSt
   const Vector5 first = paperTruth(run.truth.front());
   Vector5 guess = first;
   guess.tail<3>() = start.mount_guess;
-  PaperEkf filter = begunAt(guess, start.stddev);
+  PaperFilter filter = begunAt(guess, start.stddev);
   Bound bound(first, start.stddev);
   Bound bound_unknown(first, nothingKnown());
   const Eigen::Vector3d mount = first.segment<3>(kPhi);
@@ -84,8 +84,8 @@ std::vector<PaperMoment> runPaperFilter(const ObservationRun& run, const PaperSt
   const auto note = [&](std::size_t i) {
     const double time_s =
         secondsFromDuration(run.observations[i].stamp - run.observations.front().stamp);
-    moments.push_back({i, time_s, distance_m, errorOf(filter.state().mean, mount),
-                       mountStddev(filter), bound.stddev(), bound_unknown.stddev()});
+    moments.push_back({i, time_s, distance_m, errorOf(filter.mean(), mount), mountStddev(filter),
+                       bound.stddev(), bound_unknown.stddev()});
   };
   note(0);  // the start, before any bearing
   for (std::size_t i = 0; i < run.observations.size(); ++i) {

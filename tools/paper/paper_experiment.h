@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/paper_filter.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {

@@ -108,8 +108,8 @@ CameraRun renderedRun(const PaperFigure& figure, const std::function<void(int)>&
   for (std::size_t i = 0; i < record.bearings.size(); ++i) {
     const Pose2 world_from_sensor =
         record.world_from_base[i] * figure.simulated.robot.base_from_sensor;
-    const MonoImage image = renderer.render(figure.simulated.lights, world_from_sensor, i);
-    const DetectionResult& seen = detector.detect(test::imageOf(image));
+    const DetectionResult& seen =
+        detector.detect(renderer.render(figure.simulated.lights, {world_from_sensor}, i));
     record.bearings[i].candidates.clear();
     if (seen.lights.size() == 1) {
       record.bearings[i].candidates.push_back(seen.lights.front().bearing);

@@ -13,14 +13,13 @@ namespace {
 /// So little is known before the drive: the bound is that of the drive alone.
 constexpr double kIgnorance = 100.0;
 
-RobotEstimate truthOf(const DrivenCase& driven) {
+StateEstimate truthOf(const DrivenCase& driven) {
   const RobotConfig& robot = driven.simulated.robot;
-  RobotEstimate truth;
-  truth.cartesian.mean << robot.world_from_start.inverse() *
-                              driven.simulated.lights.front().position_m,
+  CartesianEstimate truth;
+  truth.mean << robot.world_from_start.inverse() * driven.simulated.lights.front().position_m,
       robot.base_from_sensor.position_m, robot.base_from_sensor.yaw_rad;
-  truth.cartesian.covariance = kIgnorance * Matrix5::Identity();
-  return truth;
+  truth.covariance = kIgnorance * Matrix5::Identity();
+  return StateEstimate::of(truth);
 }
 
 /// The part of a primitive that can be driven in `time_s`.
@@ -77,7 +76,7 @@ class Search {
     config.light_sigmas = 0.0;  // the light is known here
     const MotionPlanner planner(config, drive.limits, drive.sensing, drive.region);
     std::vector<MotionPrimitive> primitives;
-    RobotEstimate estimate = truth_;
+    StateEstimate estimate = truth_;
     Pose2 start_from_base;
     for (double time_s = 0.0; time_s < until_s;
          time_s += durationOf(primitives.back(), drive.limits)) {
@@ -102,7 +101,7 @@ class Search {
   std::vector<MotionPrimitive> polygonPrimitives(double chord_m, int turns, double until_s) const {
     constexpr double kSpare_m = 1e-4;
     const double inner_m = driven_.drive.planner.light_distance_m + kSpare_m;
-    const Eigen::Vector2d light = truth_.cartesian.lightInBase();
+    const Eigen::Vector2d light = truth_.mean.tail<2>();
     const double to_tangent_m = std::sqrt(light.squaredNorm() - inner_m * inner_m);
     std::vector<MotionPrimitive> primitives{
         {std::atan2(light.y(), light.x()) - std::asin(inner_m / light.norm()),
@@ -117,7 +116,7 @@ class Search {
   BestDrive evaluated(std::vector<MotionPrimitive> primitives) const {
     const DriveConfig& drive = driven_.drive;
     BestDrive result{std::move(primitives), {}, std::numeric_limits<double>::infinity()};
-    RobotEstimate estimate = truth_;
+    StateEstimate estimate = truth_;
     double left_s = duration_s_;
     for (const MotionPrimitive& primitive : result.primitives) {
       if (left_s <= 0.0) break;
@@ -126,10 +125,10 @@ class Search {
           needed_s <= left_s ? primitive : cutTo(primitive, left_s, drive.limits);
       left_s -= needed_s;
       result.least_distance_m =
-          std::min(result.least_distance_m, lightClearance(driveable, estimate.cartesian, 0.0));
+          std::min(result.least_distance_m, lightClearance(driveable, estimate, 0.0));
       estimate = predictAfter(driveable, estimate, drive.limits, drive.sensing);
     }
-    result.covariance = estimate.cartesian.covariance;
+    result.mount_covariance = estimate.mount().covariance;
     return result;
   }
 
@@ -137,7 +136,7 @@ class Search {
     if (candidate.least_distance_m < driven_.drive.planner.light_distance_m) {
       return std::numeric_limits<double>::infinity();
     }
-    return candidate.covariance.bottomRightCorner<3, 3>().determinant();
+    return candidate.mount_covariance.determinant();
   }
 
   /// Another drive: one primitive turned or made longer, with or without what follows turning
@@ -176,7 +175,7 @@ class Search {
 
   const DrivenCase& driven_;
   double duration_s_;
-  RobotEstimate truth_;
+  StateEstimate truth_;
   std::mt19937_64 engine_;
   BestDrive best_;
   double best_cost_ = 0.0;

@@ -10,8 +10,8 @@ namespace bearing_calibration::core {
 /// A drive that somebody who knows mount and light could plan at home.
 struct BestDrive {
   std::vector<MotionPrimitive> primitives;
-  Matrix5 covariance = Matrix5::Zero();  ///< at its end: the Cramer-Rao bound along it
-  double least_distance_m = 0.0;         ///< to the light
+  Eigen::Matrix3d mount_covariance = Eigen::Matrix3d::Zero();  ///< at its end: the Cramer-Rao bound
+  double least_distance_m = 0.0;                               ///< to the light
 };
 
 /// Looks for the drive of `duration_s` that lowers the bound of the mount's determinant most: the

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/simulation/random_scene.h"
+#include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/synthetic_spot.h"

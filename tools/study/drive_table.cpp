@@ -87,8 +87,7 @@ void printBest(const Arguments& arguments) {
   const DrivenCase driven = motionCase(comparedMotions().front(), 1, arguments.duration_s);
   const BestDrive best = findBestDrive(driven, arguments.duration_s, arguments.changes, 1);
   std::printf("best found offline: figure %.3f, nearest %.2f m\n",
-              polarFigure(best.covariance.bottomRightCorner<3, 3>(), kPaperRho_m),
-              best.least_distance_m);
+              polarFigure(best.mount_covariance, kPaperRho_m), best.least_distance_m);
   for (const MotionPrimitive& primitive : best.primitives) {
     std::printf("  turn %5.0f deg, go %5.2f m\n", degreesFromRadians(primitive.turn_rad),
                 primitive.length_m);

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -41,12 +40,11 @@ class Loop {
       : driven_(driven),
         calibrator_(calibrationOf(driven.simulated)),
         odometer_(driven.simulated.robot.encoders.drive),
-        driver_(driven.drive, driven.goal, driven.simulated.robot.start) {
-    const DriveGeometry& geometry = driven.simulated.robot.encoders.drive;
-    auto trajectory = std::make_unique<CommandedTrajectory>(
-        geometry.wheel_separation_m, geometry.max_wheel_speed_mps, kCommandTimeout_s);
-    commanded_ = trajectory.get();
-    simulator_.emplace(driven.simulated.robot, driven.simulated.lights, std::move(trajectory));
+        driver_(driven.drive, driven.goal, driven.simulated.robot.start),
+        commanded_(driven.simulated.robot.encoders.drive.wheel_separation_m,
+                   driven.simulated.robot.encoders.drive.max_wheel_speed_mps, kCommandTimeout_s),
+        simulator_(driven.simulated.robot, driven.simulated.lights,
+                   [this](double step_s) { return commanded_.advance(step_s); }) {
     record_.least_distance_m = std::numeric_limits<double>::infinity();
     record_.least_kept_distance_m = std::numeric_limits<double>::infinity();
     record_.first_estimate_s = std::numeric_limits<double>::infinity();
@@ -55,8 +53,8 @@ class Loop {
   DriveRecord run() {
     while (driver_.ended() == DriveEnd::kNone || !driver_.standing()) {
       sense();
-      if (simulator_->now() >= next_steering_) steer();
-      simulator_->step();
+      if (simulator_.now() >= next_steering_) steer();
+      simulator_.step();
     }
     record_.end = driver_.ended();
     record_.time_s = driver_.timeSeconds();
@@ -66,8 +64,8 @@ class Loop {
 
  private:
   void sense() {
-    const Stamp now = simulator_->now();
-    if (const auto ticks = simulator_->readTicks()) {
+    const Stamp now = simulator_.now();
+    if (const auto ticks = simulator_.readTicks()) {
       calibrator_.addTicks(*ticks, now);
       odometer_.add(*ticks);
       driver_.addTravel(*odometer_.travel(), now);
@@ -87,14 +85,15 @@ class Loop {
   }
 
   std::optional<BearingSet> look() {
-    if (!driven_.look) return simulator_->readBearings();
-    if (!simulator_->bearingsDue()) return std::nullopt;
-    return driven_.look(*simulator_);
+    if (!driven_.look) return simulator_.readBearings();
+    if (!simulator_.bearingsDue()) return std::nullopt;
+    return driven_.look(simulator_);
   }
 
   void tell(Stamp now) {
     const CalibrationResult result = calibrator_.result();
-    DriveEstimate estimate = DriveEstimate::from(result);
+    DriveEstimate estimate{result.stamp, result.state, std::nullopt};
+    estimate.robot = result.estimate;
     if (!driven_.stops_when_converged && estimate.state == CalibrationState::kConverged) {
       estimate.state = CalibrationState::kConverging;
     }
@@ -109,26 +108,26 @@ class Loop {
   }
 
   void steer() {
-    next_steering_ = simulator_->now() + durationFromSeconds(kSteeringPeriod_s);
+    next_steering_ = simulator_.now() + durationFromSeconds(kSteeringPeriod_s);
     const double before_ms = processorMilliseconds();
-    const WheelSpeeds speeds = driver_.steer(simulator_->now());
+    const WheelSpeeds speeds = driver_.steer(simulator_.now());
     record_.worst_decision_ms =
         std::max(record_.worst_decision_ms, processorMilliseconds() - before_ms);
     const double separation_m = driven_.drive.limits.wheel_separation_m;
-    commanded_->command(0.5 * (speeds.left_mps + speeds.right_mps),
-                        (speeds.right_mps - speeds.left_mps) / separation_m);
+    commanded_.command(0.5 * (speeds.left_mps + speeds.right_mps),
+                       (speeds.right_mps - speeds.left_mps) / separation_m);
   }
 
   Eigen::Vector2d lightInBase() const {
-    return simulator_->worldFromBase().inverse() * simulator_->lights().front().position_m;
+    return simulator_.worldFromBase().inverse() * simulator_.lights().front().position_m;
   }
 
   const DrivenCase& driven_;
   Calibrator calibrator_;
   WheelOdometer odometer_;
   CalibrationDriver driver_;
-  CommandedTrajectory* commanded_ = nullptr;
-  std::optional<RobotSimulator> simulator_;
+  CommandedTrajectory commanded_;
+  RobotSimulator simulator_;
   Stamp next_steering_;
   bool is_kept_ = false;
   DriveRecord record_;

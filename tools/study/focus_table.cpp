@@ -17,10 +17,10 @@ namespace {
 double lightIn(ImageRenderer* renderer) {
   const test::Observation observation{1.0, 0.0, 1.0};
   double sum = 0.0;
-  for (float electrons : renderer->expose({observation.light()}, observation.worldFromSensor())) {
+  for (float electrons : renderer->expose({observation.light()}, {observation.worldFromSensor()})) {
     sum += static_cast<double>(electrons);
   }
-  for (float electrons : renderer->expose({}, observation.worldFromSensor())) {
+  for (float electrons : renderer->expose({}, {observation.worldFromSensor()})) {
     sum -= static_cast<double>(electrons);
   }
   return sum;
@@ -58,8 +58,8 @@ void printRow(const Row& row, int images) {
   const std::vector<test::Observation> observations =
       test::randomObservations(images, brightness, kSeed);
   for (std::size_t i = 0; i < observations.size(); ++i) {
-    const cv::Mat image = test::imageOf(
-        renderer.render({observations[i].light()}, observations[i].worldFromSensor(), i));
+    const cv::Mat image =
+        renderer.render({observations[i].light()}, {observations[i].worldFromSensor()}, i);
     const DetectionResult& result = detector.detect(image);
     if (result.lights.size() == 1) {
       errors.add(result.lights.front().bearing, observations[i].azimuth_rad);

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/simulation/random_scene.h"
+#include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/rendered_series.h"
 #include "tools/common/command_line.h"
@@ -43,7 +43,7 @@ void writeFocus(const filesystem::path& folder, int images) {
     ImageRenderer renderer(series.rendered, test::plainWall);
     const test::Observation observation{1.0, radiansFromDegrees(35.0), 1.0};
     const cv::Mat image =
-        test::imageOf(renderer.render({observation.light()}, observation.worldFromSensor(), 1));
+        renderer.render({observation.light()}, {observation.worldFromSensor()}, 1);
     const auto truth =
         renderer.truthOf(observation.light(), {observation.worldFromSensor(), {0.0, 0.0}, 0.0});
     const cv::Point middle(cvRound(truth->pixel.x()), cvRound(truth->pixel.y()));
@@ -69,9 +69,9 @@ DetectorConfig detectorOf(const RandomSceneConfig& config, const RandomScene& sc
 void writeSpot(const Detection& spot, std::ofstream* table) {
   const LightEllipse& ellipse = spot.ellipse;
   *table << ellipse.centre_px.x() << "," << ellipse.centre_px.y() << ","
-         << std::sqrt(std::max(0.0, ellipse.radial_variance_px2)) << ","
-         << std::sqrt(std::max(0.0, ellipse.tangential_variance_px2)) << "," << ellipse.pixels
-         << "," << describe(spot.rejection) << ","
+         << std::sqrt(std::max(0.0, ellipse.variances_px2()(1))) << ","
+         << std::sqrt(std::max(0.0, ellipse.variances_px2()(0))) << "," << ellipse.pixels << ","
+         << describe(spot.rejection) << ","
          << (spot.accepted() ? degreesFromRadians(spot.bearing.azimuth_rad) : 0.0) << ","
          << (spot.accepted() ? spot.bearing.probability : 0.0) << "\n";
 }
@@ -83,7 +83,7 @@ void writeClutter(const filesystem::path& folder) {
   config.rendered = test::renderedRig();
   config.rendered.rays_per_light = RendererConfig().rays_per_light;
   const RandomScene scene = randomScene(config, kScene);
-  const cv::Mat image = test::imageOf(scene.image);
+  const cv::Mat& image = scene.image;
   cv::imwrite((folder / "clutter.png").string(), image);
   const DetectorConfig detector_config = detectorOf(config, scene);
   LightDetector detector(detector_config);

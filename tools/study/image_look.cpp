@@ -39,10 +39,10 @@ std::function<BearingSet(const RobotSimulator&)> imageLook(std::uint64_t seed) {
       // makes up for the distance, as an exposure control does
       light.brightness = (light.position_m - robot.worldFromSensor().position_m).squaredNorm();
     }
-    const MonoImage image =
-        camera->renderer.render(lights, robot.worldFromSensor(), camera->images++);
-    const DetectionResult& found = camera->detector.detect(test::imageOf(image));
-    return bearingsFromLights(found.lights, {}, robot.now(), image.height_px);
+    const cv::Mat image =
+        camera->renderer.render(lights, {robot.worldFromSensor()}, camera->images++);
+    const DetectionResult& found = camera->detector.detect(image);
+    return bearingsFromLights(found.lights, {}, robot.now(), image.rows);
   };
 }
 

@@ -9,29 +9,6 @@
 #include "tools/study/draws.h"
 
 namespace bearing_calibration::core {
-namespace {
-
-/// What the odometry missed on the way to the image of each observation.
-std::vector<Eigen::Vector3d> trueMotionErrors(const SimulatedCase& simulated,
-                                              const ObservationRun& run,
-                                              const std::vector<Observation>& observations) {
-  const ErrorVector errors = trueErrors(simulated);
-  std::vector<Eigen::Vector3d> motion_errors;
-  std::size_t image = 0;
-  for (const Observation& observation : observations) {
-    while (run.observations[image].stamp != observation.stamp) ++image;
-    motion_errors.emplace_back(Eigen::Vector3d::Zero());
-    if (image == 0) continue;
-    const Pose2 motion = run.world_from_base[image - 1].inverse() * run.world_from_base[image];
-    const Pose2 measured =
-        correctMotion<kErrorCount>(run.observations[image].motion, errors).start_from_end;
-    motion_errors.back() << motion.position_m - measured.position_m,
-        wrapAngle(motion.yaw_rad - measured.yaw_rad);
-  }
-  return motion_errors;
-}
-
-}  // namespace
 
 void addLights(SimulatedCase& simulated, int count, std::uint64_t seed) {
   constexpr double kNearest = 0.75;  // of the first one's distance
@@ -85,21 +62,32 @@ std::vector<Observation> allObservationsOf(const SimulatedCase& simulated,
 
 RecordTrack trueTrack(const SimulatedCase& simulated, const ObservationRun& run,
                       const std::vector<LightsImage>& images) {
-  const std::vector<Observation> observations = allObservationsOf(simulated, images);
-  const Pose2 base_from_world = run.world_from_base[images.size() - 1].inverse();
-  RecordPath end{{PathPoint()}, Eigen::Vector3d::Zero(), trueErrors(simulated)};
-  end.mount << simulated.robot.base_from_sensor.position_m,
-      simulated.robot.base_from_sensor.yaw_rad;
-  LightPositions& lights = end.points.back().lights_in_base;
-  lights.resize(2, static_cast<Eigen::Index>(simulated.lights.size()));
-  for (std::size_t i = 0; i < simulated.lights.size(); ++i) {
-    lights.col(static_cast<Eigen::Index>(i)) = base_from_world * simulated.lights[i].position_m;
+  const ErrorVector errors = trueErrors(simulated);
+  const Pose2& base_from_sensor = simulated.robot.base_from_sensor;
+  RecordTrack track;
+  track.path.mount << base_from_sensor.position_m, base_from_sensor.yaw_rad;
+  track.path.errors = errors;
+  std::size_t image = 0;
+  for (const Observation& observation : allObservationsOf(simulated, images)) {
+    while (run.observations[image].stamp != observation.stamp) ++image;
+    PathPoint point{LightPositions(2, simulated.lights.size())};
+    for (std::size_t i = 0; i < simulated.lights.size(); ++i) {
+      point.lights_in_base.col(static_cast<Eigen::Index>(i)) =
+          run.world_from_base[image].inverse() * simulated.lights[i].position_m;
+    }
+    if (image > 0) {
+      const Pose2 motion = run.world_from_base[image - 1].inverse() * run.world_from_base[image];
+      const Pose2 measured = correctMotion(run.observations[image].motion, errors).start_from_end;
+      point.motion_error << motion.position_m - measured.position_m,
+          wrapAngle(motion.yaw_rad - measured.yaw_rad);
+    }
+    track.path.points.push_back(point);
+    track.is_plausible.push_back(true);
   }
-  return {pathTo(observations, end, trueMotionErrors(simulated, run, observations)),
-          std::vector<bool>(observations.size(), true)};
+  return track;
 }
 
-RobotEstimate lightsBound(const SimulatedCase& simulated, const ObservationRun& run,
+StateEstimate lightsBound(const SimulatedCase& simulated, const ObservationRun& run,
                           std::size_t count) {
   const std::vector<LightsImage> images = imagesOf(run, count);
   const std::vector<Observation> observations = allObservationsOf(simulated, images);
@@ -108,7 +96,7 @@ RobotEstimate lightsBound(const SimulatedCase& simulated, const ObservationRun& 
     weights.push_back({observation.azimuth_variance_rad2, observation.azimuth_variance_rad2});
   }
   const RecordPath path = trueTrack(simulated, run, images).path;
-  return smooth(observations, weights, path, kFreePass, simulated.looked_for).last.robot(0);
+  return smooth(observations, weights, path, kFreePass, simulated.looked_for).last;
 }
 
 }  // namespace bearing_calibration::core

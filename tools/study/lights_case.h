@@ -24,9 +24,9 @@ std::vector<Observation> allObservationsOf(const SimulatedCase& simulated,
 RecordTrack trueTrack(const SimulatedCase& simulated, const ObservationRun& run,
                       const std::vector<LightsImage>& images);
 
-/// Covariance of the first light with mount and errors that no unbiased estimator can beat (see
+/// Covariance of mount, errors and lights that no unbiased estimator can beat (see
 /// cramerRaoBound()).
-RobotEstimate lightsBound(const SimulatedCase& simulated, const ObservationRun& run,
+StateEstimate lightsBound(const SimulatedCase& simulated, const ObservationRun& run,
                           std::size_t count);
 
 }  // namespace bearing_calibration::core

@@ -68,15 +68,16 @@ void fillRobotErrors(const ErrorEstimate& estimate, const ErrorVector& truth, Sn
 /// Covariance at the first `count` observations that no estimator can beat.
 Matrix5 boundOf(const SimulatedCase& simulated, const ObservationRun& run, std::size_t count) {
   if (simulated.lights.size() > 1) {
-    return lightsBound(simulated, run, count).cartesian.covariance;
+    return lightsBound(simulated, run, count).cartesian().covariance;
   }
   const std::vector<Observation> observations(
       run.observations.begin(), run.observations.begin() + static_cast<std::ptrdiff_t>(count));
   std::vector<Eigen::Vector2d> lights;
   for (std::size_t i = 0; i < count; ++i) lights.push_back(run.truth[i].head<2>());
-  return cramerRaoBoundWithErrors(observations, lights, run.truth[count - 1].tail<3>(),
-                                  trueErrors(simulated), simulated.looked_for)
-      .cartesian.covariance;
+  return cramerRaoBound(observations, lights, run.truth[count - 1].tail<3>(), trueErrors(simulated),
+                        simulated.looked_for)
+      .cartesian()
+      .covariance;
 }
 
 void fillBound(const SimulatedCase& simulated, const ObservationRun& run, std::size_t count,
@@ -120,10 +121,8 @@ void compareWithWholeRecord(const SimulatedCase& simulated, const ObservationRun
   const BatchEstimate whole =
       BatchEstimator(config).estimate(observations, {truth, count - 1, trueErrors(simulated)});
   if (!whole.converged) return;
-  Eigen::Vector3d off =
-      snapshot.error.tail<3>() - (whole.at_last_observation.mean - truth).tail<3>();
-  off.z() = wrapAngle(off.z());
-  snapshot.off_whole_record = off;
+  const Eigen::Vector3d calibrated = snapshot.error.tail<3>() + truth.tail<3>();
+  snapshot.off_whole_record = mountDifference(calibrated, whole.last.mount().mean);
 }
 
 void noteClaim(const Snapshot& snapshot, Trial& trial) {
@@ -152,9 +151,8 @@ Trial tryLightsBatch(const SimulatedCase& simulated, const std::vector<double>& 
     snapshot.claims = fit.converged;
     snapshot.words = fit.converged ? "converged" : "not settled";
     fillBound(simulated, run, count, kAny, snapshot);
-    const RobotEstimate robot = fit.robot();
-    fillErrors(robot.cartesian, run.truth[count - 1], snapshot);
-    fillRobotErrors(robot.errors, trueErrors(simulated), snapshot);
+    fillErrors(fit.last.cartesian(), run.truth[count - 1], snapshot);
+    fillRobotErrors(fit.last.errors(), trueErrors(simulated), snapshot);
     noteClaim(snapshot, trial);
     trial.snapshots.push_back(snapshot);
   }
@@ -195,8 +193,8 @@ Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& 
     snapshot.words = nameOf(attempt.obstacle);
     fillBound(simulated, run, count, targets, snapshot);
     if (attempt.ready()) {
-      fillErrors(attempt.estimate, run.truth[count - 1], snapshot);
-      fillRobotErrors(attempt.errors, trueErrors(simulated), snapshot);
+      fillErrors(attempt.estimate.cartesian(), run.truth[count - 1], snapshot);
+      fillRobotErrors(attempt.estimate.errors(), trueErrors(simulated), snapshot);
     }
     noteClaim(snapshot, trial);
     trial.snapshots.push_back(snapshot);
@@ -226,8 +224,8 @@ Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_
     snapshot.claims = estimate.converged;
     snapshot.words = estimate.converged ? "converged" : "not settled";
     fillBound(simulated, run, count, kAny, snapshot);
-    fillErrors(estimate.at_last_observation, run.truth[count - 1], snapshot);
-    fillRobotErrors(estimate.errors, true_errors, snapshot);
+    fillErrors(estimate.last.cartesian(), run.truth[count - 1], snapshot);
+    fillRobotErrors(estimate.last.errors(), true_errors, snapshot);
     noteClaim(snapshot, trial);
     trial.snapshots.push_back(snapshot);
   }

@@ -35,8 +35,9 @@ int main(int argc, char** argv) {
   unsigned long checksum = 0;  // keeps the work from being optimised away
   for (int i = 0; i < images; ++i) {
     const Pose2 world_from_sensor{{config.reference_distance_m, 0.0}, i * kTurnPerImage_rad};
-    const auto image = renderer.render({light}, world_from_sensor, static_cast<std::uint64_t>(i));
-    checksum += image.values[image.values.size() / 2];
+    const cv::Mat image =
+        renderer.render({light}, {world_from_sensor}, static_cast<std::uint64_t>(i));
+    checksum += image.at<std::uint8_t>(image.rows / 2, 0);
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   std::printf(

@@ -75,8 +75,7 @@ void look(const Row& row, int images) {
                                     truth->pixel.y(), config.mask.last_row - truth->pixel.y()});
     if (inside < kSpot_px) continue;
     ++visible;
-    const cv::Mat image =
-        test::imageOf(renderer.render({light}, pose, static_cast<std::uint64_t>(visible)));
+    const cv::Mat image = renderer.render({light}, {pose}, static_cast<std::uint64_t>(visible));
     const Detection* best = likeliestLight(detector.detect(image).lights);
     if (best == nullptr) continue;
     const double off = wrapAngle(best->bearing.azimuth_rad - truth->azimuth_rad);

@@ -222,8 +222,7 @@ ObservationRun simulate(const SimulatedCase& simulated) {
   return simulateAlong(simulated, makeTrajectory(simulated.trajectory, separation));
 }
 
-ObservationRun simulateAlong(const SimulatedCase& simulated,
-                             std::unique_ptr<Trajectory> trajectory) {
+ObservationRun simulateAlong(const SimulatedCase& simulated, Trajectory trajectory) {
   RobotSimulator simulator(simulated.robot, simulated.lights, std::move(trajectory));
   return runFromRecord(simulated, record(&simulator, simulated.duration_s));
 }

@@ -2,15 +2,13 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
 #include "bearing_calibration/simulation/trajectory.h"
-#include "bearing_calibration/simulation/trajectory_config.h"
 #include "bearing_calibration/solve/noise_levels.h"
 
 namespace bearing_calibration::core {
@@ -100,8 +98,7 @@ struct ObservationRun {
 
 ObservationRun simulate(const SimulatedCase& simulated);
 /// The same along another trajectory than the case's own.
-ObservationRun simulateAlong(const SimulatedCase& simulated,
-                             std::unique_ptr<Trajectory> trajectory);
+ObservationRun simulateAlong(const SimulatedCase& simulated, Trajectory trajectory);
 
 /// A record as the estimators get it, with its truth.
 ObservationRun runFromRecord(const SimulatedCase& simulated, SimulatedRecord record);

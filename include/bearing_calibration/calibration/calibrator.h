@@ -1,13 +1,14 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 
 #include "bearing_calibration/calibration/config.h"
-#include "bearing_calibration/calibration/fits_run.h"
+#include "bearing_calibration/calibration/fits_beside.h"
 #include "bearing_calibration/common/input_outcome.h"
-#include "bearing_calibration/filter/lasting_estimate.h"
-#include "bearing_calibration/odometry/wheel_pairing.h"
+#include "bearing_calibration/odometry/odometry_track.h"
+#include "bearing_calibration/odometry/wheel_odometer.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/output/result.h"
@@ -15,17 +16,15 @@
 
 namespace bearing_calibration::core {
 
-/// The calibration of one sensor's mount: wheel readings and bearings in, the mount out.
-/// Bearings are fused in the order of their stamps, as soon as the ticks cover them; memory is
-/// bounded whatever stream stops. Reads no clock: `received` is the time of an input's receipt.
-/// Not thread-safe, wherever its fits run.
+/// The calibration of one sensor's mount: wheel readings and bearings in, the mount out. It checks
+/// and counts what comes in, brings both streams into one order of time, and hands each image with
+/// the motion before it to the estimation, as soon as the ticks cover it; memory is bounded
+/// whatever stream stops. Reads no clock: `received` is the time of an input's receipt. Not
+/// thread-safe, wherever its fits run.
 class Calibrator {
  public:
   /// @throws std::invalid_argument with every sentence of errorsOf().
   explicit Calibrator(const CalibratorConfig& config, FitsRun fits_run = FitsRun::kAtOnce);
-  ~Calibrator();
-  Calibrator(Calibrator&&) noexcept;
-  Calibrator& operator=(Calibrator&&) noexcept;
 
   InputOutcome addTicks(const WheelCounts& ticks, Stamp received);
   InputOutcome addAngles(const WheelAngles& angles, Stamp received);
@@ -47,18 +46,18 @@ class Calibrator {
   /// @throws what has ended a fit; from an input, too, which is taken in nevertheless
   void takeOverFit();
   /// All zero where fits are done at once.
-  FitsReport fits() const;
+  FitsReport fits() const { return estimation_->report(); }
 
   /// Where the newest wheel reading has the base; none before the first one.
   std::optional<BasePlace> place() const;
 
   /// Goes on from a mount that an earlier calibration has found, as long as the observations agree
   /// with it. To be called before the first input.
-  void resume(const LastingEstimate& earlier);
+  void resume(const StateEstimate& earlier);
 
   /// Is told of every image in the order of time, from within addTicks(), addAngles() and
   /// addBearings(); it must not call the calibrator. To be set before the first input.
-  void observe(OutcomeObserver observer);
+  void observe(OutcomeObserver observer) { observer_ = std::move(observer); }
 
   /// Forgets everything but the configuration and the observer, the counts and what was taken up
   /// too.
@@ -67,8 +66,36 @@ class Calibrator {
   void setPaused(bool paused);
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  Calibrator(const CalibratorConfig& config, std::unique_ptr<FitsBeside> estimation);
+
+  template <class Reading>
+  InputOutcome addReading(const Reading& reading, Stamp received);
+  InputOutcome pair(WheelSide side, const WheelCount& count, Stamp received);
+  InputOutcome accept(const BearingSet& bearings, Stamp received);
+  InputOutcome judgeGeometry(const SensorGeometry& stated) const;
+  bool isLessKnown(const SensorGeometry& stated) const;
+  InputOutcome assume(const SensorGeometry& stated);
+  void noteStepBack();
+  InputOutcome countBearings(const InputOutcome& outcome);
+  void followTravel(const WheelTravel& travel);
+  void fuseCovered();
+  void fuse(const BearingSet& bearings);
+
+  CalibratorConfig config_;
+  WheelPairing pairing_;
+  WheelOdometer odometer_;
+  OdometryTrack track_;
+  std::multimap<Stamp, BearingSet> waiting_;  ///< for the ticks that cover them
+  std::unique_ptr<FitsBeside> estimation_;
+  std::optional<StateEstimate> earlier_;
+  std::optional<WheelTravel> last_travel_;
+  std::optional<Stamp> last_fused_;  ///< on the encoders' clock
+  /// The encoders' clock has stepped back from here: what is stamped earlier may be of either time.
+  std::optional<Stamp> passed_twice_;
+  Pose2 start_from_fused_;  ///< the base at that moment, in its frame at the first one
+  bool paused_ = false;
+  OutcomeObserver observer_;  ///< may be empty
+  CalibrationResult counts_;  ///< only what is counted up here
 };
 
 }  // namespace bearing_calibration::core

@@ -46,7 +46,7 @@ class FitsBeside {
   /// Begins again from nothing.
   void forget(const CalibratorConfig& config);
   /// See SeveralLights::resume().
-  void resume(const LastingEstimate& earlier);
+  void resume(const StateEstimate& earlier);
 
  private:
   struct Frame {

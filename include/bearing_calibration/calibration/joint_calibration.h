@@ -11,7 +11,6 @@
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/record/lights_record.h"
 #include "bearing_calibration/solve/joint_record.h"
-#include "bearing_calibration/solve/landmark_solution.h"
 
 namespace bearing_calibration::core {
 
@@ -35,14 +34,15 @@ class JointCalibration {
   bool isReviewDue() const { return is_review_due_; }
   /// Fits the record anew.
   /// @param answers  for each light, its own one; null for those that may not take part
+  /// @param lights_in_base  where each of them is at the last image
   /// @param earlier  what an earlier calibration has found
   void review(const std::vector<const LandmarkSolution*>& answers,
-              const std::optional<LastingEstimate>& earlier);
+              const LightPositions& lights_in_base, const std::optional<StateEstimate>& earlier);
 
   /// At the last image; none while fewer than two lights agree.
   struct Joint {
-    LightsEstimate estimate;
-    std::vector<std::size_t> lights;  ///< which ones, in the order of the estimate
+    LiveFilter filter;
+    std::vector<std::size_t> lights;  ///< which ones, in the order of the filter's
     Judgement judgement;
   };
   const std::optional<Joint>& joint() const { return joint_; }
@@ -67,7 +67,7 @@ class JointCalibration {
   std::optional<std::size_t> oneTooMany(const std::vector<const LandmarkSolution*>& answers,
                                         const std::vector<std::size_t>& lights);
   std::size_t mostContradicted(const std::vector<const LandmarkSolution*>& answers) const;
-  Judgement judge(const LightsEstimate& estimate, bool is_clear) const;
+  Judgement judge(const StateEstimate& estimate, bool is_clear) const;
 
   CalibratorConfig config_;
   LightsRecord record_;
@@ -75,6 +75,7 @@ class JointCalibration {
   bool is_review_due_ = false;
   OdometryIncrement motion_since_record_;
   std::optional<Joint> joint_;
+  LightPositions lights_in_base_;               ///< at the last review, of all lights
   std::optional<RecordPart> oldest_;            ///< what the last fit would give away
   std::vector<std::size_t> lights_given_away_;  ///< those that the record's beginning knows
   std::vector<double> widening_;                ///< of the bearings' variances of joint_'s lights

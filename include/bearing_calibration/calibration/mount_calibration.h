@@ -14,18 +14,18 @@
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/output/result.h"
-#include "bearing_calibration/solve/landmark_solution.h"
+#include "bearing_calibration/solve/joint_record.h"
 #include "bearing_calibration/track/association_outcome.h"
 #include "bearing_calibration/track/light_picker.h"
 #include "bearing_calibration/track/mount_tracker.h"
 
 namespace bearing_calibration::core {
 
-/// One calibration from its first observation on: the base's motion and what each image saw, in the
-/// order of time; the mount out. Collects observations until the initialiser finds mount and light
-/// in them, goes on with the filter, holds the filter against the record once a second, and judges.
-/// A full record gives its oldest part away as what that part says. A value: a copy goes on by
-/// itself.
+/// The calibration by one light from its first observation on: the base's motion and what each
+/// image saw, in the order of time; the mount out. Collects observations until the initialiser
+/// finds mount and light in them, goes on with the filter, holds the filter against the record once
+/// a second, and judges. A full record gives its oldest part away as what that part says. A value:
+/// a copy goes on by itself.
 class MountCalibration {
  public:
   /// @param fits_run  kBeside: process() leaves what is heavy to work()
@@ -33,7 +33,7 @@ class MountCalibration {
 
   /// Goes on from a mount that an earlier calibration has found, as long as the observations agree
   /// with it. To be called before the first observation.
-  void resume(const LastingEstimate& earlier) { earlier_ = earlier; }
+  void resume(const StateEstimate& earlier) { earlier_ = earlier; }
 
   /// An image, after a motion since the one before it.
   /// @param nearby  the wheels' travel around the image's stamp
@@ -48,6 +48,17 @@ class MountCalibration {
 
   /// What is older is no longer shared with other lights, whose record has given it away.
   void shareSince(Stamp stamp) { shared_since_ = stamp; }
+  Stamp lastSeen() const { return last_seen_; }
+  /// Carries on from a start.
+  bool isFound() const { return started_; }
+  /// Its own answer has stood for as long as a verdict on it alone would have to: all that makes
+  /// such a verdict honest, but for how well the mount is known.
+  bool isSound() const { return is_sound_; }
+  /// How far the robot has gone, its turns counted, since it says that the mount has moved; none
+  /// where it does not say so [m].
+  std::optional<double> movedFor() const;
+  /// Why other lights do not count it in; empty when nothing speaks against it.
+  std::string obstacle() const;
 
   /// Where the light would be seen after a further motion; none before the first estimate, or while
   /// the light is looked for.
@@ -59,9 +70,11 @@ class MountCalibration {
   /// The last fit that settled; none before, and where nobody asks for it
   /// (CalibratorConfig::max_lights is 1).
   const std::optional<LandmarkSolution>& solution() const { return answer_; }
-  /// What the judge says; none before the start.
+  /// The light at the last image, once a start was found.
+  Eigen::Vector2d lightInBase() const { return tracker_->filter().estimate().mean.tail<2>(); }
+  /// What the judge says; null before the start.
   const Judgement* judgement() const { return judge_ ? &judge_->last() : nullptr; }
-  const std::optional<LastingEstimate>& earlier() const { return earlier_; }
+  const std::optional<StateEstimate>& earlier() const { return earlier_; }
   /// Of the last attempt to start, or of the last fit.
   const RivalMount& rival() const { return rival_; }
 
@@ -74,14 +87,14 @@ class MountCalibration {
   void start(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   void attemptStart();
   void startFromGuess(const Bearing& light);
-  void startTracker(const RobotEstimate& estimate, double bearing_correlation);
-  RobotEstimate withEarlier(const RobotEstimate& estimate);
+  void startTracker(const StateEstimate& estimate, double bearing_correlation);
+  StateEstimate withEarlier(StateEstimate estimate);
   void follow(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   bool isFitDue() const;
   void refineAndJudge();
   std::size_t surplus() const;
-  void noteSolution(const SlipAverage& settled, const RobotEstimate& estimate);
-  RobotEstimate withItsNoise(const SlipAverage& settled);
+  void noteSolution(const std::optional<SlipAverage>& settled, const StateEstimate& estimate);
+  StateEstimate withItsNoise(const SlipAverage& settled);
   bool isNoiseSurprising() const;
   bool wantsDiagnosis() const;
   void diagnose();
@@ -92,7 +105,7 @@ class MountCalibration {
   CalibratorConfig config_;
   FitsRun fits_run_;
   bool is_work_due_ = false;
-  std::optional<LastingEstimate> earlier_;  ///< taken up, and not contradicted so far
+  std::optional<StateEstimate> earlier_;  ///< taken up, and not contradicted so far
   LightPicker picker_;
   Initializer initializer_;  ///< keeps the record, after the start too
   StartSearch search_;
@@ -105,6 +118,11 @@ class MountCalibration {
   std::optional<MountTracker> tracker_;
   std::optional<ConvergenceJudge> judge_;  ///< of tracker_, once started
   std::optional<LandmarkSolution> answer_;
+  std::optional<double> one_mount_since_m_;  ///< motion of the record when answer_ told one first
+  bool is_sound_ = false;
+  double way_m_ = 0.0;                      ///< of the robot, its turns counted
+  std::optional<double> mount_moved_at_m_;  ///< way_m_ when the judge said so first
+  Stamp last_seen_;
   bool started_ = false;    ///< tracker_ carries on from the initialiser
   bool restarted_ = false;  ///< since the mount has moved
   NoiseLevels noise_;       ///< against the stated one, as the record has it

@@ -23,7 +23,7 @@ class RecordFit {
   /// @param beginning  of the record, unless it is whole
   /// @returns none when it does not settle
   std::optional<SlipAverage> fit(const std::vector<Observation>& observations,
-                                 const RobotEstimate& running,
+                                 const StateEstimate& running,
                                  const std::optional<RecordBeginning>& beginning);
 
   /// What the record's oldest observations say, to be given away for it: none while a rival is
@@ -34,7 +34,7 @@ class RecordFit {
                                        const SlipAverage& settled, std::size_t most) const;
 
  private:
-  BatchEstimate fitOnce(const std::vector<Observation>& observations, const RobotEstimate& running,
+  BatchEstimate fitOnce(const std::vector<Observation>& observations, const StateEstimate& running,
                         const std::optional<RecordBeginning>& beginning) const;
   RivalMount otherMinimum(const std::vector<Observation>& observations,
                           const SlipAverage& settled) const;

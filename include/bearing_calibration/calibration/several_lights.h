@@ -2,13 +2,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "bearing_calibration/calibration/fits_run.h"
 #include "bearing_calibration/calibration/joint_calibration.h"
-#include "bearing_calibration/calibration/landmark.h"
 #include "bearing_calibration/calibration/mount_calibration.h"
-#include "bearing_calibration/filter/lasting_estimate.h"
 
 namespace bearing_calibration::core {
 
@@ -23,7 +22,7 @@ class SeveralLights {
 
   /// Goes on from a mount that an earlier calibration has found. To be called before the first
   /// image.
-  void resume(const LastingEstimate& earlier);
+  void resume(const StateEstimate& earlier);
 
   /// An image, after a motion since the one before it (see MountCalibration::process()).
   /// @returns what became of it in the calibration of the first light
@@ -42,11 +41,13 @@ class SeveralLights {
                                                        const OdometryWindow& nearby) const;
   std::int32_t lightId() const;
 
+  /// Fills in what the lights, each for itself and all together, say of the mount.
   void describe(CalibrationResult* result) const;
 
  private:
   bool isMany() const { return config_.max_lights > 1; }
-  bool isOffered(const Bearing& candidate, std::size_t light) const;
+  MountCalibration newLight() const;
+  bool isOffered(const Bearing& candidate, const MountCalibration& light) const;
   bool isOwned(std::int32_t light_id) const;
   AssociationOutcome show(std::size_t light, const BearingSet& image, std::vector<Bearing>* left,
                           LightsImage* seen);
@@ -55,16 +56,18 @@ class SeveralLights {
   void review();
   std::optional<Judgement> agreeOnMountMoved() const;
   void startAnew();
+  std::string nameOf(std::size_t light) const;
+  std::optional<Judgement> objection() const;
+  std::string noteOn(std::size_t light) const;
+  void summarise(CalibrationResult* result) const;
+  void takeJoint(CalibrationResult* result) const;
 
   CalibratorConfig config_;
   FitsRun fits_run_;
   int new_starts_ = 0;
-  std::optional<LastingEstimate> earlier_;
-  std::vector<Landmark> lights_;
+  std::optional<StateEstimate> earlier_;
+  std::vector<MountCalibration> lights_;
   JointCalibration joint_;
-  OdometryIncrement motion_;              ///< of the last image
-  OdometryWindow nearby_;                 ///< around it
-  double way_m_ = 0.0;                    ///< with its turns
   std::optional<Judgement> mount_moved_;  ///< what the lights say of a mount that has moved
   bool restarted_ = false;                ///< because it had
 };

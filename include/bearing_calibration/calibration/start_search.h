@@ -32,7 +32,6 @@ class StartSearch {
 
  private:
   FilterConfig weak_filter_;
-  int errors_in_use_;
   std::optional<StartAttempt> attempt_;  ///< the last one
   int misfits_ = 0;                      ///< attempts in a row after which nothing fitted
   bool is_refuted_ = false;              ///< the last attempt's answer

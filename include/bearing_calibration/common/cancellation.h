@@ -19,15 +19,26 @@ class Cancelled : public std::exception {
 /// and else each of the functions between would need a parameter for it. They do not nest.
 class WorkOfEpoch {
  public:
-  WorkOfEpoch(const std::atomic<Epoch>& present, Epoch own);
-  ~WorkOfEpoch();
+  WorkOfEpoch(const std::atomic<Epoch>& present, Epoch own) {
+    present_ = &present;
+    own_ = own;
+  }
+  ~WorkOfEpoch() { present_ = nullptr; }
   WorkOfEpoch(const WorkOfEpoch&) = delete;
   WorkOfEpoch& operator=(const WorkOfEpoch&) = delete;
+
+  static bool isCancelled() { return present_ != nullptr && *present_ != own_; }
+
+ private:
+  static inline thread_local const std::atomic<Epoch>* present_ = nullptr;
+  static inline thread_local Epoch own_ = 0;
 };
 
 /// For every round of a loop that can take more than a few milliseconds. Does nothing on a thread
 /// without a WorkOfEpoch.
 /// @throws Cancelled
-void endIfCancelled();
+inline void endIfCancelled() {
+  if (WorkOfEpoch::isCancelled()) throw Cancelled();
+}
 
 }  // namespace bearing_calibration::core

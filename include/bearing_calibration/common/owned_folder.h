@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -30,11 +32,8 @@ class OwnedFolder {
   /// Opens find(wanted), which is made when it is missing. Waits for another program that writes
   /// there, for some seconds at most.
   explicit OwnedFolder(const std::string& wanted);
-  ~OwnedFolder();
-  OwnedFolder(const OwnedFolder&) = delete;
-  OwnedFolder& operator=(const OwnedFolder&) = delete;
 
-  const std::string& path() const { return path_; }
+  const std::string& path() const { return path_.native(); }
   bool owns(const std::string& name) const;
 
   /// Throws when nothing can be written.
@@ -57,8 +56,8 @@ class OwnedFolder {
  private:
   std::vector<FileText> ownedFiles() const;
 
-  std::string path_;
-  int lock_ = -1;
+  std::filesystem::path path_;
+  std::shared_ptr<const void> lock_;
 };
 
 }  // namespace bearing_calibration::core

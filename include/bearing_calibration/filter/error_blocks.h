@@ -8,7 +8,6 @@
 #include "bearing_calibration/filter/tilted_observation.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
-#include "bearing_calibration/odometry/odometry_window.h"
 
 // What may be wrong with a robot, as blocks of numbers that are estimated beside the mount; all of
 // them are zero for a robot as it is believed (doc/model.md, "The imperfect robot"). A block is one
@@ -278,10 +277,52 @@ struct SensorTilt : NoEffect {
   }
 };
 
-/// Every block, in the order of their numbers in the state. A filter works with the shortest
-/// beginning of this list that holds all blocks in use: the most used ones come first. Light passes
-/// the blocks of the sensor from the last one to the first.
+/// Every block, in the order of their numbers in the state. An estimate has the shortest beginning
+/// of this list that holds all blocks in use: the most used ones come first. Light passes the
+/// blocks of the sensor from the last one to the first.
 using ErrorBlocks =
     std::tuple<TimeOffset, WheelScales, WheelSeparation, MirrorHarmonic, SensorTilt>;
+
+namespace detail {
+template <class... Blocks>
+constexpr int sizeOf(std::tuple<Blocks...>*) {
+  return (0 + ... + Blocks::kSize);
+}
+}  // namespace detail
+
+/// All numbers of all blocks.
+inline constexpr int kErrorCount = detail::sizeOf(static_cast<ErrorBlocks*>(nullptr));
+using ErrorVector = Eigen::Matrix<double, kErrorCount, 1>;
+using ErrorMatrix = Eigen::Matrix<double, kErrorCount, kErrorCount>;
+
+/// Place of a block's first number among all of them.
+template <class Block, std::size_t I = 0>
+constexpr int placeOf() {
+  using Candidate = std::tuple_element_t<I, ErrorBlocks>;
+  if constexpr (std::is_same_v<Block, Candidate>) {
+    return 0;
+  } else {
+    return Candidate::kSize + placeOf<Block, I + 1>();
+  }
+}
+
+/// Calls work(block, place) for each block that begins before `end`, in their order or from the
+/// last one to the first.
+template <std::size_t I = 0, int At = 0, class Work>
+void forEachBlock(const Work& work, int end = kErrorCount, bool backwards = false) {
+  if constexpr (I < std::tuple_size_v<ErrorBlocks>) {
+    if (At >= end) return;
+    using Block = std::tuple_element_t<I, ErrorBlocks>;
+    if (!backwards) work(Block(), std::integral_constant<int, At>());
+    forEachBlock<I + 1, At + Block::kSize>(work, end, backwards);
+    if (backwards) work(Block(), std::integral_constant<int, At>());
+  }
+}
+
+/// A block's part of all errors.
+template <class Block, int At>
+auto partOf(const ErrorVector& errors, Block, std::integral_constant<int, At>) {
+  return errors.segment<Block::kSize>(At);
+}
 
 }  // namespace bearing_calibration::core

@@ -35,20 +35,4 @@ inline Eigen::Vector2d operator*(const Pose2& a_from_b, const Eigen::Vector2d& p
   return a_from_b.position_m + rotation2(a_from_b.yaw_rad) * point_in_b;
 }
 
-/// A composition with its Jacobians; poses are perturbed by adding to (x, y, yaw).
-struct Pose2Composition {
-  Pose2 a_from_c;
-  Eigen::Matrix3d J_ac_ab;  ///< d(a_from_c) / d(a_from_b)
-  Eigen::Matrix3d J_ac_bc;  ///< d(a_from_c) / d(b_from_c)
-};
-
-inline Pose2Composition compose(const Pose2& a_from_b, const Pose2& b_from_c) {
-  const Eigen::Matrix2d R_ab = rotation2(a_from_b.yaw_rad);
-  Pose2Composition result{a_from_b * b_from_c, Eigen::Matrix3d::Identity(),
-                          Eigen::Matrix3d::Identity()};
-  result.J_ac_ab.topRightCorner<2, 1>() = perpendicular(R_ab * b_from_c.position_m);
-  result.J_ac_bc.topLeftCorner<2, 2>() = R_ab;
-  return result;
-}
-
 }  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/record/observation_record.h"
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "bearing_calibration/solve/noise_levels.h"
@@ -67,9 +67,8 @@ const char* nameOf(StartObstacle obstacle);
 struct StartAttempt {
   StartObstacle obstacle = StartObstacle::kTooFewObservations;
   /// At the last observation. With an obstacle it is the best guess so far, and only for display;
-  /// its covariance is zero where there was no solution.
-  CartesianEstimate estimate;
-  ErrorEstimate errors;  ///< of the robot, as far as they are looked for
+  /// it is empty where there was no solution.
+  StateEstimate estimate;
   MotionSummary motion;
   WeakestDirection weakest;  ///< of the estimate
   double chi_square = 0.0;

@@ -33,9 +33,6 @@ InputOutcome checkStamp(Stamp stamp, Stamp received, double max_future_s);
 /// Whether a mirror can be so.
 InputOutcome checkGeometry(const SensorGeometry& geometry);
 
-/// Whether a candidate is a bearing at all.
-InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& config);
-
 /// The good candidates of a message on the encoders' clock, with the configured noise added, and
 /// what the sensor's geometry does that no error of the robot describes.
 struct CheckedBearings {

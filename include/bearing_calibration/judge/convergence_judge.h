@@ -24,7 +24,9 @@ struct Judgement {
 /// straight metre and a turn: on a record of a few seconds the covariance is least certain.
 inline constexpr double kHeldOver_m = 3.0;
 
-/// Way of a record with its turns, from before its beginning on: what a verdict is held over.
+/// Way with its turns, which count as those of a point half a metre from the centre.
+double motionOf(double distance_m, double rotation_rad);
+/// That of a record, from before its beginning on: what a verdict is held over.
 double motionOf(const std::vector<Observation>& record,
                 const std::optional<RecordBeginning>& beginning);
 
@@ -60,7 +62,7 @@ class ConvergenceJudge {
   Judgement decide(const MountTracker& tracker, const std::vector<Observation>& record,
                    const std::optional<SlipAverage>& settled);
   static Judgement mountMoved(const DisplacementTest& jump);
-  Judgement stillConverging(const CartesianEstimate& estimate) const;
+  static Judgement stillConverging(const StateEstimate& estimate);
   bool staysWhereItWas(const MountEstimate& mount, double motion_m);
 
   ConvergenceConfig config_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
@@ -13,8 +14,11 @@ struct DriveGeometry {
   int counter_bits = 0;               ///< width at which the counters wrap: 8, 16, 32 or 64
   double max_wheel_speed_mps = 0.0;   ///< fastest possible; what exceeds it is not motion
 
-  double leftMetersPerTick() const;
-  double rightMetersPerTick() const;
+  double metersPerTick(double radius_m) const {
+    return 2.0 * kPi * radius_m / ticks_per_revolution;
+  }
+  double leftMetersPerTick() const { return metersPerTick(left_wheel_radius_m); }
+  double rightMetersPerTick() const { return metersPerTick(right_wheel_radius_m); }
 
   void declare(Parameters& params);
 };

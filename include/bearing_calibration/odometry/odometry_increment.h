@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
@@ -40,9 +42,6 @@ struct Arc {
 /// The exact arc of a differential drive (doc/model.md, eq. 2).
 Arc arcFromWheels(const WheelDisplacement& wheels, double wheel_separation_m);
 
-/// Covariance of (left_m, right_m) of one displacement (doc/model.md, eq. 3).
-Eigen::Matrix2d wheelCovariance(const WheelDisplacement& wheels, const WheelNoise& noise);
-
 /// Appends one arc to an increment, the covariance with it (doc/model.md, eq. 4).
 /// `unseen_variance_m2` is added for each wheel, for motion that a break in the readings has
 /// hidden.
@@ -52,5 +51,34 @@ OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplace
 
 /// The motion of two increments, one after the other; their errors are independent.
 OdometryIncrement append(const OdometryIncrement& first, const OdometryIncrement& second);
+
+/// The wheels' travel in a short stretch of time around a moment, relative to that moment: what a
+/// bearing needs to be moved to another time of its own.
+class OdometryWindow {
+ public:
+  static constexpr double kStep_s = 0.025;  ///< between two samples
+  static constexpr int kBefore = 12;        ///< samples before the moment: cameras are late
+  static constexpr int kAfter = 8;          ///< samples after it
+  static constexpr int kSamples = kBefore + 1 + kAfter;
+
+  /// No motion at all.
+  OdometryWindow() = default;
+  /// @param samples  travel at the moment plus (i - kBefore) kStep_s; its zero does not matter.
+  /// @param wheel_separation_m  as believed
+  OdometryWindow(const std::array<WheelDisplacement, kSamples>& samples, double wheel_separation_m);
+
+  /// Travel from the moment to `time_s` after it (negative: before it). Outside of the samples the
+  /// nearest speed goes on.
+  WheelDisplacement travelTo(double time_s) const;
+  WheelSpeeds speedsAt(double time_s) const;
+  double wheelSeparation() const { return wheel_separation_m_; }
+
+ private:
+  /// The samples' interval that a moment lies in, or is nearest to.
+  static std::size_t intervalAt(double time_s);
+
+  std::array<WheelDisplacement, kSamples> samples_{};
+  double wheel_separation_m_ = 1.0;  ///< any: without travel it has no effect
+};
 
 }  // namespace bearing_calibration::core

@@ -5,7 +5,6 @@
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
-#include "bearing_calibration/odometry/odometry_window.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 
 namespace bearing_calibration::core {
@@ -38,7 +37,9 @@ class OdometryTrack {
   void anchorAt(Stamp stamp);
 
  private:
-  WheelTravel interpolate(Stamp stamp) const;
+  static constexpr std::size_t kMaxReadings = 1U << 15U;  ///< 1.3 MB; 32 s of a 1 kHz encoder
+
+  WheelTravel travelAt(Stamp stamp) const;
   OdometryIncrement appendTravel(const OdometryIncrement& increment, const WheelTravel& from,
                                  const WheelTravel& to) const;
   void foldOldest();
@@ -46,7 +47,7 @@ class OdometryTrack {
   double wheel_separation_m_;
   WheelNoise noise_;
   Duration history_;
-  boost::circular_buffer<WheelTravel> readings_;
+  boost::circular_buffer<WheelTravel> readings_{kMaxReadings};
   std::optional<WheelTravel> anchor_;  ///< where motion is counted from
   OdometryIncrement folded_;           ///< motion from the original anchor to anchor_
 };

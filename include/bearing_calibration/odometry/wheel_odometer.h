@@ -5,18 +5,24 @@
 
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
-#include "bearing_calibration/odometry/joint_range.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 
 namespace bearing_calibration::core {
 
-/// Difference of two counts of a counter of `bits` (8, 16, 32 or 64) that wraps, the shorter way
-/// round: in [-2^(bits-1), 2^(bits-1)).
-std::int64_t wrappedTickDifference(std::int64_t from_ticks, std::int64_t to_ticks, int bits);
+/// The positions that a wheel's joint has had. While all of them, and zero, lie within one turn,
+/// the joint may be one that wraps, at +-pi or from 2 pi to 0: it is taken the shorter way round. A
+/// cumulative joint leaves one turn soon, and is taken as it says from then on.
+class JointRange {
+ public:
+  void add(double position_rad);
+  /// How far it has turned from one position to the next one.
+  double turn(double from_rad, double to_rad) const;
 
-/// Whether a counter of `bits` can show this count, sent as signed or as unsigned.
-bool fitsCounter(std::int64_t ticks, int bits);
+ private:
+  double least_rad_ = 0.0;
+  double most_rad_ = 0.0;
+};
 
 /// Wheel readings, as they come from the encoders, to the travel of each wheel since the first one.
 ///

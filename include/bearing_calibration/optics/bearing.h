@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -31,7 +32,12 @@ struct Bearing {
 };
 
 /// The elevation of a bearing that has one: both numbers finite, the variance positive.
-std::optional<Elevation> elevationOf(const Bearing& bearing);
+inline std::optional<Elevation> elevationOf(const Bearing& bearing) {
+  const Elevation elevation{bearing.elevation_rad, bearing.elevation_variance_rad2};
+  const bool is_one = std::isfinite(elevation.angle_rad) &&
+                      std::isfinite(elevation.variance_rad2) && elevation.variance_rad2 > 0.0;
+  return is_one ? std::optional<Elevation>(elevation) : std::nullopt;
+}
 
 /// How well a sensor knows its own geometry: what bends all its azimuths alike, by a first harmonic
 /// that is larger for near lights (doc/model.md, eq. 19). Zero: there is nothing to know.

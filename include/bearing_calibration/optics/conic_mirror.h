@@ -31,6 +31,8 @@ struct MirrorView {
   double centre_u_px = 0.0;  ///< column; integer values are pixel centres
   double centre_v_px = 0.0;  ///< row, growing downwards
   int handedness = 1;        ///< +1: azimuth grows counter-clockwise on the screen; -1: clockwise
+
+  Eigen::Vector2d centre_px() const { return {centre_u_px, centre_v_px}; }
 };
 
 /// A pixel about the mirror's centre.
@@ -45,12 +47,6 @@ struct LightPlace {
   double height_m = 0.0;    ///< above the apex; negative below it
 };
 
-/// A half line in the sensor frame.
-struct MirrorRay {
-  Eigen::Vector3d origin_m;   ///< on the mirror's surface
-  Eigen::Vector3d direction;  ///< unit length, towards the scene
-};
-
 /// Full widths of a point light's image through the open aperture. It is filled evenly, so its
 /// standard deviation along each axis is a quarter of the width.
 struct SpotBlur {
@@ -61,11 +57,19 @@ struct SpotBlur {
 /// First-order errors of the azimuth for errors of the rig. With w_t = -w_x sin(azimuth) +
 /// w_y cos(azimuth) of each vector: error = tilt * alpha_t + offset * c_t + centre * u_t.
 struct MisalignmentCoefficients {
-  double tilt =
-      0.0;  ///< [rad/rad] alpha: lean of the mirror's axis, which is (alpha_x, alpha_y, 1)
+  double tilt = 0.0;    ///< [rad/rad] alpha: the mirror's axis leans to (alpha_x, alpha_y, 1)
   double offset = 0.0;  ///< [rad/m] c: the apex beside the camera's axis
-  double centre =
-      0.0;  ///< [rad/px] u: the assumed centre minus the principal point, in sensor axes
+  double centre = 0.0;  ///< [rad/px] u: assumed centre minus principal point, in sensor axes
+};
+
+/// How a mirror that is tilted and stands beside the camera's axis bends the bearings of lights at
+/// the range r: by a first harmonic of size F + N / r, whatever lean and offset are (doc/model.md,
+/// eq. 19). F shows in the bearings, N looks like a shifted sensor.
+struct MirrorMisalignment {
+  /// Where the image's centre is best put: this part of the way from the principal point to the
+  /// centre of the mirror's rim. There, and nowhere else, N hangs on F alone.
+  double centre_part = 0.0;
+  double near_per_far_m = 0.0;  ///< N / F for a centre that was put there
 };
 
 MirrorPixel mirrorPixelFromImage(const MirrorView& view, double u_px, double v_px);
@@ -73,8 +77,6 @@ Eigen::Vector2d imageFromMirrorPixel(const MirrorView& view, const MirrorPixel& 
 
 /// v / p: image distance when focused at the focus distance, in pixels.
 double imageDistancePx(const ConicMirror& mirror);
-double rayAngleFromRadius(const ConicMirror& mirror, double image_radius_px);
-double radiusFromRayAngle(const ConicMirror& mirror, double ray_angle_rad);
 
 /// Elevation [rad] of the ray that leaves the mirror: 90 deg - 2 tau + theta.
 double elevationFromRadius(const ConicMirror& mirror, double image_radius_px);
@@ -87,11 +89,8 @@ double elevationSlope(const ConicMirror& mirror, double image_radius_px);
 double horizonRadiusPx(const ConicMirror& mirror);
 double rimRadiusPx(const ConicMirror& mirror);
 
-/// The ray that a pixel looks along, and the pixel that sees a point (through the lens' centre);
-/// none for a point too far below or above to be seen in the mirror.
-MirrorRay rayFromMirrorPixel(const ConicMirror& mirror, const MirrorPixel& pixel);
-std::optional<MirrorPixel> mirrorPixelFromPoint(const ConicMirror& mirror,
-                                                const Eigen::Vector3d& point_m);
+/// The image radius of a light, through the lens' centre; none for one too far below or above to be
+/// seen in the mirror.
 std::optional<double> radiusFromLight(const ConicMirror& mirror, const LightPlace& light);
 
 /// Blur of a light at `image_radius_px` and horizontal distance `distance_m` from the axis.
@@ -99,5 +98,13 @@ std::optional<double> radiusFromLight(const ConicMirror& mirror, const LightPlac
 SpotBlur expectedBlur(const ConicMirror& mirror, double image_radius_px, double distance_m);
 
 MisalignmentCoefficients misalignment(const ConicMirror& mirror, const LightPlace& light);
+
+/// @param height_m  of the lights above the mirror's apex
+/// @param least_distance_m, most_distance_m  of the lights from the mirror's axis: the harmonic
+///   follows F + N / r exactly at both, and within some percent between them
+/// @throws std::invalid_argument when the distances are not 0 < least < most, or the mirror sees no
+///   light at them
+MirrorMisalignment mirrorMisalignment(const ConicMirror& mirror, double height_m,
+                                      double least_distance_m, double most_distance_m);
 
 }  // namespace bearing_calibration::core

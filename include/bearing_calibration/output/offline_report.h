@@ -35,7 +35,7 @@ struct ReviewedImage {
 
 /// A whole record, once it has ended.
 struct Review {
-  std::optional<RobotEstimate> estimate;  ///< at the last observation; none when nothing settled
+  std::optional<StateEstimate> estimate;  ///< at the last observation; none when nothing settled
   bool settled = false;                   ///< estimate is the batch estimator's
   StartAttempt start;  ///< the initialiser's answer, where it was asked (no estimate to begin with)
   MotionSummary motion;
@@ -55,8 +55,9 @@ class OfflineReport {
 
   void add(const AssociationOutcome& outcome);
   /// @param running  what the running calibration says at its end; none: start from nothing
-  /// @param errors  of the robot, that were looked for: those of a sensor are known with its bearings
-  Review conclude(const std::optional<RobotEstimate>& running, const ErrorPriors& errors);
+  /// @param errors  of the robot, that were looked for: those of a sensor are known with its
+  /// bearings
+  Review conclude(const std::optional<StateEstimate>& running, const ErrorPriors& errors);
 
  private:
   InitializerConfig config_;

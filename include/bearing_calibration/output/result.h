@@ -7,8 +7,7 @@
 
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/common/stamp.h"
-#include "bearing_calibration/filter/cartesian_state.h"
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/judge/calibration_state.h"
@@ -48,6 +47,8 @@ struct CalibrationResult {
 
   ErrorPriors error_priors;    ///< which errors of the robot are looked for
   ErrorEstimate robot_errors;  ///< as their priors before the first estimate
+  /// Mount, errors and lights, of which the last five are a part; none before the first estimate.
+  std::optional<StateEstimate> estimate;
 
   std::vector<LightSummary> lights;  ///< all that are followed, in the order of their appearance
   NoisePriors noise_priors;          ///< which levels of the noise are looked for
@@ -68,9 +69,12 @@ struct CalibrationResult {
   InputCounts tick_inputs;
 };
 
+/// Whether a state's mount may be used: CONVERGED or CONVERGING.
+bool mayBeTrusted(CalibrationState state);
+
 /// Fills in mount, light and the robot's errors, the mount as uncertain as the sensor's nearness in
 /// error_priors leaves it.
-void sayEstimate(const RobotEstimate& estimate, CalibrationResult* result);
+void sayEstimate(const StateEstimate& estimate, CalibrationResult* result);
 
 /// Adds to the advice that the calibration has begun again since the mount has moved, until it has
 /// converged.

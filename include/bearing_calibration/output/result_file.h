@@ -1,18 +1,13 @@
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/common/stamp.h"
-#include "bearing_calibration/filter/cartesian_state.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
-#include "bearing_calibration/filter/paper_state.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
-#include "bearing_calibration/output/error_report.h"
-#include "bearing_calibration/output/result.h"
+#include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/output/unestimated_mount.h"
 
 namespace bearing_calibration::core {
@@ -29,27 +24,18 @@ struct Provenance {
 
 /// A calibration as it stands in a file.
 struct SavedCalibration {
-  CalibrationState state = CalibrationState::kWaitingForTicks;
-  std::string advice;
-  Stamp stamp;  ///< of the last fused bearing
+  CalibrationResult result;  ///< with an estimate; what it says for people alone is not read
   std::string base_frame;
   std::string sensor_frame;
-  MountEstimate base_from_sensor;
-  LastingEstimate lasting;  ///< what another start goes on from, the mount in it
+  /// What another start goes on from (lastingPart()).
+  StateEstimate lasting = lastingPart(MountEstimate());
   UnestimatedMount unestimated;
-  PaperEstimate paper_state;
-  CartesianEstimate cartesian_state;
-  std::vector<BlockReport> robot_errors;  ///< written, not read
-  std::vector<LightSummary> lights;       ///< written, not read
-  std::vector<std::string> quality;       ///< qualityInWords(); written, not read
-  double nis_mean = 0.0;
-  double distance_travelled_m = 0.0;
-  double rotation_travelled_rad = 0.0;
-  std::uint32_t bearings_used = 0;
-  std::uint32_t bearings_gated = 0;
-  std::uint32_t ticks_used = 0;
   std::string rejections;  ///< what was refused and how often, for people
   Provenance provenance;
+
+  const MountEstimate& mount() const { return *result.base_from_sensor; }
+  /// Of the robot's errors and of the noise.
+  std::vector<BlockReport> blocks() const;
 };
 
 /// The shortest decimal form that reads back to the same double.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -10,7 +10,38 @@
 
 namespace bearing_calibration::core {
 
-/// How a result is saved, besides the rule (see saving_rule.h).
+/// Why a result was not measured with these frames and wheels; empty when it was.
+std::string whyOfAnotherRobot(const SavedCalibration& saved, const std::string& base_frame,
+                              const std::string& sensor_frame, const DriveGeometry& drive);
+
+/// What becomes of a result that is to be saved where one lies already.
+enum class SavingDecision : std::uint8_t {
+  kReplaces,    ///< it takes the place of the old one
+  kTakesPlace,  ///< it is result.yaml now, and the old one is kept beside it, numbered
+  kGivesWay,    ///< the old one stays result.yaml
+};
+
+struct SavingVerdict {
+  SavingDecision decision = SavingDecision::kReplaces;
+  std::string why;  ///< half a sentence about the old one, as "it is CONVERGED, this one is not"
+};
+
+/// Two honest results of one mount contradict each other once in so many pairs: chi-square of their
+/// difference, by the sum of their covariances, above 21.1 with 3 degrees of freedom.
+inline constexpr double kContradictionFalseAlarm = 1e-4;
+
+/// The rule, the same for the live node and for calibrate_bag. The first line that holds decides:
+///
+/// 1. A result that may not be trusted gives way to one that may.
+/// 2. One of other frames or wheels, one after a reset, and one that contradicts the old one takes
+///    its place, and the old one is kept.
+/// 3. Of two results of one mount the better state wins: CONVERGED, CONVERGING, any other.
+/// 4. Then the one whose worst standard deviation of x, y and yaw, relative to the targets, is the
+///    smaller; where they are equal the newer.
+SavingVerdict judgeSaving(const SavedCalibration& old, const SavedCalibration& fresh,
+                          const ConvergenceConfig& targets, bool reset_between);
+
+/// How a result is saved, besides the rule.
 struct SavingTerms {
   ConvergenceConfig targets;   ///< what standard deviations are compared with
   bool reset_between = false;  ///< the owner has said that what is there may be of another mount
@@ -27,8 +58,8 @@ struct StoredResult {
 };
 
 /// Writes result.yaml and what is made of it (see result_export.h) into the folder that `wanted`
-/// stands for (see OwnedFolder), by the rule of saving_rule.h. A result.yaml that is there and
-/// cannot be read is kept, numbered, as one that contradicts.
+/// stands for (see OwnedFolder), by the rule. A result.yaml that is there and cannot be read is
+/// kept, numbered, as one that contradicts.
 StoredResult storeResult(const std::string& wanted, const SavedCalibration& fresh,
                          const SavingTerms& terms);
 

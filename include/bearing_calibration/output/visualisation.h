@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "bearing_calibration/geometry/driven_path.h"
+#include "bearing_calibration/geometry/pictures.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/output/result.h"
 #include "bearing_calibration/track/association_outcome.h"
@@ -16,16 +16,13 @@ namespace bearing_calibration::core {
 /// what stands in the world is in the start frame, the base frame of the first image, where it
 /// stands still as far as odometry can tell.
 struct Visualisation {
+  struct Light {
+    Eigen::Vector2d in_start = Eigen::Vector2d::Zero();
+    std::vector<Eigen::Vector2d> ellipse_in_start;  ///< closed
+    bool in_estimate = false;                       ///< the mount rests on it
+  };
   struct Found {
-    Eigen::Vector2d light_in_start = Eigen::Vector2d::Zero();
-    std::vector<Eigen::Vector2d> light_ellipse_in_start;  ///< closed
-    /// The others, where there are several.
-    struct FurtherLight {
-      Eigen::Vector2d in_start = Eigen::Vector2d::Zero();
-      std::vector<Eigen::Vector2d> ellipse_in_start;  ///< closed
-      bool in_estimate = false;                       ///< the mount rests on it
-    };
-    std::vector<FurtherLight> further_lights;
+    std::vector<Light> lights;  ///< the first one is that of the estimate
     Pose2 base_from_sensor;
     std::vector<Eigen::Vector2d> sensor_ellipse_in_base;  ///< closed
     double sensor_yaw_band_rad = 0.0;  ///< to either side, as wide as the ellipses
@@ -49,9 +46,8 @@ class Visualiser {
 
  private:
   Visualisation::Found drawFound(const CalibrationResult& result) const;
-  /// Of the light of an estimate.
-  std::vector<Eigen::Vector2d> ellipseInStart(const CartesianEstimate& estimate,
-                                              const Pose2& start_from_base) const;
+  Visualisation::Light drawLight(const CartesianEstimate& estimate, const Pose2& start_from_base,
+                                 bool in_estimate) const;
 
   double sigmas_;
   DrivenPath path_;

@@ -1,16 +1,15 @@
 #pragma once
 
-#include <memory>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
+#include "bearing_calibration/judge/calibration_state.h"
+#include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
-#include "bearing_calibration/output/result.h"
-#include "bearing_calibration/planning/drive_end.h"
-#include "bearing_calibration/planning/drive_motion.h"
+#include "bearing_calibration/planning/drive_script.h"
 #include "bearing_calibration/planning/motion_planner.h"
-#include "bearing_calibration/planning/primitive_follower.h"
 
 namespace bearing_calibration::core {
 
@@ -48,13 +47,36 @@ struct DriveGoal {
   void declare(Parameters& params);
 };
 
+/// Why a drive has ended; the values are those of CalibrationDrive.action.
+enum class DriveEnd : std::uint8_t {
+  kNone,       ///< it goes on
+  kConverged,  ///< the calibration called itself converged
+  kCancelled,
+  kDisabled,         ///< the enabling input says no
+  kObstacle,         ///< the obstacle input says yes
+  kTicksLost,        ///< no wheel readings for too long
+  kLightLost,        ///< no bearing for too long
+  kEstimateLost,     ///< the calibration is silent
+  kClockLost,        ///< time stands still
+  kLeftRegion,       ///< the base's centre is outside of the region
+  kNoWay,            ///< every way would lead too near to the light or out of the region
+  kWheelsDisobeyed,  ///< they do not roll as commanded
+  kTimeOver,
+  kPathOver,
+  kShutDown,      ///< the process of the drive node is about to end
+  kEnableLost,    ///< the enabling input is silent
+  kObstacleLost,  ///< the obstacle input is silent
+  kFailed,        ///< an error inside of the drive node
+};
+
+const char* nameOf(DriveEnd end);    ///< "CONVERGED" and so on
+const char* describe(DriveEnd end);  ///< a sentence for people: what happened, and what to do
+
 /// What the calibration last said, as far as driving needs it.
 struct DriveEstimate {
   Stamp stamp;  ///< of the last fused bearing
   CalibrationState state = CalibrationState::kWaitingForTicks;
-  std::optional<RobotEstimate> robot;  ///< at that stamp
-
-  static DriveEstimate from(const CalibrationResult& result);
+  std::optional<StateEstimate> robot;  ///< at that stamp
 };
 
 /// One drive of a robot that calibrates its sensor: wheel readings and the calibration's estimates
@@ -67,12 +89,9 @@ class CalibrationDriver {
   /// @throws std::invalid_argument with every sentence of errorsOf().
   CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now,
                     const WheelSpeeds& moving = {});
-  ~CalibrationDriver();
-  CalibrationDriver(CalibrationDriver&&) noexcept;
-  CalibrationDriver& operator=(CalibrationDriver&&) noexcept;
 
   void addTravel(const WheelTravel& travel, Stamp received);
-  void noteBearing(Stamp received);  ///< the light was seen
+  void noteBearing(Stamp received) { last_bearing_ = received; }  ///< the light was seen
   void addEstimate(const DriveEstimate& estimate, Stamp received);
 
   /// Ends the drive for a reason from outside; the first reason stays.
@@ -81,20 +100,53 @@ class CalibrationDriver {
   /// The command for the next moment. To be called at a steady rate of some 10 Hz or more.
   WheelSpeeds steer(Stamp now);
 
-  DriveEnd ended() const;
-  const WheelSpeeds& command() const;  ///< the last one
-  bool standing() const;               ///< the last command was to stand
-  double timeSeconds() const;
-  double pathMeters() const;
-  const Pose2& startFromBase() const;
+  DriveEnd ended() const { return ended_; }
+  bool standing() const { return isStanding(command_); }   ///< the last command was to stand
+  const WheelSpeeds& command() const { return command_; }  ///< the last one
+  double timeSeconds() const { return secondsFromDuration(last_steered_ - began_); }
+  double pathMeters() const { return path_m_; }
+  const Pose2& startFromBase() const { return start_from_base_; }
   /// Corners of the way ahead, in the frame of the start; the base's place now is the first.
   std::vector<Pose2> wayAhead() const;
   /// What the plan promises; none in the opening and in scripted motions.
-  const std::optional<PlannedPrimitive>& plan() const;
+  const std::optional<PlannedPrimitive>& plan() const { return plan_; }
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  /// An estimate and the last fused bearing's stamp, at which it is.
+  struct Known {
+    Stamp stamp;
+    StateEstimate estimate;
+  };
+
+  bool isPlanned() const { return goal_.motion == DriveMotion::kOptimal; }
+  void watch(Stamp now);
+  void useEstimate();
+  std::optional<StateEstimate> estimateNow() const;
+  bool isAllowed(const MotionPrimitive& primitive,
+                 const std::optional<StateEstimate>& estimate) const;
+  void decide();
+  void keepAway();
+
+  DriveConfig config_;
+  DriveGoal goal_;
+  MotionPlanner planner_;
+  DriveScript script_;
+  OdometryTrack track_;  ///< anchored at known_'s stamp
+  Stamp began_;
+  Stamp last_steered_ = began_, last_travel_ = began_, last_bearing_ = began_;
+  Stamp last_estimate_ = began_;
+
+  DriveEnd ended_ = DriveEnd::kNone;
+  WheelSpeeds command_;
+  bool has_stood_;  ///< where it does so first is the start
+  Pose2 start_from_base_;
+  double path_m_ = 0.0;
+  WheelDisplacement travelled_;
+  double turned_rad_ = 0.0;       ///< since the start, full turns too
+  std::optional<Known> waiting_;  ///< for the readings that cover it
+  std::optional<Known> known_;
+  std::optional<PlannedPrimitive> plan_;
+  std::optional<PrimitiveFollower> follower_;
 };
 
 }  // namespace bearing_calibration::core

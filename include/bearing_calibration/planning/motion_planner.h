@@ -5,11 +5,20 @@
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/geometry/pose2.h"
-#include "bearing_calibration/planning/primitive_prediction.h"
+#include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/planning/motion_primitive.h"
 #include "bearing_calibration/planning/region.h"
 
 namespace bearing_calibration::core {
+
+/// What a robot's sensors will tell on its way, as the filter models it.
+struct SensingModel {
+  WheelNoise wheel_noise;
+  double bearing_stddev_rad = 0.0;  ///< of one bearing
+  double bearing_rate_hz = 0.0;
+
+  void declare(Parameters& params);
+};
 
 /// Parameter group `planner`.
 struct PlannerConfig {
@@ -28,11 +37,24 @@ struct PlannerConfig {
   void declare(Parameters& params);
 };
 
+/// The estimate as the filter will have it after a primitive: the mean moves as planned, the
+/// covariance grows by the wheels' noise and shrinks by the bearings (doc/model.md, eqs. 5 to 8, 16
+/// to 18). Bearings are taken together over steps of at most a quarter of a second. Errors of the
+/// wheels belong to the estimate: an unequal wheel bends a straight way as a light's parallax
+/// would, so that who does not doubt the wheels expects of such ways what they cannot teach.
+StateEstimate predictAfter(const MotionPrimitive& primitive, StateEstimate estimate,
+                           const WheelLimits& limits, const SensingModel& sensing);
+
+/// How near a primitive comes to the light at most, by what is known before it: the least distance
+/// from the base's centre to the light minus `sigmas` standard deviations in that direction [m].
+double lightClearance(const MotionPrimitive& primitive, const StateEstimate& estimate,
+                      double sigmas);
+
 /// A primitive with what it is expected to bring.
 struct PlannedPrimitive {
   MotionPrimitive primitive;
   MotionPrimitive next;    ///< the one that is thought of after it; decided anew by then
-  RobotEstimate expected;  ///< after both
+  MountEstimate expected;  ///< after both
 };
 
 /// Everything that a robot must know of itself to plan. What primitives are allowed, and which is
@@ -45,33 +67,31 @@ class MotionPlanner {
 
   /// The next primitive: the first of the pair of primitives that lowers the log det of the block's
   /// covariance fastest. None when no way is allowed.
-  std::optional<PlannedPrimitive> plan(const RobotEstimate& estimate,
+  std::optional<PlannedPrimitive> plan(const StateEstimate& estimate,
                                        const Pose2& start_from_base) const;
 
-  /// Whether a primitive keeps away from the light, or at least comes no nearer than the robot is.
-  bool keepsAway(const MotionPrimitive& primitive, const CartesianEstimate& estimate) const;
-  /// Whether it comes too near even if the light stands as much farther as may well be: what
-  /// forbids a way that somebody has asked for.
-  bool isSurelyTooNear(const MotionPrimitive& primitive, const CartesianEstimate& estimate) const;
+  /// Whether a primitive keeps away from the light, or at least comes no nearer than the robot is:
+  /// even if the light stands as much nearer as may well be, or, of a way that somebody has asked
+  /// for, only if it stands as much farther.
+  bool keepsAway(const MotionPrimitive& primitive, const StateEstimate& estimate,
+                 bool is_asked_for = false) const;
   /// Whether a primitive keeps inside the region, or at least comes no nearer to its border.
   bool staysInside(const MotionPrimitive& primitive, const Pose2& start_from_base) const;
 
-  const WheelLimits& limits() const { return limits_; }
-
  private:
   struct Candidate;
-  std::vector<MotionPrimitive> proposals(const CartesianEstimate& estimate) const;
-  std::vector<Candidate> candidatesAt(const RobotEstimate& estimate,
+  std::vector<MotionPrimitive> proposals(const StateEstimate& estimate) const;
+  std::vector<Candidate> candidatesAt(const StateEstimate& estimate,
                                       const Pose2& start_from_base) const;
-  double logDet(const CartesianEstimate& estimate) const;
+  StateEstimate after(const MotionPrimitive& primitive, const StateEstimate& estimate) const {
+    return predictAfter(primitive, estimate, limits_, sensing_);
+  }
+  double logDet(const StateEstimate& estimate) const;
 
   PlannerConfig config_;
   WheelLimits limits_;
   SensingModel sensing_;
   Region region_;
 };
-
-/// The base's pose after a primitive, in the frame that `frame_from_base` is given in.
-Pose2 poseAfter(const MotionPrimitive& primitive, const Pose2& frame_from_base);
 
 }  // namespace bearing_calibration::core

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "bearing_calibration/common/parameters.h"
+#include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 
 namespace bearing_calibration::core {
@@ -21,6 +22,9 @@ struct MotionPrimitive {
   double length_m = 0.0;
 };
 
+/// The base's pose after a primitive, in the frame that `frame_from_base` is given in.
+Pose2 poseAfter(const MotionPrimitive& primitive, const Pose2& frame_from_base);
+
 /// What the wheels roll in each of a primitive's two parts.
 WheelDisplacement turningWheels(const MotionPrimitive& primitive, double wheel_separation_m);
 WheelDisplacement straightWheels(const MotionPrimitive& primitive);
@@ -38,5 +42,45 @@ double travelAt(double time_s, double distance_m, const WheelLimits& limits);
 
 /// Time of a whole primitive, both parts [s].
 double durationOf(const MotionPrimitive& primitive, const WheelLimits& limits);
+
+/// Commands that come to rest as fast as the acceleration allows.
+WheelSpeeds braked(const WheelSpeeds& before, const WheelLimits& limits, double period_s);
+
+inline bool isStanding(const WheelSpeeds& speeds) {
+  return speeds.left_mps == 0.0 && speeds.right_mps == 0.0;
+}
+
+/// Steers the wheels through one primitive by what they have rolled so far: never faster, never
+/// with more acceleration than the limits allow, and slow enough to stop at the end of each part.
+class PrimitiveFollower {
+ public:
+  /// @param travelled  where the wheels stand at the beginning
+  PrimitiveFollower(const MotionPrimitive& primitive, const WheelLimits& limits,
+                    const WheelDisplacement& travelled);
+
+  /// The next command, after the one before it has been driven for `period_s`.
+  WheelSpeeds steer(const WheelDisplacement& travelled, const WheelSpeeds& before, double period_s);
+  /// Brakes at once; done when it stands.
+  void abandon() { is_abandoned_ = true; }
+
+  bool done() const { return part_ == Part::kDone; }
+  /// What remains of the primitive.
+  MotionPrimitive remaining(const WheelDisplacement& travelled) const;
+  /// Whether the wheels do something else than they are told: they roll the other way, or not.
+  bool isDisobeyed(const WheelDisplacement& travelled) const;
+
+ private:
+  enum class Part { kTurning, kStraight, kDone };
+  double targetOfPart() const;
+  double leftOfPart(const WheelDisplacement& travelled) const;
+  void nextPart(const WheelDisplacement& travelled);
+
+  MotionPrimitive primitive_;
+  WheelLimits limits_;
+  Part part_ = Part::kTurning;
+  WheelDisplacement part_start_;
+  double part_time_s_ = 0.0;
+  bool is_abandoned_ = false;
+};
 
 }  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "bearing_calibration/common/stamp.h"
-#include "bearing_calibration/filter/lights_state.h"
+#include "bearing_calibration/filter/motion_model.h"
 #include "bearing_calibration/record/observation_record.h"
 
 namespace bearing_calibration::core {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 
 namespace bearing_calibration::core {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/record/record_beginning.h"
 
 namespace bearing_calibration::core {

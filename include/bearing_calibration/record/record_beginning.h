@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "bearing_calibration/filter/lights_state.h"
+#include "bearing_calibration/filter/motion_model.h"
 #include "bearing_calibration/record/scatter.h"
 
 namespace bearing_calibration::core {
@@ -12,7 +12,7 @@ namespace bearing_calibration::core {
 struct RecordBeginning {
   /// Mount, errors and lights at the last observation before the record's first one, its bearing
   /// counted, in the base frame of then. Priors of the errors are in it.
-  LightsEstimate known;
+  StateEstimate known;
   double distance_m = 0.0;    ///< driven until there
   double rotation_rad = 0.0;  ///< turned until there, to either side
   Scatter scatter;            ///< of the mounts that the drive until there told
@@ -21,8 +21,8 @@ struct RecordBeginning {
 /// The first entries of a record, to be given away for what they say.
 struct RecordPart {
   std::size_t count = 0;
-  LightsEstimate known;  ///< at the last of them, from everything until there
-  Scatter scatter;       ///< of the mounts that they tell
+  StateEstimate known;  ///< at the last of them, from everything until there
+  Scatter scatter;      ///< of the mounts that they tell
 };
 
 }  // namespace bearing_calibration::core

@@ -5,7 +5,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/simulation/panorama.h"
-#include "bearing_calibration/simulation/scene_random.h"
+#include "bearing_calibration/simulation/random_numbers.h"
 
 namespace bearing_calibration::core {
 
@@ -23,34 +23,27 @@ struct ClutterConfig {
   void declare(Parameters& params);
 };
 
-/// A bright shape on the far surroundings: a rectangle, or an ellipse.
-struct BrightShape {
-  double azimuth_rad = 0.0;
-  double elevation_rad = 0.0;
-  double half_width_rad = 0.0;
-  double half_height_rad = 0.0;
-  bool is_round = false;
-  double brightness = 0.0;  ///< [full wells]
+/// What lies on the far surroundings.
+struct Clutter {
+  /// A bright rectangle, or an ellipse.
+  struct Shape {
+    double azimuth_rad = 0.0;
+    double elevation_rad = 0.0;
+    double half_width_rad = 0.0;
+    double half_height_rad = 0.0;
+    bool is_round = false;
+    double brightness = 0.0;  ///< [full wells]
+  };
+  std::vector<Shape> shapes;
 
-  bool covers(double azimuth, double elevation) const;
-};
-
-/// Smooth relative differences of brightness at several scales, 1 on average.
-struct Texture {
+  /// Relative differences of brightness are a sum of waves, 1 on average.
   struct Wave {
     double around = 0.0;  ///< whole waves around the horizon
     double up = 0.0;      ///< [rad/rad]
     double phase_rad = 0.0;
   };
-  double contrast = 0.0;
-  std::vector<Wave> waves;
-
-  double at(double azimuth_rad, double elevation_rad) const;
-};
-
-struct Clutter {
-  std::vector<BrightShape> shapes;
-  Texture texture;
+  std::vector<Wave> texture;
+  double texture_contrast = 0.0;
 };
 
 /// A post that carries the mirror and hides a sector of its image.

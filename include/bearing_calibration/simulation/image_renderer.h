@@ -1,19 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/simulation/clutter.h"
-#include "bearing_calibration/simulation/cone_tracer.h"
-#include "bearing_calibration/simulation/image_encoding.h"
+#include "bearing_calibration/simulation/image_sensor.h"
 #include "bearing_calibration/simulation/light.h"
 #include "bearing_calibration/simulation/light_spot.h"
 #include "bearing_calibration/simulation/panorama.h"
-#include "bearing_calibration/simulation/pixel_noise.h"
-#include "bearing_calibration/simulation/shutter.h"
 
 namespace bearing_calibration::core {
 
@@ -43,20 +40,13 @@ class ImageRenderer {
   /// @throws std::invalid_argument with what errorsOf() says.
   ImageRenderer(const RendererConfig& config, const RadianceFunction& surroundings);
 
-  /// The expected photo-electrons of each pixel, without noise and saturation, of a sensor that
-  /// stands still.
-  const std::vector<float>& expose(const std::vector<Light>& lights,
-                                   const Pose2& world_from_sensor);
-  /// The same of one that moves while the shutter is open, row after row.
-  const std::vector<float>& exposeMoving(const std::vector<Light>& lights,
-                                         const SensorMotion& motion);
+  /// The expected photo-electrons of each pixel, without noise and saturation.
+  const std::vector<float>& expose(const std::vector<Light>& lights, const SensorMotion& motion);
 
-  /// The sensor's values with all noise; encode() makes the driver's image of them. The same number
-  /// gives the same noise.
-  MonoImage render(const std::vector<Light>& lights, const Pose2& world_from_sensor,
-                   std::uint64_t image_number);
-  MonoImage renderMoving(const std::vector<Light>& lights, const SensorMotion& motion,
-                         std::uint64_t image_number);
+  /// The sensor's values (CV_8UC1) with all noise; encode() makes the driver's image of them. The
+  /// same number gives the same noise.
+  cv::Mat render(const std::vector<Light>& lights, const SensorMotion& motion,
+                 std::uint64_t image_number);
 
   /// Where the image shows a light, and what a perfect sensor would have said of it then.
   struct Truth {
@@ -68,22 +58,19 @@ class ImageRenderer {
   /// None when the mirror does not show it. A holder in front is not looked for.
   std::optional<Truth> truthOf(const Light& light, const SensorMotion& motion) const;
 
-  const ConeTracer& tracer() const { return tracer_; }
+  const ConeTracer& tracer() const { return spot_.tracer(); }
   const RendererConfig& config() const { return config_; }
 
  private:
-  void exposeSurroundings(const SensorMotion& motion, const Shutter& shutter);
-  void attenuate();
+  void exposeSurroundings(const SensorMotion& motion);
 
   RendererConfig config_;
-  ConeTracer tracer_;
-  PixelNoise noise_;
   LightSpot spot_;
   Panorama panorama_;
   double electrons_per_flux_ = 0.0;
   std::vector<Panorama::Place> places_;  ///< of each pixel; row -1 past the mirror
   std::vector<float> fixed_electrons_;   ///< of pixels that do not see the surroundings
-  std::vector<float> transmission_;      ///< by holders and colour filter; empty without them
+  std::vector<float> transmission_;      ///< of each pixel, by holders and colour filter
   std::vector<float> electrons_;
 };
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 #include <functional>
-#include <vector>
+#include <opencv2/core/mat.hpp>
 
 #include "bearing_calibration/common/parameters.h"
 
@@ -37,17 +37,15 @@ class Panorama {
     float column = place.column + columns_turned;
     if (column >= static_cast<float>(kColumns)) column -= static_cast<float>(kColumns);
     const int left = static_cast<int>(column);
-    const float* values = &table_[static_cast<std::size_t>(place.row * kStride + left)];
+    const float* values = &table_(place.row, left);
     return values[0] + (column - static_cast<float>(left)) * (values[1] - values[0]);
   }
   /// How far a turn of the sensor shifts the columns.
   static float columnsFrom(double yaw_rad);
 
  private:
-  static constexpr int kStride = kColumns + 1;  ///< the first column again at the end
-
   Extent extent_;
-  std::vector<float> table_;
+  cv::Mat1f table_;  ///< the first column again at the end
 };
 
 /// A room: floor, walls with large soft differences of brightness around, and a lighter ceiling.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -9,10 +8,9 @@
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
-#include "bearing_calibration/simulation/bearing_sensor.h"
 #include "bearing_calibration/simulation/light.h"
+#include "bearing_calibration/simulation/robot_sensors.h"
 #include "bearing_calibration/simulation/trajectory.h"
-#include "bearing_calibration/simulation/wheel_encoders.h"
 
 namespace bearing_calibration::core {
 
@@ -65,8 +63,7 @@ struct RobotConfig {
 class RobotSimulator {
  public:
   /// @throws std::invalid_argument with what errorsOf() says, or without a trajectory.
-  RobotSimulator(const RobotConfig& config, std::vector<Light> lights,
-                 std::unique_ptr<Trajectory> trajectory);
+  RobotSimulator(const RobotConfig& config, std::vector<Light> lights, Trajectory trajectory);
 
   /// Moves on by one step.
   void step();
@@ -89,7 +86,7 @@ class RobotSimulator {
 
   RobotConfig config_;
   std::vector<Light> lights_;
-  std::unique_ptr<Trajectory> trajectory_;
+  Trajectory trajectory_;
   WheelEncoders encoders_;
   BearingSensor sensor_;
   double wheel_separation_m_;  ///< the true one

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/record/record_beginning.h"
-#include "bearing_calibration/solve/light_track.h"
 #include "bearing_calibration/solve/mount_displacement.h"
+#include "bearing_calibration/solve/record_track.h"
 #include "bearing_calibration/solve/smoother.h"
 
 namespace bearing_calibration::core {
@@ -45,9 +45,7 @@ struct SlipHypothesis {
 
 /// What a record of observations says about the mount and the light.
 struct BatchEstimate {
-  LightsEstimate last;                    ///< at the last observation
-  CartesianEstimate at_last_observation;  ///< the same of the first light
-  ErrorEstimate errors;  ///< of the robot, and how they hang together with at_last_observation
+  StateEstimate last;  ///< at the last observation
   bool converged = false;
   int iterations = 0;
   double chi_square = 0.0;     ///< of the observations that were used, innovations of the last pass
@@ -66,21 +64,16 @@ struct BatchEstimate {
   std::optional<RecordBeginning> beginning;  ///< of the record, where it had one
 
   double inlierFraction() const;
-  RobotEstimate robot() const { return {at_last_observation, errors}; }
+  /// Of the mounts that the parts of the drive tell, what the record has given away counted.
+  Scatter scatter() const;
   /// What is known at the record's beginning; null where that is nothing.
-  const LightsEstimate* known() const { return beginning ? &beginning->known : nullptr; }
+  const StateEstimate* known() const { return beginning ? &beginning->known : nullptr; }
 };
 
 /// Where another fit of the same record had best begin, or one that has grown: in the middle of the
 /// longest stretch without a slip. After a slip near the end it may be another light that is seen.
 /// @param fit  with a path
 RecordStart surestStart(const BatchEstimate& fit);
-
-/// A path near enough to the truth, for a fit to begin with.
-struct RecordTrack {
-  RecordPath path;
-  std::vector<bool> is_plausible;  ///< of each observation: false where something else was seen
-};
 
 /// The most probable mount, lights and path given all bearings and the noise of all wheel motions:
 /// Gauss-Newton on the Cartesian state by relinearised Kalman smoother passes (doc/start.md,
@@ -92,16 +85,14 @@ class BatchEstimator {
 
   /// @param observations in the order of time; the motion of the first is used with a beginning
   /// only.
-  /// @throws std::invalid_argument when the start or a supposed slip is at no observation, or a
+  /// @throws std::invalid_argument when the start or a supposed slip is at no observation, a
   /// variance
-  ///   is not positive.
+  ///   is not positive, or the beginning is not of the start's lights and the errors in use.
   BatchEstimate estimate(const std::vector<Observation>& observations, const RecordStart& start,
                          const SlipHypothesis& slips = {},
                          const std::optional<RecordBeginning>& beginning = std::nullopt) const;
 
-  /// The same of several lights.
-  /// @throws std::invalid_argument when the track is not of these observations, the beginning not
-  ///   of its lights and the errors in use, ...
+  /// The same from a track of these observations.
   BatchEstimate estimate(const std::vector<Observation>& observations, const RecordTrack& track,
                          const SlipHypothesis& slips = {},
                          const std::optional<RecordBeginning>& beginning = std::nullopt) const;
@@ -109,8 +100,8 @@ class BatchEstimator {
   /// The estimate at an observation from everything until there, linearised and weighed as a fit of
   /// the whole record is: what a record that is cut after it begins with.
   /// @param observations,fit  a record and its fit
-  LightsEstimate knownAt(std::size_t observation, const std::vector<Observation>& observations,
-                         const BatchEstimate& fit) const;
+  StateEstimate knownAt(std::size_t observation, const std::vector<Observation>& observations,
+                        const BatchEstimate& fit) const;
 
  private:
   BatchConfig config_;

@@ -1,6 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "bearing_calibration/record/scatter.h"
 
 namespace bearing_calibration::core {
 
@@ -24,5 +28,9 @@ struct DisplacementTest {
 /// Only directions count in which the jump is known better than 10 cm or 0.1 rad: in the others the
 /// linearisation says nothing.
 DisplacementTest testDisplacement(const MountDisplacement& jump);
+
+/// How much mounts scatter that two parts of a record tell, divided at each of these observations.
+/// @param begin,end  of the jumps
+Scatter scatterOf(const std::vector<MountDisplacement>& jumps, std::size_t begin, std::size_t end);
 
 }  // namespace bearing_calibration::core

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration::core {

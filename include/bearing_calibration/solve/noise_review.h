@@ -13,7 +13,7 @@ struct NoiseReview {
   NoiseLevels levels;
   /// At the last observation, over all levels that the record allows: at least as wide as with the
   /// likeliest of them.
-  RobotEstimate average;
+  StateEstimate average;
 };
 
 /// The levels that make the innovations of a settled fit most likely, priors and all, beside a
@@ -27,7 +27,7 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
 
 /// An estimate that rests on a fit, moved as the average lies against the fit, and with the
 /// covariance that the average has beyond the fit's own.
-RobotEstimate withItsNoise(const RobotEstimate& estimate, const BatchEstimate& fit,
+StateEstimate withItsNoise(StateEstimate estimate, const BatchEstimate& fit,
                            const NoiseReview& review);
 
 }  // namespace bearing_calibration::core

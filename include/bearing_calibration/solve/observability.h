@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration::core {
@@ -32,20 +32,15 @@ struct WeakestDirection {
 
 WeakestDirection weakestDirection(const CartesianEstimate& estimate);
 
-/// Covariance of the Cartesian state at the last observation that no unbiased estimator can beat:
-/// the information of all observations, linearised at the truth (Cramer-Rao bound, doc/model.md).
-/// @param light_in_base,mount the true light in the base frame at each observation, and the true
-/// mount
-///   (x [m], y [m], yaw [rad]).
-Matrix5 cramerRaoBound(const std::vector<Observation>& observations,
-                       const std::vector<Eigen::Vector2d>& light_in_base,
-                       const Eigen::Vector3d& mount);
-
-/// The same with the robot's errors among the unknowns.
-/// @param errors,priors  the true ones, and what is known of them beforehand
-RobotEstimate cramerRaoBoundWithErrors(const std::vector<Observation>& observations,
-                                       const std::vector<Eigen::Vector2d>& light_in_base,
-                                       const Eigen::Vector3d& mount, const ErrorVector& errors,
-                                       const ErrorPriors& priors);
+/// Covariance at the last observation that no unbiased estimator can beat: the information of all
+/// observations, linearised at the truth (Cramer-Rao bound, doc/model.md).
+/// @param light_in_base,mount  the true light in the base frame at each observation, and the true
+///   mount (x [m], y [m], yaw [rad])
+/// @param errors,priors  the robot's true ones, and what is known of them beforehand
+StateEstimate cramerRaoBound(const std::vector<Observation>& observations,
+                             const std::vector<Eigen::Vector2d>& light_in_base,
+                             const Eigen::Vector3d& mount,
+                             const ErrorVector& errors = ErrorVector::Zero(),
+                             const ErrorPriors& priors = {});
 
 }  // namespace bearing_calibration::core

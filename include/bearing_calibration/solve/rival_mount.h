@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <limits>
 
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/state.h"
 
 namespace bearing_calibration::core {
 
@@ -30,5 +30,9 @@ struct RivalMount {
 
 /// Whether a mount's covariance does not explain it if the truth is as a rival says.
 bool isAnotherMount(const MountEstimate& rival, const MountEstimate& mount);
+
+/// Squared Mahalanobis distance of two independent estimates of one mount: chi-square with 3
+/// degrees of freedom when both are honest.
+double disagreement(const MountEstimate& a, const MountEstimate& b);
 
 }  // namespace bearing_calibration::core

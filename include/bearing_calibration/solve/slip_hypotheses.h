@@ -15,7 +15,7 @@ struct SlipAverage {
   BatchEstimate best;  ///< of all suppositions, the one of least cost
   /// The best one that leaves out every slip which is not beyond doubt: what is made final.
   BatchEstimate trusting;
-  RobotEstimate estimate;  ///< mean and covariance over all, weighted by exp(-cost / 2)
+  StateEstimate estimate;  ///< mean and covariance over all, weighted by exp(-cost / 2)
   RivalMount rival;        ///< of `estimate`, among all suppositions
 };
 

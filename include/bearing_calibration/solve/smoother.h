@@ -1,11 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
-#include "bearing_calibration/filter/cartesian_state.h"
-#include "bearing_calibration/filter/ekf.h"
-#include "bearing_calibration/filter/lights_state.h"
+#include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/solve/mount_displacement.h"
 
@@ -41,16 +42,15 @@ struct RecordPath {
   ErrorVector errors = ErrorVector::Zero();
 
   int lights() const { return static_cast<int>(points.front().lights_in_base.cols()); }
-  /// The Cartesian state of one light at an observation.
+  /// One light with the mount at an observation.
   Vector5 state(std::size_t observation, int light = 0) const;
   /// Mount, errors and all lights at an observation.
-  LightsVector lightsState(const LightsLayout& layout, std::size_t observation) const;
+  StateVector stateAt(const StateLayout& layout, std::size_t observation) const;
 };
 
 /// One observation seen from all others of the record.
 struct SmoothedObservation {
-  double innovation_rad = 0.0;  ///< against the observations before it
-  double innovation_variance_rad2 = 0.0;
+  Innovation azimuth{0.0, 0.0};         ///< against the observations before it
   std::optional<Innovation> elevation;  ///< against the observations before it and its own azimuth
   /// Against all other observations, and the variance of what those expect, without the bearing's
   /// own.
@@ -66,7 +66,7 @@ struct SmoothedObservation {
 struct SmootherPass {
   std::vector<SmoothedObservation> observations;
   RecordPath path;              ///< smoothed means
-  LightsEstimate last;          ///< filtered, which is smoothed too, at the last observation
+  StateEstimate last;           ///< filtered, which is smoothed too, at the last observation
   double motion_cost = 0.0;     ///< squared noise of all motions that the smoothed path implies
   double beginning_cost = 0.0;  ///< the same of what was known at the record's beginning
 };
@@ -84,9 +84,9 @@ inline constexpr SmootherPrior kFreePass{100.0, 100.0};
 Eigen::Matrix3d slipCovariance();
 
 /// What is known before the first bearing; with a beginning, before the first motion.
-LightsEstimate knownBeforehand(const LightsLayout& layout, const RecordPath& path,
-                               const SmootherPrior& prior, const ErrorPriors& errors,
-                               const LightsEstimate* beginning);
+StateEstimate knownBeforehand(const StateLayout& layout, const RecordPath& path,
+                              const SmootherPrior& prior, const ErrorPriors& errors,
+                              const StateEstimate* beginning);
 
 /// Kalman filter forward, disturbance smoother (modified Bryson-Frazier) backward; its disturbances
 /// are the test statistics for slips and outliers (de Jong and Penzer 1998). Bearings and motions
@@ -101,6 +101,6 @@ LightsEstimate knownBeforehand(const LightsLayout& layout, const RecordPath& pat
 SmootherPass smooth(const std::vector<Observation>& observations,
                     const std::vector<ObservationWeight>& weights, const RecordPath& path,
                     const SmootherPrior& prior, const ErrorPriors& errors = {},
-                    const LightsEstimate* beginning = nullptr);
+                    const StateEstimate* beginning = nullptr);
 
 }  // namespace bearing_calibration::core

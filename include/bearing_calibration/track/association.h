@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration::core {
@@ -36,6 +36,6 @@ struct FusionConfig {
 /// Chooses the light among an image's candidates and updates the filter by it, if there is one.
 /// @param nearby  travel around the image's stamp
 Association fuseLight(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
-                      const FusionConfig& fusion, MountFilter* filter);
+                      const FusionConfig& fusion, LiveFilter* filter);
 
 }  // namespace bearing_calibration::core

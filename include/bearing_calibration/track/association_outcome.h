@@ -4,7 +4,7 @@
 #include <functional>
 #include <limits>
 
-#include "bearing_calibration/filter/cartesian_state.h"
+#include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration::core {

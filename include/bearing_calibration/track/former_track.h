@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/track/association.h"
 
@@ -14,9 +14,9 @@ namespace bearing_calibration::core {
 /// the odometry says.
 class FormerTrack {
  public:
-  explicit FormerTrack(FilterValue filter);
+  explicit FormerTrack(const LiveFilter& filter) : filter_(filter) {}
 
-  void move(const OdometryIncrement& motion) { filter_->predict(motion); }
+  void move(const OdometryIncrement& motion) { filter_.predict(motion); }
 
   /// An image at the end of the last motion.
   /// @param present  what it showed at the present place: what is seen at both tells nothing
@@ -28,10 +28,10 @@ class FormerTrack {
   /// It has not turned up for so long that it will not.
   bool isHistory() const;
 
-  FilterValue takeFilter() { return std::move(filter_); }
+  const LiveFilter& filter() const { return filter_; }
 
  private:
-  FilterValue filter_;
+  LiveFilter filter_;
   unsigned found_ = 0;  ///< there only: a bit for each image, the last one's lowest
   int images_ = 0;
 };

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "bearing_calibration/filter/cartesian_state.h"
-#include "bearing_calibration/filter/paper_state.h"
+#include "bearing_calibration/filter/observation.h"
+#include "bearing_calibration/filter/paper_filter.h"
 
 namespace bearing_calibration::core {
 
@@ -17,8 +17,9 @@ struct LightDistance {
 CartesianEstimate placeLight(const MountEstimate& base_from_sensor, const LightDistance& distance,
                              double azimuth_rad, double azimuth_variance_rad2);
 
-/// Forgets a part of what is known about the light, and nothing about the mount: adds a variance of
-/// `stddev_m` in every direction and of `stddev_rad` seen from the base across the line of sight.
-CartesianEstimate widenLight(const CartesianEstimate& estimate, double stddev_m, double stddev_rad);
+/// Forgets a part of what is known about the only light, and nothing about the mount: adds a
+/// variance of `stddev_m` in every direction and of `stddev_rad` seen from the base across the line
+/// of sight.
+StateEstimate widenLight(StateEstimate estimate, double stddev_m, double stddev_rad);
 
 }  // namespace bearing_calibration::core

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/filter/mount_filter.h"
+#include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/track/association.h"
 #include "bearing_calibration/track/former_track.h"
@@ -15,10 +15,7 @@ namespace bearing_calibration::core {
 
 /// Parameter group `filter`.
 struct FilterConfig {
-  enum class Parametrisation : std::uint8_t {
-    kCartesian,  ///< light and sensor in the base frame
-    kPaper,      ///< X = [D, theta, phi, rho, psi]
-  };
+  using Parametrisation = LiveFilter::Parametrisation;
   Parametrisation parametrisation = Parametrisation::kCartesian;
   double gate_probability = 0.0;  ///< a true bearing passes the chi-square gate with this one
   /// So many gated bearings in a row, and the light's block is widened by the two amounts below.
@@ -46,9 +43,7 @@ class MountTracker {
 
   /// @param bearing_correlation  of one bearing's noise with the next one's, in [0, 1): n bearings
   ///   are then worth fewer, and their variances are widened for it
-  /// @param errors_in_use  how many of the robot's errors the filter carries (see errorsInUse())
-  MountTracker(const FilterConfig& config, const RobotEstimate& start, double bearing_correlation,
-               int errors_in_use);
+  MountTracker(const FilterConfig& config, const StateEstimate& start, double bearing_correlation);
 
   /// The base has moved; no image.
   void move(const OdometryIncrement& motion);
@@ -57,9 +52,12 @@ class MountTracker {
   Association associate(const std::vector<Bearing>& candidates, const OdometryWindow& nearby);
 
   /// Takes up what a better estimator says of the last image.
-  void rebase(const RobotEstimate& estimate, double bearing_correlation);
+  void rebase(const StateEstimate& estimate, double bearing_correlation);
 
-  const MountFilter& filter() const { return *filter_; }
+  const LiveFilter& filter() const { return filter_; }
+  /// Where the light would be seen after a further motion.
+  AzimuthPrediction predictAzimuthAfter(const OdometryIncrement& motion,
+                                        const OdometryWindow& nearby) const;
   /// Whether the light may be elsewhere than the filter says: it was looked for anew not long ago,
   /// or the base has turned by an unknown angle since it was seen.
   bool isSearching() const { return former_.has_value() || motion_unknown_; }
@@ -73,9 +71,8 @@ class MountTracker {
   void lookAnew();
 
   FilterConfig config_;
-  int errors_in_use_;
   FusionConfig fusion_;
-  FilterValue filter_;
+  LiveFilter filter_;
   std::optional<FormerTrack> former_;  ///< while the light may turn up at its old place
   bool motion_unknown_ = false;        ///< the light's direction is lost since the last update
   int gated_in_a_row_ = 0;

@@ -8,8 +8,8 @@
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
-#include "bearing_calibration/vision/light_detector.h"
-#include "bearing_calibration/vision/light_ellipse.h"
+#include "bearing_calibration/vision/detection.h"
+#include "bearing_calibration/vision/detector_config.h"
 
 namespace bearing_calibration::core {
 
@@ -31,13 +31,13 @@ struct ColourConfig {
   void declare(Parameters& params);
 };
 
-/// The colour of a spot over its surroundings; nothing where it is too dim or too much of it full.
-/// Pixels with a full channel are left out: what the others lose by it is the same in each channel.
-/// @param bgr CV_8UC3
-/// @param saturation_level from which on a channel is full
-std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot,
-                                    const Eigen::Vector2d& mirror_centre_px,
-                                    double saturation_level);
+/// The colours of an image's lights over their surroundings; nothing where one is too dim or too
+/// much of it full. Pixels with a full channel are left out: what the others lose by it is the same
+/// in each channel.
+/// @param bgr CV_8UC3, which is full at 255 or at what is less in the detector's configuration
+std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,
+                                                  const std::vector<Detection>& lights,
+                                                  const DetectorConfig& detector);
 
 /// Gives each candidate the light_id of the light with its colour; all others get the probability
 /// 0.
@@ -45,11 +45,5 @@ std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot
 /// @throws std::invalid_argument unless there is one colour for each candidate.
 void identifyByColour(const ColourConfig& config,
                       const std::vector<std::optional<ColourParts>>& colours, BearingSet* set);
-
-/// The colours of an image's lights. @param bgr CV_8UC3, which is full at 255 or at what is less in
-/// the detector's configuration
-std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,
-                                                  const std::vector<Detection>& lights,
-                                                  const DetectorConfig& detector);
 
 }  // namespace bearing_calibration::core

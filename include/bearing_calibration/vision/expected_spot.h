@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "bearing_calibration/vision/detector_config.h"
@@ -12,53 +13,54 @@ struct Range {
   double high = 0.0;
 };
 
-/// Standard deviations of a light's image along the azimuth and along the mirror's radius, for
-/// every distance and size that the light may have.
+/// How a light's image looks, for every distance and size that the light may have. Pairs are
+/// (tangential, radial): along the azimuth and along the image's radius.
 struct SpotSize {
-  Range tangential_stddev_px;
-  Range radial_stddev_px;
-  /// Of the smallest light, logarithms of the standard deviations (tangential, radial): the middle,
-  /// and the covariance by what is not known of optics and distance.
+  Eigen::Vector2d least_stddev_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d most_stddev_px = Eigen::Vector2d::Zero();
+  /// Of the smallest light, logarithms of the standard deviations: the middle, and the covariance
+  /// by what is not known of optics and distance.
   Eigen::Vector2d log_point = Eigen::Vector2d::Zero();
   Eigen::Matrix2d log_covariance = Eigen::Matrix2d::Identity();
   double max_kurtosis = 0.0;  ///< of the smallest light: fourth moment over squared second one
 
   /// Of the smallest light, larger by this many standard deviations than it is expected.
-  Eigen::Vector2d pointStddev_px(double sigmas) const {
-    return (log_point + sigmas * log_covariance.diagonal().cwiseSqrt()).array().exp();
-  }
-
-  /// The ranges, wider by what the optics' uncertainty makes of them.
-  Range possibleTangential_px() const {
-    return widened(tangential_stddev_px, log_covariance(0, 0));
-  }
-  Range possibleRadial_px() const { return widened(radial_stddev_px, log_covariance(1, 1)); }
-
- private:
-  static Range widened(const Range& range, double log_variance);
+  Eigen::Vector2d pointStddev_px(double sigmas) const;
+  /// The factor by which the optics' uncertainty widens the range, either way.
+  Eigen::Vector2d widening() const;
 };
 
-/// At one image radius; at the rim's beyond it.
-SpotSize expectedSpotSize(const DetectorConfig& config, double image_radius_px);
+/// What a camera makes of a light, by the image radius: all that the detector knows of lens and
+/// mirror. Any other camera that looks alike in all directions about its axis can have its own.
+struct LightOptics {
+  std::function<SpotSize(double image_radius_px)> sizeAt;
+  /// For a variance of the image radius.
+  std::function<Elevation(double image_radius_px, double variance_px2)> elevationAt;
+  double largest_radius_px = 0.0;  ///< outside no light is seen, whatever is not known
+  double rim_radius_px = 0.0;      ///< here ends what is seen of the surroundings
+};
 
-/// Outside of this image radius no light is seen: the horizon of the highest light that stands
-/// nearest, with the optics' uncertainty; the rim's at most.
-double largestRadiusPx(const DetectorConfig& config);
+/// The conic mirror's: the blur of the open aperture, the light's own size, the pixels' size and
+/// the software's defocus. A light lies inside the horizon of the highest one that stands nearest.
+LightOptics conicMirrorOptics(const DetectorConfig& config);
 
-/// The image that the optics make of the light, tabulated over the image radius: the blur of the
-/// open aperture, the light's own size, the pixels' size and the software's defocus. Nothing is
-/// expected (zeros) when the mirror's gates are off.
+/// What a light's image is expected to look like at a place in the image: a camera's optics,
+/// tabulated over the mask.
 class ExpectedSpot {
  public:
-  explicit ExpectedSpot(const DetectorConfig& config);
+  ExpectedSpot(const LightOptics& optics, const DetectorConfig& config);
 
-  const SpotSize& at(double image_radius_px) const;
+  const LightOptics& optics() const { return optics_; }
+  const SpotSize& at(const Eigen::Vector2d& place_px) const;
+  bool mayStandAt(const Eigen::Vector2d& place_px) const;  ///< or too high for a light
   /// Area [px] of the spots that can be seen anywhere in the mask.
   const Range& area_px() const { return area_px_; }
   /// Of the smallest light's spots, along either axis.
-  double largest_point_stddev_px() const { return largest_point_stddev_px_; }
+  double largestPointStddev_px() const { return largest_point_stddev_px_; }
 
  private:
+  LightOptics optics_;
+  Eigen::Vector2d centre_px_;
   std::vector<SpotSize> sizes_;  ///< by image radius in whole pixels
   Range area_px_;
   double largest_point_stddev_px_ = 0.0;

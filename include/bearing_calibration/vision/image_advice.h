@@ -6,7 +6,6 @@
 #include <string>
 
 #include "bearing_calibration/vision/detector_config.h"
-#include "bearing_calibration/vision/expected_spot.h"
 #include "bearing_calibration/vision/light_detector.h"
 
 namespace bearing_calibration::core {
@@ -38,12 +37,7 @@ class ImageAdviser {
   std::optional<Advice> adviceFor(const DetectionResult& result) const;
 
  private:
-  std::optional<Advice> onExposure(const Detection& light) const;
-  bool mayBeOutOfFocus(const Detection& spot) const;
-  Advice onRejected(const DetectionResult& result) const;
-
   DetectorConfig config_;
-  double largest_radius_px_;
 };
 
 /// The focus distance at which the lens would make a spot of this size; all else as configured.

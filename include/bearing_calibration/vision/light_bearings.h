@@ -4,9 +4,25 @@
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
-#include "bearing_calibration/vision/light_detector.h"
+#include "bearing_calibration/vision/detection.h"
+#include "bearing_calibration/vision/detector_config.h"
+#include "bearing_calibration/vision/expected_spot.h"
 
 namespace bearing_calibration::core {
+
+/// A measured spot as a bearing, without its probability: azimuth about the mirror's centre, image
+/// radius, and the elevation of the ray where a spot is expected. The variance of the spot's centre
+/// is that of doc/detection.md, V1: photon noise, read noise and rounding, the pixels' unequal
+/// sensitivities, the background plane and its texture, an unevenly bright light, sampling and
+/// clipping of the outline; and what the search adds, which found it beside a bright area or inside
+/// of one of the spots that a lower threshold showed and that were refused.
+/// @param expected  null where nothing is
+Bearing bearingOf(const LightEllipse& light, const Search& search,
+                  const std::vector<Detection>& refused, const ExpectedSpot* expected,
+                  const DetectorConfig& config);
+
+/// The one of the highest probability; null without any.
+const Detection* likeliestLight(const std::vector<Detection>& lights);
 
 /// When the rows of an image were exposed. Parameter group `time`.
 struct ShutterConfig {

@@ -2,35 +2,20 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>
 
-#include "bearing_calibration/optics/bearing.h"
-#include "bearing_calibration/vision/annulus_mask.h"
-#include "bearing_calibration/vision/blob_segmenter.h"
-#include "bearing_calibration/vision/detection_gates.h"
+#include "bearing_calibration/vision/bright_spots.h"
+#include "bearing_calibration/vision/detection.h"
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/expected_spot.h"
-#include "bearing_calibration/vision/light_ellipse.h"
-#include "bearing_calibration/vision/robust_threshold.h"
+#include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/search_region.h"
 #include "bearing_calibration/vision/spot_meter.h"
 
 namespace bearing_calibration::core {
-
-/// A bright spot of an image: the light, or what was mistaken for it and why it was not.
-struct Detection {
-  /// Where a gate before the measurement failed: centre, size, fill and pixels as thresholded.
-  LightEllipse ellipse;
-  Bearing bearing;  ///< only of an accepted spot
-  Rejection rejection = Rejection::kNone;
-
-  bool accepted() const { return rejection == Rejection::kNone; }
-};
-
-/// The one of the highest probability; null without any.
-const Detection* likeliestLight(const std::vector<Detection>& lights);
 
 /// What one image showed.
 struct DetectionResult {
@@ -45,8 +30,9 @@ struct DetectionResult {
   bool too_cluttered = false;  ///< more bright runs than a scene with a light can have: gave up
 };
 
-/// Finds the image of a light in a conic mirror: background, threshold, connected pixels, gates,
-/// intensity centroid, gates again, variance.
+/// Finds the image of a light in a conic mirror. An image's way to its bearings: where to look,
+/// from which level on, which pixels are connected, their ellipse of light, the probability that
+/// it is a light, its centre's variance (doc/detection.md).
 class LightDetector {
  public:
   /// What is as likely as this is not looked for elsewhere.
@@ -68,37 +54,27 @@ class LightDetector {
   const DetectorConfig& config() const { return config_; }
 
  private:
-  void requireImage(const cv::Mat& image) const;
-  void searchBesideBrightAreas(const cv::Mat& image, const cv::Mat& sharp,
-                               const std::vector<PixelStrip>& strips);
-  void scan(const cv::Mat& image, const cv::Mat& sharp, const std::vector<PixelStrip>& strips);
-  double logPartOf(const std::vector<PixelStrip>& strips) const;
-  bool likely() const { return probabilityOfBest(result_) >= kLikely; }
-  static double probabilityOfBest(const DetectionResult& result);
-  void examine(const cv::Mat& image, const cv::Mat& sharp, const std::vector<Blob>& blobs,
-               bool with_rejected);
-  void measure(const cv::Mat& image, const cv::Mat& sharp, const BlobShape& shape,
-               Detection* detection);
-  void listRejected(const Detection& detection);
-  bool cutByMask(const PixelEllipse& window) const;
-  SpotWindow windowFor(const BlobShape& shape) const;
+  void search(const SearchedImage& image, const std::vector<PixelStrip>& strips);
+  void scan(const SearchedImage& image, const std::vector<PixelStrip>& strips, bool opened,
+            DetectionResult* result);
+  void examine(const SearchedImage& image, const std::vector<Blob>& blobs, const Search& search,
+               DetectionResult* result);
+  Rejection measure(const SearchedImage& image, const Search& search,
+                    const std::vector<Detection>& refused, Detection* spot) const;
 
   DetectorConfig config_;
   AnnulusMask mask_;
-  ExpectedSpot expected_;
-  double largest_radius_px_;
-  BackgroundSampler sampler_;
+  double mask_px_;                                ///< pixels of the whole mask
+  std::unique_ptr<const ExpectedSpot> expected_;  ///< null: nothing is, without the mirror's gates
   BlobSegmenter segmenter_;
   std::vector<PixelStrip> region_;
   cv::Mat defocused_;
   cv::Mat wider_than_a_light_;  ///< element of the opening
-  cv::Mat opened_;
+  cv::Mat opened_;              ///< the image less its opening
   bool opened_is_of_image_ = false;
-  std::int64_t mask_px_ = 0;  ///< pixels of the whole mask
-  Search search_;             ///< what was tried until now
   DetectionResult result_;
-  DetectionResult other_result_;
-  std::vector<Detection> best_lights_;  ///< of the thresholds until now
+  DetectionResult opened_result_;
+  std::vector<Detection> lights_;  ///< over one threshold
 };
 
 }  // namespace bearing_calibration::core

@@ -1,14 +1,55 @@
 #pragma once
 
+#include <opencv2/core/mat.hpp>
 #include <optional>
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
-#include "bearing_calibration/vision/annulus_mask.h"
+#include "bearing_calibration/vision/detection.h"
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/expected_spot.h"
 
 namespace bearing_calibration::core {
+
+/// Pixels [begin, end) of a row.
+struct PixelStrip {
+  int row = 0;
+  int begin = 0;
+  int end = 0;
+};
+
+/// Directions within half_width_rad < 90 deg of the centre.
+struct AzimuthSector {
+  double centre_rad = 0.0;
+  double half_width_rad = 0.0;
+};
+
+/// The pixels in which a light may be seen: the mirror's annulus less its posts and the rows that
+/// are not valid, kept as strips in reading order.
+class AnnulusMask {
+ public:
+  explicit AnnulusMask(const DetectorConfig& config);
+
+  const std::vector<PixelStrip>& strips() const { return strips_; }
+
+  /// The part of the mask inside a sector or a box, written to `strips` without allocation once
+  /// that has the capacity. @throws std::invalid_argument unless 0 < half width < 90 deg
+  void clipToSector(const AzimuthSector& sector, std::vector<PixelStrip>* strips) const;
+  void clipToBox(const cv::Rect& box, std::vector<PixelStrip>* strips) const;
+
+  /// Whole pixels from the pixel nearest to a position to the nearest one outside of the mask; 0
+  /// for a pixel that is outside itself, and not more than 255.
+  int clearancePx(double u_px, double v_px) const;
+  bool contains(double u_px, double v_px) const { return clearancePx(u_px, v_px) > 0; }
+  /// Whether the ellipse's outline leaves the mask.
+  bool cuts(const PixelEllipse& ellipse) const;
+
+ private:
+  MirrorView view_;
+  double outer_radius_px_;
+  std::vector<PixelStrip> strips_;
+  cv::Mat clearance_;  ///< by pixel, CV_8UC1
+};
 
 /// Where in an image a light is expected, by the place of its centre.
 struct ExpectedPlace {
@@ -56,7 +97,7 @@ std::optional<SearchRegion> searchRegion(const SearchConfig& config,
 /// All pixels of a light whose centre is where it is expected, with room for a dark rim: the box
 /// around a rectangle of centres, along and across the mirror's radius, and the largest ellipse
 /// about each.
-cv::Rect boxAround(const ExpectedPlace& place, const ExpectedSpot& expected_spot,
+cv::Rect boxAround(const ExpectedPlace& place, const ExpectedSpot& expected,
                    const DetectorConfig& config);
 
 }  // namespace bearing_calibration::core

@@ -1,0 +1,78 @@
+#include "bearing_calibration/solve/metric_scale.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace bearing_calibration::core {
+namespace {
+
+constexpr int kScales = placeOf<WheelScales>();
+/// Errors whose priors know of the metric scale.
+constexpr std::array<int, 3> kLengths = {kScales, kScales + 1, placeOf<WheelSeparation>()};
+
+/// How the state changes where all lengths grow: its derivative by the logarithm of their unit.
+StateVector growthOf(const StateEstimate& estimate) {
+  const StateLayout& layout = estimate.layout;
+  StateVector growth = estimate.mean;
+  growth(kMountSize - 1) = 0.0;
+  for (int error = 0; error < layout.errors; ++error) {
+    double& change = growth(kMountSize + error);
+    const bool is_length = std::count(kLengths.begin(), kLengths.end(), error) > 0;
+    const bool is_height = error == placeOf<SensorTilt>() + SensorTilt::kHeight;
+    if (is_length) change += 1.0;  // they are relative to one
+    if (!is_length && !is_height) change = 0.0;
+  }
+  return growth;
+}
+
+}  // namespace
+
+StateEstimate withoutLearntScale(const StateEstimate& estimate, const ErrorPriors& priors) {
+  const auto isKnown = [&](int error) {
+    return error >= estimate.layout.errors || !(priors.stddev(error) > 0.0);
+  };
+  if (std::any_of(kLengths.begin(), kLengths.end(), isKnown)) return estimate;
+  std::vector<int> places;  // of what is not known for certain
+  for (int i = 0; i < estimate.layout.size(); ++i) {
+    if (estimate.covariance(i, i) > 0.0) places.push_back(i);
+  }
+  const auto size = static_cast<Eigen::Index>(places.size());
+  // in standard deviations, so that all numbers can be compared
+  const Eigen::MatrixXd P = estimate.covariance(places, places);
+  const Eigen::VectorXd unit = P.diagonal().cwiseSqrt();
+  const Eigen::VectorXd per_unit = unit.cwiseInverse();
+  const Eigen::MatrixXd correlation = per_unit.asDiagonal() * P * per_unit.asDiagonal();
+  const Eigen::MatrixXd information =
+      correlation.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  const Eigen::VectorXd growth = per_unit.cwiseProduct(Eigen::VectorXd(growthOf(estimate)(places)));
+
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(size);  // its information ...
+  Eigen::VectorXd pull = Eigen::VectorXd::Zero(size);   // ... and how the data pull against it
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const int error = places[static_cast<std::size_t>(i)] - kMountSize;
+    if (std::count(kLengths.begin(), kLengths.end(), error) == 0) continue;
+    const double off = estimate.mean(kMountSize + error) - priors.mean(error);
+    prior(i) = std::pow(unit(i) / priors.stddev(error), 2);
+    pull(i) = prior(i) * off / unit(i);
+  }
+  const Eigen::VectorXd by_prior = prior.cwiseProduct(growth) / growth.cwiseAbs2().dot(prior);
+  const Eigen::MatrixXd across =
+      Eigen::MatrixXd::Identity(size, size) - growth * by_prior.transpose();
+  Eigen::MatrixXd data = information;
+  data.diagonal() -= prior;
+  Eigen::MatrixXd projected = across.transpose() * data * across;
+  projected.diagonal() += prior;
+  const Eigen::MatrixXd covariance =
+      projected.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  const Eigen::VectorXd shift = -(covariance * by_prior) * growth.dot(pull);
+
+  StateEstimate known = estimate;
+  known.mean(places) += unit.cwiseProduct(shift);
+  known.covariance(places, places) = unit.asDiagonal() * covariance * unit.asDiagonal();
+  symmetrise(&known.covariance);
+  return known;
+}
+
+}  // namespace bearing_calibration::core
