@@ -23,8 +23,9 @@ fi
 
 # stampOf TARGET...: the file that is there once these targets have been built.
 stampOf() {
-  local IFS=-
-  printf '%s/.built-%s' "$build_folder" "$*"
+  local name
+  name="$(printf '%s\n' "$@" | cksum)"
+  printf '%s/.built-%s' "$build_folder" "${name%% *}"
 }
 
 # ROS's setup files read variables that are not set.

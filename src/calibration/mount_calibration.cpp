@@ -95,7 +95,7 @@ void MountCalibration::attemptStart() {
   diagnosis_ = {};
   const std::vector<Observation>& observations = initializer_.record().observations();
   record_fit_.beginAt({attempt.estimate, observations.size() - 1}, observations);
-  startTracker(withEarlier(attempt.estimate), attempt.bearing_correlation);
+  tracker_.emplace(config_.filter, withEarlier(attempt.estimate), attempt.bearing_correlation);
   judge_.emplace(config_.converged, config_.initializer.batch.errors.nearness_stddev_m);
   started_ = true;
 }
@@ -109,14 +109,12 @@ void MountCalibration::startFromGuess(const Bearing& light) {
       earlier_ ? kSomewhereNear
                : LightDistance{guess.light_distance_m, guess.light_distance_stddev_m};
   const ErrorPriors& errors = config_.initializer.batch.errors;
-  startTracker(StateEstimate::of(placeLight(earlier_ ? earlier_->mount() : guess.mount(), distance,
-                                            light.azimuth_rad, light.azimuth_variance_rad2),
-                                 errorsInUse(errors), priorEstimate(errors)),
-               kUncorrelated);
-}
-
-void MountCalibration::startTracker(const StateEstimate& estimate, double bearing_correlation) {
-  tracker_.emplace(config_.filter, estimate, bearing_correlation);
+  tracker_.emplace(
+      config_.filter,
+      StateEstimate::of(placeLight(earlier_ ? earlier_->mount() : guess.mount(), distance,
+                                   light.azimuth_rad, light.azimuth_variance_rad2),
+                        errorsInUse(errors), priorEstimate(errors)),
+      kUncorrelated);
 }
 
 void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nearby,
@@ -296,45 +294,6 @@ std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
     const OdometryIncrement& motion, const OdometryWindow& nearby) const {
   if (!tracker_ || tracker_->isSearching()) return std::nullopt;
   return tracker_->predictAzimuthAfter(motion, nearby);
-}
-
-void MountCalibration::describe(CalibrationResult* result) const {
-  result->error_priors = config_.initializer.batch.errors;
-  result->robot_errors = priorEstimate(config_.initializer.batch.errors);
-  result->noise_priors = config_.initializer.noise;
-  result->noise = noise_;
-  result->correlation_time = correlation_time_;
-  result->rival = rival_;
-  result->bearings_used = bearings_used_;
-  result->bearings_gated = bearings_gated_;
-  std::optional<CartesianEstimate> own;
-  if (const std::optional<MountTracker>& known = tracker_ ? tracker_ : search_.weak(); known) {
-    const StateEstimate estimate = known->filter().estimate();
-    sayEstimate(estimate, result);
-    if (config_.filter.parametrisation == FilterConfig::Parametrisation::kPaper) {
-      result->paper_state = known->filter().paper();
-    }
-    own = estimate.cartesian();
-    const Consistency consistency = known->consistency();
-    result->nis = consistency.nis;
-    result->nis_mean = consistency.nis_mean;
-  }
-  if (started_) {
-    result->state = judge_->last().state;
-    result->advice = judge_->last().advice;
-    result->cause = judge_->last().cause;
-    // More noise would explain the record as well: it is not what was stated, and the fault is.
-    const bool is_refuted = isNoiseSurprising() && diagnosis_.fault != Fault::kNone;
-    if (is_refuted) result->state = CalibrationState::kInconsistent;
-  } else {
-    search_.describe(result);
-  }
-  result->lights = {{lightId(), result->state, own, true, bearings_used_, ""}};
-  if (result->state == CalibrationState::kInconsistent && diagnosis_.fault != Fault::kNone) {
-    result->advice = ::bearing_calibration::core::describe(diagnosis_);
-    result->cause = diagnosis_.fault;
-  }
-  if (restarted_) sayRestarted(result);
 }
 
 }  // namespace bearing_calibration::core

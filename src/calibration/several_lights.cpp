@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 
 namespace bearing_calibration::core {
 namespace {
@@ -16,12 +15,6 @@ constexpr double kAloneFor_m = 10.0;
 bool isSame(const Bearing& bearing, const Observation& observation) {
   return bearing.azimuth_rad == observation.azimuth_rad &&
          bearing.azimuth_variance_rad2 == observation.azimuth_variance_rad2;
-}
-
-void take(const Judgement& judgement, CalibrationResult* result) {
-  result->state = judgement.state;
-  result->advice = judgement.advice;
-  result->cause = judgement.cause;
 }
 
 }  // namespace
@@ -199,104 +192,6 @@ void SeveralLights::startAnew() {
   joint_ = JointCalibration(config_);
   mount_moved_.reset();
   restarted_ = true;
-}
-
-/// "light 7", or "light number 1" of one whose own number nobody knows.
-std::string SeveralLights::nameOf(std::size_t light) const {
-  const std::int32_t id = lights_[light].lightId();
-  return id == kUnknownLight ? "light number " + std::to_string(light + 1)
-                             : "light " + std::to_string(id);
-}
-
-/// What stands against the verdict of one light alone.
-std::optional<Judgement> SeveralLights::objection() const {
-  if (mount_moved_) return mount_moved_;
-  if (joint_.outcome() == JointCalibration::Outcome::kTorn) {
-    return Judgement{CalibrationState::kInconsistent,
-                     "the lights give different mounts (" + nameOf(joint_.contradicting().front()) +
-                         " against others): one of them moves, or is a reflection",
-                     Fault::kLightsDisagree};
-  }
-  if (joint_.outcome() == JointCalibration::Outcome::kUnfit) {
-    return Judgement{CalibrationState::kConverging,
-                     "each light fits by itself, but not all of them together: drive on"};
-  }
-  return std::nullopt;
-}
-
-/// Why a light is not in the estimate.
-std::string SeveralLights::noteOn(std::size_t light) const {
-  const std::vector<std::size_t>& contradicting = joint_.contradicting();
-  if (std::count(contradicting.begin(), contradicting.end(), light) > 0) {
-    return "gives another mount than the others: it moves, or is a reflection";
-  }
-  return lights_[light].obstacle();
-}
-
-/// All lights with what their own calibrations say. While there is no joint one, the one speaks
-/// whose mount is known best.
-void SeveralLights::summarise(CalibrationResult* result) const {
-  const CalibrationResult empty = *result;
-  std::vector<LightSummary> summaries;
-  std::size_t leader = 0;
-  double least = std::numeric_limits<double>::infinity();
-  std::uint32_t used = 0;
-  std::uint32_t gated = 0;
-  for (std::size_t i = 0; i < lights_.size(); ++i) {
-    CalibrationResult own = empty;
-    lights_[i].describe(&own);
-    used += own.bearings_used;
-    gated += own.bearings_gated;
-    summaries.push_back(own.lights.front());
-    summaries.back().in_estimate = false;
-    const bool may_speak =
-        lights_[i].isFound() && lights_[i].judgement()->state != CalibrationState::kInconsistent;
-    const double size = may_speak ? own.base_from_sensor->covariance.trace() : least;
-    if (i > 0 && !(size < least)) continue;
-    least = may_speak ? size : least;
-    leader = i;
-    *result = own;
-  }
-  if (!summaries.empty()) {
-    summaries[leader].in_estimate = !joint_.joint() && result->cartesian_state.has_value();
-  }
-  result->lights = summaries;
-  result->bearings_used = used;
-  result->bearings_gated = gated;
-}
-
-/// What all lights together say takes the place of what one says.
-void SeveralLights::takeJoint(CalibrationResult* result) const {
-  const auto& joint = joint_.joint();
-  if (!joint) return;
-  const StateEstimate estimate = joint->filter.estimate();
-  result->rival = lights_[joint->lights.front()].rival();
-  for (std::size_t k = 0; k < joint->lights.size(); ++k) {
-    LightSummary& summary = result->lights[joint->lights[k]];
-    summary.in_estimate = true;
-    summary.cartesian_state = estimate.cartesian(static_cast<int>(k));
-    // a rival of all of them is at least as far behind as with any one
-    const RivalMount& rival = lights_[joint->lights[k]].rival();
-    if (rival.gap > result->rival.gap) result->rival = rival;
-  }
-  sayEstimate(estimate, result);
-  take(joint->judgement, result);
-}
-
-void SeveralLights::describe(CalibrationResult* result) const {
-  if (!isMany()) return lights_.front().describe(result);
-  result->error_priors = config_.initializer.batch.errors;
-  result->robot_errors = priorEstimate(result->error_priors);
-  summarise(result);
-  takeJoint(result);
-  for (std::size_t i = 0; i < result->lights.size(); ++i) {
-    if (!result->lights[i].in_estimate) result->lights[i].note = noteOn(i);
-  }
-  const auto against = objection();
-  const bool is_verdict = result->state == CalibrationState::kConverged ||
-                          result->state == CalibrationState::kConverging;
-  if (against && is_verdict) take(*against, result);
-  if (restarted_) sayRestarted(result);
 }
 
 std::optional<AzimuthPrediction> SeveralLights::predictAzimuthAfter(

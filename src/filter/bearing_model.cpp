@@ -1,6 +1,5 @@
 #include "bearing_calibration/filter/bearing_model.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
@@ -125,21 +124,13 @@ ScalarUpdate prepareUpdate(const StateRow& H, double residual, double variance,
 }
 
 void apply(const ScalarUpdate& update, StateEstimate* estimate) {
-  constexpr Eigen::Index kFew = 5;
   const StateVector& K = update.gain;
   StateMatrix& P = estimate->covariance;
   estimate->mean += K * update.innovation.residual;
-  if (K.size() <= kFew) {
-    StateMatrix I_KH = -K.lazyProduct(update.H.transpose());
-    I_KH.diagonal().array() += 1.0;
-    const StateMatrix I_KH_P = I_KH.lazyProduct(P);
-    P = I_KH_P.lazyProduct(I_KH.transpose()) + (update.variance * K).lazyProduct(K.transpose());
-  } else {  // multiplied out: the cost grows with the square of the states instead of their cube
-    const StateVector PHt = update.innovation.variance * K;
-    P.noalias() -= K.lazyProduct(PHt.transpose());
-    const StateVector left = update.variance * K - P.lazyProduct(update.H);
-    P.noalias() += left.lazyProduct(K.transpose());
-  }
+  // (I - K H) P (I - K H)^T + K R K^T, multiplied out: in the square of the states, not their cube
+  P.noalias() -= K.lazyProduct((update.innovation.variance * K).transpose());
+  const StateVector left = update.variance * K - P.lazyProduct(update.H);
+  P.noalias() += left.lazyProduct(K.transpose());
   symmetrise(&P);
 }
 

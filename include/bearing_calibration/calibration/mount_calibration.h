@@ -87,7 +87,6 @@ class MountCalibration {
   void start(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   void attemptStart();
   void startFromGuess(const Bearing& light);
-  void startTracker(const StateEstimate& estimate, double bearing_correlation);
   StateEstimate withEarlier(StateEstimate estimate);
   void follow(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   bool isFitDue() const;
