@@ -64,8 +64,7 @@ StateEstimate withoutLearntScale(const StateEstimate& estimate, const ErrorPrior
   data.diagonal() -= prior;
   Eigen::MatrixXd projected = across.transpose() * data * across;
   projected.diagonal() += prior;
-  const Eigen::MatrixXd covariance =
-      projected.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  const Eigen::MatrixXd covariance = projected.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
   const Eigen::VectorXd shift = -(covariance * by_prior) * growth.dot(pull);
 
   StateEstimate known = estimate;
