@@ -206,7 +206,7 @@ struct Harmonic {
 
 /// Mirror axis, apex and image centre are not on one line: the azimuth is off by a first harmonic
 /// of the sizes q(0), q(1) [rad] for a far light, and by q(2) [m] over the range times these more
-/// for a near one. q(2) is a constant of mirror and lens (optics/mirror_misalignment) where the
+/// for a near one. q(2) is a constant of mirror and lens (optics/conic_mirror) where the
 /// image's centre is put as that says, and known beforehand (doc/model.md, eq. 19).
 struct MirrorHarmonic : NoEffect {
   static constexpr const char* kName = "mirror_harmonic";
