@@ -2,16 +2,13 @@
 
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/output/unestimated_mount.h"
-#include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
-#include "bearing_calibration_ros/wheel_params.h"
+#include "bearing_calibration_ros/wheel_input.h"
 
 namespace bearing_calibration_ros {
 
@@ -19,8 +16,6 @@ namespace bearing_calibration_ros {
 struct FrameNames {
   std::string base;
   std::string sensor;
-
-  std::vector<std::string> validate() const;
 };
 
 /// Parameter group `output`.
@@ -33,14 +28,14 @@ struct OutputConfig {
   double max_rate_hz = 0.0;    ///< of the estimate, in wall time
   double prediction_rate_hz = 0.0;  ///< of the predicted bearing, in the encoders' time
 
-  std::vector<std::string> validate(const FrameNames& frames) const;
+  void declare(const FrameNames& frames, core::Parameters& params);
 };
 
-/// Everything that the calibration nodelet reads from its private parameters.
+/// Everything that the calibration nodelet reads from its private parameters:
+/// config/calibration.yaml.
 struct CalibrationNodeConfig {
   FrameNames frames;
-  WheelSource wheel_source = WheelSource::kTicks;
-  WheelJoints joints;
+  WheelInput wheels;
   core::CalibratorConfig calibrator;
   core::UnestimatedMount unestimated_mount;
   bool resume = false;  ///< go on from the result.yaml that is there at the start
@@ -48,19 +43,20 @@ struct CalibrationNodeConfig {
   double max_step_back_s = 0.0;  ///< of ROS time and of the encoders' stamps; more begins anew
   double input_timeout_s = 0.0;  ///< a stream silent for longer is said to be missing
   std::map<std::string, std::string> texts;  ///< every parameter's value in YAML, for the record
+
+  void declare(core::Parameters& params);
 };
 
 /// Whether the reader of output/folder is going to write into it.
 enum class ResultFolder : std::uint8_t { kUnused, kWritten };
 
-/// Reads config/calibration.yaml's parameters.
 /// @throws std::runtime_error with one line for each parameter that is missing, wrong or unknown.
 CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params,
                                                 ResultFolder folder = ResultFolder::kUnused);
 
 /// Tries to write into the folder that this one stands for (see OwnedFolder), makes it where it is
 /// missing, and clears away what a killed writer has left.
-/// @returns in words why that cannot be, with the system's reason; none when it can
-std::optional<std::string> whyNotWritable(const std::string& folder);
+/// @returns in words why that cannot be, with the system's reason; empty when it can
+std::string whyNotWritable(const std::string& folder);
 
 }  // namespace bearing_calibration_ros

@@ -24,9 +24,22 @@ struct DetectionNodeConfig {
   core::ColourConfig colour;
   /// Of so many images one is searched whole, so that a wrong prediction does not feed itself.
   int full_scan_every = 0;
-};
 
-/// @throws std::runtime_error with one line for each missing, misspelt or impossible parameter.
-DetectionNodeConfig readDetectionNodeConfig(ParamReader params);
+  void declare(core::Parameters& params) {
+    constexpr int kLongestQueue = 1000;  // of 640x480: 300 MB
+    params.read("frames/sensor", sensor_frame);
+    params.notEmpty("frames/sensor", sensor_frame);
+    params.read("camera_info/required", camera_info_required);
+    params.integer("images/queue", image_queue, 1, kLongestQueue);
+    detector.declare(params);
+    shutter.declare(params);
+    search.declare(params);
+    blink.declare(params);
+    colour.declare(params);
+    params.that(!(blink.use && colour.use),
+                "blink/use and colour/use cannot both be set: one of them names the light");
+    params.integer("prediction/full_scan_every", full_scan_every, 1, core::plausible::kMostOfAKind);
+  }
+};
 
 }  // namespace bearing_calibration_ros

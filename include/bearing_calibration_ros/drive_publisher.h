@@ -1,46 +1,141 @@
 #pragma once
 
-#include <bearing_calibration/CalibrationDriveFeedback.h>
-#include <bearing_calibration/CalibrationDriveResult.h>
+#include <actionlib/server/simple_action_server.h>
+#include <bearing_calibration/CalibrationDriveAction.h>
 #include <bearing_calibration/CalibrationEstimate.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/Twist.h>
 #include <nav_msgs/Path.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <tf2_ros/transform_broadcaster.h>
 
+#include <cmath>
+#include <limits>
 #include <string>
 
 #include "bearing_calibration/planning/calibration_driver.h"
+#include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 
-geometry_msgs::Twist twistFrom(const core::WheelSpeeds& speeds, double wheel_separation_m);
+inline geometry_msgs::Twist twistFrom(const core::WheelSpeeds& speeds, double wheel_separation_m) {
+  geometry_msgs::Twist twist;
+  twist.linear.x = 0.5 * (speeds.left_mps + speeds.right_mps);
+  twist.angular.z = (speeds.right_mps - speeds.left_mps) / wheel_separation_m;
+  return twist;
+}
 
-msg::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver& driver,
-                                           const msg::CalibrationEstimate& estimate);
+/// What feedback and result both say.
+template <typename Report>
+Report reportFrom(const core::CalibrationDriver& driver, const msg::CalibrationEstimate& estimate) {
+  Report report;
+  report.x_stddev_m = estimate.x_stddev_m;
+  report.y_stddev_m = estimate.y_stddev_m;
+  report.yaw_stddev_rad = estimate.yaw_stddev_rad;
+  report.time_s = driver.timeSeconds();
+  report.path_m = driver.pathMeters();
+  return report;
+}
 
-msg::CalibrationDriveResult resultFrom(const core::CalibrationDriver& driver,
-                                       const msg::CalibrationEstimate& estimate);
+inline msg::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver& driver,
+                                                  const msg::CalibrationEstimate& estimate) {
+  auto feedback = reportFrom<msg::CalibrationDriveFeedback>(driver, estimate);
+  feedback.state_text = estimate.state_text + ": " + estimate.advice;
+  Eigen::Vector3d expected = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  if (driver.plan()) expected = driver.plan()->expected.covariance.diagonal().cwiseSqrt();
+  feedback.expected_x_stddev_m = expected.x();
+  feedback.expected_y_stddev_m = expected.y();
+  feedback.expected_yaw_stddev_rad = expected.z();
+  feedback.light_distance_m = std::hypot(estimate.light_x_m, estimate.light_y_m);
+  return feedback;
+}
+
+inline msg::CalibrationDriveResult resultFrom(const core::CalibrationDriver& driver,
+                                              const msg::CalibrationEstimate& estimate) {
+  auto result = reportFrom<msg::CalibrationDriveResult>(driver, estimate);
+  result.end = static_cast<std::uint8_t>(driver.ended());
+  result.end_text =
+      std::string(core::nameOf(driver.ended())) + ": " + core::describe(driver.ended());
+  return result;
+}
+
+/// The action ~drive.
+class DriveActionServer : public actionlib::SimpleActionServer<msg::CalibrationDriveAction> {
+ public:
+  explicit DriveActionServer(const ros::NodeHandle& private_node_handle)
+      : SimpleActionServer(private_node_handle, "drive", false) {}
+
+  /// Ends the goal, where there is one.
+  void finish(const msg::CalibrationDriveResult& result) {
+    if (!isActive()) return;
+    if (result.end == msg::CalibrationDriveResult::CONVERGED) {
+      setSucceeded(result, result.end_text);
+    } else if (result.end == msg::CalibrationDriveResult::CANCELLED) {
+      setPreempted(result, result.end_text);
+    } else {
+      setAborted(result, result.end_text);
+    }
+  }
+};
 
 /// What people see of a drive: ~path (driven), ~way_ahead (planned), and
 /// ~expected_base_from_camera, the mount with the covariance that the way ahead promises. The frame
-/// of the start is sent to /tf as a child of the base, so that RViz can show the paths.
+/// of the start is sent to /tf as a child of the base, which has a parent of its own, so that RViz
+/// can show the paths.
 class DrivePublisher {
  public:
-  DrivePublisher(ros::NodeHandle private_node_handle, const std::string& start_frame);
+  DrivePublisher(ros::NodeHandle private_node_handle, const std::string& start_frame)
+      : path_publisher_(private_node_handle.advertise<nav_msgs::Path>("path", 1, true)),
+        way_publisher_(private_node_handle.advertise<nav_msgs::Path>("way_ahead", 1, true)),
+        expected_publisher_(private_node_handle.advertise<geometry_msgs::PoseWithCovarianceStamped>(
+            "expected_base_from_camera", 1)) {
+    path_.header.frame_id = start_frame;
+  }
 
   /// A new drive begins: the old path is forgotten.
   void restart() { path_.poses.clear(); }
+
   void publish(const core::CalibrationDriver& driver, const std::string& base_frame,
-               const ros::Time& now);
+               const ros::Time& now) {
+    path_.header.stamp = now;
+    extendPath(poseIn(path_.header, driver.startFromBase()));
+    path_publisher_.publish(path_);
+    if (!base_frame.empty()) {
+      std_msgs::Header header = path_.header;
+      header.frame_id = base_frame;
+      tf_broadcaster_.sendTransform(transformFromPose(
+          header, poseFromPlane(driver.startFromBase().inverse()), path_.header.frame_id));
+    }
+    nav_msgs::Path way;
+    way.header = path_.header;
+    for (const core::Pose2& pose : driver.wayAhead()) way.poses.push_back(poseIn(way.header, pose));
+    way_publisher_.publish(way);
+    if (!driver.plan()) return;
+    // z, roll and pitch play no part here: they are shown flat and with no variance.
+    expected_publisher_.publish(
+        poseFromMount(driver.plan()->expected, {}, stampFromRos(now), base_frame));
+  }
 
  private:
-  void extendPath(const core::Pose2& start_from_base, const ros::Time& now);
+  static geometry_msgs::PoseStamped poseIn(const std_msgs::Header& header,
+                                           const core::Pose2& pose) {
+    geometry_msgs::PoseStamped message;
+    message.header = header;
+    message.pose = poseFromPlane(pose);
+    return message;
+  }
 
-  void placeStart(const core::Pose2& start_from_base, const std::string& base_frame,
-                  const ros::Time& now);
+  void extendPath(const geometry_msgs::PoseStamped& pose) {
+    constexpr double kSpacing_m = 0.02;  // fine enough for the eye, and no growth while it stands
+    if (!path_.poses.empty()) {
+      const geometry_msgs::Point& last = path_.poses.back().pose.position;
+      const double way_m = std::hypot(pose.pose.position.x - last.x, pose.pose.position.y - last.y);
+      if (way_m < kSpacing_m) return;
+    }
+    path_.poses.push_back(pose);
+  }
 
   tf2_ros::TransformBroadcaster tf_broadcaster_;
   ros::Publisher path_publisher_;

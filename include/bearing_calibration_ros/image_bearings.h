@@ -9,6 +9,7 @@
 #include "bearing_calibration/vision/blink_identifier.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/light_detector.h"
+#include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/namespaces.h"
@@ -18,18 +19,52 @@ namespace bearing_calibration_ros {
 /// Image messages in, bearings out: what the detection nodelet and the offline tools share.
 class ImageBearings {
  public:
-  explicit ImageBearings(const DetectionNodeConfig& config);
+  explicit ImageBearings(const DetectionNodeConfig& config)
+      : config_(config), detector_(config.detector) {
+    if (config.blink.use) blink_.emplace(config.blink);
+  }
 
   /// Looks with another detector from the next image on; what is known of blinking stays.
-  void setDetector(const core::DetectorConfig& detector);
+  void setDetector(const core::DetectorConfig& detector) {
+    config_.detector = detector;
+    detector_ = core::LightDetector(detector);
+    result_ = nullptr;
+  }
 
   /// Moment of the image's middle row, for which a prediction is of use.
-  core::Stamp middleOf(const sensor_msgs::Image& image) const;
+  core::Stamp middleOf(const sensor_msgs::Image& image) const {
+    return core::midExposure(config_.shutter, stampFromRos(image.header.stamp),
+                             0.5 * config_.detector.sensor.height_px);
+  }
 
   /// @param image  that refusalOf() has nothing against
   /// @param prediction  of the bearing at about that moment
   core::BearingSet detect(const sensor_msgs::ImageConstPtr& image,
-                          const std::optional<core::BearingPrediction>& prediction);
+                          const std::optional<core::BearingPrediction>& prediction) {
+    const bool look_everywhere =
+        images_++ % static_cast<std::uint64_t>(config_.full_scan_every) == 0;
+    std::optional<core::SearchRegion> region;
+    // What blinks is not seen in every image, and another colour may be where the light is
+    // expected: the others must be looked at, too.
+    if (prediction && !look_everywhere && !blink_ && !config_.colour.use) {
+      region = core::searchRegion(config_.search, *prediction, seen_, middleOf(*image));
+    }
+    grey_ = &converter_.convert(image);
+    result_ = &detector_.detect(*grey_, region);
+    core::BearingSet bearings = core::bearingsFromLights(result_->lights, config_.shutter,
+                                                         stampFromRos(image->header.stamp),
+                                                         config_.detector.sensor.height_px);
+    bearings.geometry = config_.detector.alignment.geometry;
+    seen_ = prediction ? core::seenRadius(bearings, *prediction) : std::nullopt;
+    if (blink_) blink_->identify(core::brightnessOf(result_->lights), &bearings);
+    if (config_.colour.use) {
+      const double full_levels = config_.detector.sensor.saturation_level;
+      const auto colours = core::coloursOf(converter_.convertToColour(image, full_levels),
+                                           result_->lights, config_.detector);
+      core::identifyByColour(config_.colour, colours, &bearings);
+    }
+    return bearings;
+  }
 
   /// What the last image showed, and that image in grey.
   const core::DetectionResult& result() const { return *result_; }

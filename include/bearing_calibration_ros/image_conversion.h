@@ -1,5 +1,6 @@
 #pragma once
 
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 
 #include <opencv2/core/mat.hpp>
@@ -21,6 +22,12 @@ struct ImageRefusal {
 /// encoding) and with the sensor that is configured. Nothing when it may be converted.
 std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
                                       const core::ImageSensor& sensor);
+
+/// The image in a compressed one, with its header: a jpeg or png by the bytes themselves, of 8 or
+/// 16 bits, a mosaic where `format` names one. Null where the bytes are no such image.
+sensor_msgs::ImagePtr decoded(const sensor_msgs::CompressedImage& compressed);
+/// What to say of one that is null.
+std::string describeUndecoded(const sensor_msgs::CompressedImage& compressed);
 
 /// Whether images of this encoding have colours.
 bool hasColours(const std::string& encoding);

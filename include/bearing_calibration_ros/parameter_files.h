@@ -10,10 +10,10 @@
 
 namespace bearing_calibration_ros {
 
-/// A YAML document as parameters, with the types that `rosparam load` gives its values: a number
-/// such as 1e-6 is a string there (YAML 1.1 wants 1.0e-6), deg(30) is an angle in radians.
+/// What a YAML document says: deg(30) is an angle in radians, as in roslaunch, and 1e-6 a number,
+/// which there is a string (it wants 1.0e-6). A value without a name has the name "".
 /// @throws std::runtime_error with `origin` (a file's name) and line for what cannot be read.
-XmlRpc::XmlRpcValue parametersFromYaml(const std::string& text, const std::string& origin);
+ParameterMap parametersFromYaml(const std::string& text, const std::string& origin);
 
 /// Path of a file in the package's folder config.
 /// @throws std::runtime_error when the package is not on ROS_PACKAGE_PATH
@@ -22,7 +22,7 @@ std::string packagedConfig(const std::string& file);
 /// What `rosparam load` of each file in turn would put on the parameter server, so that a later
 /// file overrides single values of an earlier one.
 /// @throws std::runtime_error which names the file (and line) that cannot be read.
-XmlRpc::XmlRpcValue parametersFromFiles(const std::vector<std::string>& files);
+ParameterMap parametersFromFiles(const std::vector<std::string>& files);
 
 /// The parameters of one or several nodes for a program that has no parameter server: each node's
 /// own file with all of them, and what differs on top, from files and from the command line. What
@@ -44,7 +44,7 @@ class ParameterFiles {
  private:
   void place(const std::string& name, const XmlRpc::XmlRpcValue& value, const std::string& origin);
 
-  std::map<std::string, XmlRpc::XmlRpcValue> trees_;  ///< by node
+  std::map<std::string, ParameterMap> nodes_;
   std::vector<std::string> errors_;
 };
 

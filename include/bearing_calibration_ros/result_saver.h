@@ -10,17 +10,30 @@
 #include <string>
 
 #include "bearing_calibration/output/result.h"
+#include "bearing_calibration/output/result_file.h"
+#include "bearing_calibration/output/result_store.h"
 #include "bearing_calibration_ros/calibrator_params.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/shutdown_hook.h"
 
 namespace bearing_calibration_ros {
 
-/// What ~save answers.
-struct SavingOutcome {
-  bool success = false;
-  std::string message;  ///< names the file, or says why there is none
+/// A result as it is saved; none before there is an estimate.
+/// @param program,source  what calls, and where its measurements come from: provenance
+std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& result,
+                                                const CalibrationNodeConfig& config,
+                                                const std::string& program,
+                                                const std::string& source);
+
+/// What is in the configured folder's result.yaml to go on from.
+struct EarlierResult {
+  std::optional<core::StateEstimate> lasting;
+  std::string message;  ///< what was taken up, or why nothing was
 };
+
+/// Refuses a file that is missing, corrupt or foreign, was measured with other wheels or between
+/// other frames, or was not trusted when it was written.
+EarlierResult readEarlierResult(const CalibrationNodeConfig& config);
 
 /// Saves what a node finds, by the rule of result_store.h: when somebody asks for it, when it has
 /// become CONVERGED, every output/save_period, before it is forgotten, and at the node's end, by a
@@ -47,7 +60,7 @@ class ResultSaver {
   /// during one is what was known before it), and saves it when it has become CONVERGED.
   void check();
   /// Saves because somebody asks for it: a result that gives way to a better one is written, too.
-  SavingOutcome save();
+  core::StoredResult save();
   /// Saves what is to be forgotten. @returns what became of it; empty where there was nothing
   std::string saveBeforeReset();
   /// Somebody says that the mount may be another one than that of what is saved.
@@ -57,10 +70,10 @@ class ResultSaver {
   void see();
   void onPeriod(const ros::WallTimerEvent& event);
   void saveAtEnd();
-  std::optional<SavingOutcome> saveUnasked();
-  SavingOutcome store(bool even_if_worse);
+  std::optional<core::StoredResult> saveUnasked();
+  core::StoredResult store(bool even_if_worse);
   void guarded(const char* when, const std::function<void()>& work) const;
-  void report(const std::string& when, const SavingOutcome& outcome) const;
+  void report(const std::string& when, const core::StoredResult& outcome) const;
 
   const CalibrationNodeConfig config_;
   const std::string name_, inputs_;
@@ -69,7 +82,7 @@ class ResultSaver {
 
   std::mutex mutex_;  ///< of what follows
   core::CalibrationResult seen_;
-  std::optional<SavingOutcome> saved_;  ///< what was seen; none: not yet
+  std::optional<core::StoredResult> saved_;  ///< what was seen; none: not yet
   std::atomic<bool> expects_another_mount_{false};
 
   bool was_converged_ = false;

@@ -1,8 +1,16 @@
 #pragma once
 
+#include <ros/node_handle.h>
 #include <ros/time.h>
+#include <std_msgs/Bool.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
 
 #include "bearing_calibration/planning/calibration_driver.h"
+#include "bearing_calibration_ros/drive_params.h"
 #include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
@@ -47,6 +55,58 @@ class SafetyInput {
   bool allows_ = true;
   bool is_heard_ = false;
   ros::SteadyTime last_;  ///< zero: nobody was there yet
+};
+
+/// All that forbids to drive: both inputs with their subscriptions, and the end of the process.
+class SafetyInputs {
+ public:
+  /// Is told of a no at once.
+  using OnNo = std::function<void(core::DriveEnd)>;
+
+  SafetyInputs(ros::NodeHandle node_handle, ros::NodeHandle private_node_handle,
+               const DriveNodeConfig& config, const OnNo& on_no)
+      : enable_({core::DriveEnd::kDisabled, core::DriveEnd::kEnableLost}, config.enable_timeout_s,
+                config.enable_required),
+        obstacle_({core::DriveEnd::kObstacle, core::DriveEnd::kObstacleLost},
+                  config.obstacle_timeout_s, false),
+        enable_subscriber_(subscribe(private_node_handle, "enable",
+                                     [this, on_no](bool is_enabled) {
+                                       enable_.hear(is_enabled, ros::SteadyTime::now());
+                                       if (!is_enabled) on_no(core::DriveEnd::kDisabled);
+                                     })),
+        obstacle_subscriber_(subscribe(node_handle, "obstacle", [this, on_no](bool is_there) {
+          obstacle_.hear(!is_there, ros::SteadyTime::now());
+          if (is_there) on_no(core::DriveEnd::kObstacle);
+        })) {}
+
+  /// Why the robot must not drive now; kNone when it may.
+  core::DriveEnd objection() const {
+    if (is_shut_down_) return core::DriveEnd::kShutDown;
+    const ros::SteadyTime now = ros::SteadyTime::now();
+    const core::DriveEnd obstacle = obstacle_.objection(now);
+    return obstacle != core::DriveEnd::kNone ? obstacle : enable_.objection(now);
+  }
+  /// Looks for publishers that have to speak from now on.
+  void seePublishers() {
+    const ros::SteadyTime now = ros::SteadyTime::now();
+    if (enable_subscriber_.getNumPublishers() > 0) enable_.seePublisher(now);
+    if (obstacle_subscriber_.getNumPublishers() > 0) obstacle_.seePublisher(now);
+  }
+  /// No drive any more. For another thread.
+  void shutDown() { is_shut_down_ = true; }
+
+ private:
+  static ros::Subscriber subscribe(ros::NodeHandle& node_handle, const std::string& topic,
+                                   const std::function<void(bool)>& hear) {
+    constexpr std::uint32_t kQueue = 10;
+    return node_handle.subscribe<std_msgs::Bool>(
+        topic, kQueue, [hear](const std_msgs::BoolConstPtr& message) { hear(message->data); }, {},
+        ros::TransportHints().tcpNoDelay());
+  }
+
+  std::atomic<bool> is_shut_down_{false};
+  SafetyInput enable_, obstacle_;
+  ros::Subscriber enable_subscriber_, obstacle_subscriber_;
 };
 
 }  // namespace bearing_calibration_ros

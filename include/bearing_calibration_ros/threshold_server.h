@@ -4,11 +4,14 @@
 #include <dynamic_reconfigure/server.h>
 #include <ros/node_handle.h>
 
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration_ros/namespaces.h"
+#include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
 
@@ -19,15 +22,53 @@ class ThresholdServer {
   /// Takes the changed thresholds over; they have been validated.
   using Apply = std::function<void(const core::DetectorConfig&)>;
   /// Is told of each change, or of its refusal.
-  using Say = std::function<void(bool is_refused, const std::string& sentence)>;
+  using Say = std::function<void(bool is_taken, const std::string& sentence)>;
 
   /// @param detector  what the thresholds are when it begins, and all that they belong to
   ThresholdServer(const ros::NodeHandle& private_node_handle, const core::DetectorConfig& detector,
-                  Apply apply, Say say);
+                  Apply apply, Say say)
+      : detector_(detector),
+        apply_(std::move(apply)),
+        say_(std::move(say)),
+        server_(ros::NodeHandle(private_node_handle, "thresholds")) {
+    server_.setConfigDefault(current());
+    server_.setCallback([this](Config& changed, std::uint32_t) { onChange(changed); });
+  }
 
  private:
   using Config = msg::DetectionThresholdsConfig;
-  void onChange(Config& config);
+
+  /// Takes each threshold with its place in the server's configuration to `pair`.
+  template <typename Pair>
+  static void forEachThreshold(core::DetectorConfig& detector, Config& config, Pair pair) {
+    pair(detector.threshold.min_contrast_levels, config.min_contrast);
+    pair(detector.threshold.spreads, config.spreads);
+    pair(detector.gates.min_pixels, config.min_pixels);
+    pair(detector.gates.max_pixels, config.max_pixels);
+    pair(detector.gates.min_probability, config.min_probability);
+  }
+
+  Config current() {
+    Config config = Config::__getDefault__();
+    forEachThreshold(detector_, config, [](auto ours, auto& theirs) { theirs = ours; });
+    return config;
+  }
+
+  void onChange(Config& config) {
+    std::string refusal;
+    if (std::exchange(has_begun_, true)) {  // what an earlier run left on the server gives way
+      refusal = thrownBy([&] {
+        core::DetectorConfig changed = detector_;
+        forEachThreshold(changed, config, [](auto& ours, auto theirs) { ours = theirs; });
+        detector_ = core::validated(changed);
+        apply_(detector_);
+      });
+      say_(refusal.empty(), refusal.empty() ? "the thresholds have changed"
+                                            : "thresholds refused, those before stay: " + refusal);
+    }
+    config = current();
+    config.refusal = refusal;
+  }
 
   core::DetectorConfig detector_;
   Apply apply_;

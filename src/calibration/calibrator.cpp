@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/input/bearing_input.h"
 
 namespace bearing_calibration::core {
@@ -14,10 +14,10 @@ Calibrator::Calibrator(const CalibratorConfig& config, FitsRun fits_run)
 
 Calibrator::Calibrator(const CalibratorConfig& config, std::unique_ptr<FitsBeside> estimation)
     : config_(config),
-      pairing_(config.drive.counter_bits, config.max_wheels_apart_s),
+      pairing_(config.drive.counter_bits, config.wheel_times.max_apart_s),
       odometer_(config.drive),
       track_(config.drive.wheel_separation_m, config.wheel_noise,
-             durationFromSeconds(config.tick_history_s)),
+             durationFromSeconds(config.wheel_times.history_s)),
       estimation_(std::move(estimation)) {}
 
 template <class Reading>

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -46,26 +46,33 @@ StateEstimate withNearness(StateEstimate estimate, double nearness_stddev_m) {
   return estimate;
 }
 
-std::vector<std::string> ErrorPriors::validate() const {
+void ErrorPriors::declare(Parameters& params) {
   constexpr double kLargest = 10.0;  // s, rad, rad m or a ratio
   constexpr double kLargestHeight_m = 100.0;
-  Requirements require;
   forEachBlock([&](auto block, auto at) {
+    using Block = decltype(block);
+    const std::string name = std::string("errors/") + Block::kName + "_stddev";
+    double block_stddev = 0.0;
+    if (!Block::kSaidBySensor && params.read(name, block_stddev)) {
+      setBlock(Block::kName, block_stddev);
+    }
     const auto part = partOf(stddev, block, at);
     for (int i = 0; i < part.size(); ++i) {
-      const double weight = decltype(block)::kPriorWeights[static_cast<std::size_t>(i)];
-      require.between(std::string("errors/") + decltype(block)::kName + "_stddev", part(i), 0.0,
-                      std::max(weight, 1.0) * kLargest);
+      const double weight = Block::kPriorWeights[static_cast<std::size_t>(i)];
+      params.between(name, part(i), 0.0, std::max(weight, 1.0) * kLargest);
     }
   });
-  require.between("errors/light_height", light_height_m, -kLargestHeight_m, kLargestHeight_m);
-  require.between("errors/light_height_stddev", light_height_stddev_m, 0.0, kLargestHeight_m);
-  require.that(mean.allFinite(), "the errors' means must be finite");
+  if (params.read("errors/light_height", light_height_m) &&
+      params.read("errors/light_height_stddev", light_height_stddev_m)) {
+    setLightHeight(light_height_m, light_height_stddev_m);
+  }
+  params.between("errors/light_height", light_height_m, -kLargestHeight_m, kLargestHeight_m);
+  params.between("errors/light_height_stddev", light_height_stddev_m, 0.0, kLargestHeight_m);
+  params.that(mean.allFinite(), "the errors' means must be finite");
   const auto tilt = stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>());
-  require.that(
+  params.that(
       !usesElevations() || tilt.minCoeff() > 0.0,
       "errors/light_height_stddev must be greater than 0 where errors/sensor_tilt_stddev is");
-  return require.errors();
 }
 
 ErrorEstimate priorEstimate(const ErrorPriors& priors) {
@@ -115,8 +122,7 @@ const std::vector<ErrorBlockInfo>& errorBlocks() {
     std::vector<ErrorBlockInfo> blocks;
     forEachBlock([&](auto block, auto at) {
       using Block = decltype(block);
-      blocks.push_back(
-          {Block::kName, at.value, Block::kSize, Block::kSaidBySensor, Block::kWhenHeld});
+      blocks.push_back({Block::kName, at.value, Block::kSize, Block::kWhenHeld});
     });
     return blocks;
   }();

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/init/other_answers.h"
 #include "bearing_calibration/init/start_candidates.h"
 #include "bearing_calibration/init/start_obstacle.h"
@@ -157,30 +156,28 @@ void describe(const Answer& answer, StartAttempt* attempt) {
 
 }  // namespace
 
-std::vector<std::string> InitializerConfig::validate() const {
+void InitializerConfig::declare(Parameters& params) {
   constexpr int kUnknowns = 5;
-  Requirements require;
-  require.that(min_observations > kUnknowns,
-               "initialisation/min_observations must be greater than " + std::to_string(kUnknowns) +
-                   ", but is " + std::to_string(min_observations));
-  require.notNegative("initialisation/min_extent", min_extent_m);
-  require.notNegative("initialisation/min_extent_per_noise", min_extent_per_noise);
-  require.notNegative("initialisation/min_extent_per_range", min_extent_per_range);
-  require.notNegative("initialisation/min_path_per_range", min_path_per_range);
-  require.notNegative("initialisation/min_turn", min_turn_rad);
-  require.notNegative("initialisation/min_second_curvature", min_second_curvature_m);
-  require.positive("initialisation/max_position_stddev", max_position_stddev_m);
-  require.positive("initialisation/max_position_stddev_per_extent", max_position_stddev_per_extent);
-  require.positive("initialisation/max_yaw_stddev", max_yaw_stddev_rad);
-  require.positive("initialisation/max_light_stddev_per_range", max_light_stddev_per_range);
-  require.notNegative("initialisation/min_light_distance", min_light_distance_m);
-  require.positive("initialisation/max_chi_square_sigmas", max_chi_square_sigmas);
-  require.between("initialisation/min_inlier_fraction", min_inlier_fraction, 0.0, 1.0);
-  require.notNegative("initialisation/min_runner_up_margin", min_runner_up_margin);
-  require.add(record.validate());
-  require.add(batch.validate());
-  require.add(noise.validate());
-  return require.errors();
+  params.that(min_observations > kUnknowns,
+              "initialisation/min_observations must be greater than " + std::to_string(kUnknowns) +
+                  ", but is " + std::to_string(min_observations));
+  params.notNegative("initialisation/min_extent", min_extent_m);
+  params.notNegative("initialisation/min_extent_per_noise", min_extent_per_noise);
+  params.notNegative("initialisation/min_extent_per_range", min_extent_per_range);
+  params.notNegative("initialisation/min_path_per_range", min_path_per_range);
+  params.notNegative("initialisation/min_turn", min_turn_rad);
+  params.notNegative("initialisation/min_second_curvature", min_second_curvature_m);
+  params.positive("initialisation/max_position_stddev", max_position_stddev_m);
+  params.positive("initialisation/max_position_stddev_per_extent", max_position_stddev_per_extent);
+  params.positive("initialisation/max_yaw_stddev", max_yaw_stddev_rad);
+  params.positive("initialisation/max_light_stddev_per_range", max_light_stddev_per_range);
+  params.notNegative("initialisation/min_light_distance", min_light_distance_m);
+  params.positive("initialisation/max_chi_square_sigmas", max_chi_square_sigmas);
+  params.between("initialisation/min_inlier_fraction", min_inlier_fraction, 0.0, 1.0);
+  params.notNegative("initialisation/min_runner_up_margin", min_runner_up_margin);
+  record.declare(params);
+  batch.declare(params);
+  noise.declare(params);
 }
 
 StartAttempt findStart(const std::vector<Observation>& observations,

@@ -3,8 +3,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -96,23 +95,21 @@ std::string adviceWithSensor(const InputCounts& bearing_inputs, std::uint32_t be
   return advice;
 }
 
-std::vector<std::string> BearingInputConfig::validate() const {
+void BearingInputConfig::declare(Parameters& params) {
   using namespace plausible;
   constexpr double kLongestLatency_s = 10.0;
   constexpr double kLongestWait_s = 60.0;
   constexpr int kMostWaiting = 100000;  // messages: some 10 MB
-  Requirements require;
-  require.between("bearings/latency", latency_s, -kLongestLatency_s, kLongestLatency_s);
-  require.between("bearings/extra_stddev", extra_stddev_rad, 0.0, kPi);
-  require.between("bearings/min_stddev", min_stddev_rad, kLeastAngle_rad, kPi);
-  require.between("bearings/max_stddev", max_stddev_rad, kLeastAngle_rad, kPi);
-  require.that(max_stddev_rad > min_stddev_rad,
-               "bearings/max_stddev must be greater than bearings/min_stddev");
-  require.between("bearings/max_future", max_future_s, 0.0, kLongest_s);
-  require.between("bearings/reorder_window", reorder_window_s, 0.0, kLongestWait_s);
-  require.between("bearings/max_waiting", max_waiting, 1, kMostWaiting);
-  require.between("bearings/min_probability", min_probability, 0.0, 1.0);
-  return require.errors();
+  params.number("bearings/latency", latency_s, -kLongestLatency_s, kLongestLatency_s);
+  params.number("bearings/extra_stddev", extra_stddev_rad, 0.0, kPi);
+  params.number("bearings/min_stddev", min_stddev_rad, kLeastAngle_rad, kPi);
+  params.number("bearings/max_stddev", max_stddev_rad, kLeastAngle_rad, kPi);
+  params.that(max_stddev_rad > min_stddev_rad,
+              "bearings/max_stddev must be greater than bearings/min_stddev");
+  params.number("bearings/max_future", max_future_s, 0.0, kLongest_s);
+  params.number("bearings/reorder_window", reorder_window_s, 0.0, kLongestWait_s);
+  params.integer("bearings/max_waiting", max_waiting, 1, kMostWaiting);
+  params.number("bearings/min_probability", min_probability, 0.0, 1.0);
 }
 
 }  // namespace bearing_calibration::core

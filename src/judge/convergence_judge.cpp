@@ -6,8 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -119,12 +118,10 @@ std::optional<std::string> inconsistency(const Consistency& recent) {
 
 }  // namespace
 
-std::vector<std::string> ConvergenceConfig::validate() const {
+void ConvergenceConfig::declare(Parameters& params) {
   using namespace plausible;
-  Requirements require;
-  require.between("converged/position_stddev", position_stddev_m, kLeastLength_m, kFarthest_m);
-  require.between("converged/yaw_stddev", yaw_stddev_rad, kLeastAngle_rad, kTurn_rad);
-  return require.errors();
+  params.number("converged/position_stddev", position_stddev_m, kLeastLength_m, kFarthest_m);
+  params.number("converged/yaw_stddev", yaw_stddev_rad, kLeastAngle_rad, kTurn_rad);
 }
 
 double motionOf(double distance_m, double rotation_rad) {

@@ -7,7 +7,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -78,7 +78,7 @@ Eigen::Vector2d rimShift(const ConicMirror& mirror) {
 
 }  // namespace
 
-std::vector<std::string> ConicMirror::validate() const {
+void ConicMirror::declare(Parameters& params) {
   // A narrower cone sees only the sky, a wider one only the robot itself.
   constexpr double kMinHalfAngleRad = 30.0 / kDegreesPerRadian;
   constexpr double kMaxHalfAngleRad = 80.0 / kDegreesPerRadian;
@@ -87,18 +87,17 @@ std::vector<std::string> ConicMirror::validate() const {
   constexpr double kSmallestPixel_m = 1e-8;
   constexpr double kLargestPixel_m = 1e-2;
   constexpr double kInfinity_m = 1e6;  // to focus on
-  Requirements require;
-  require.between("lens/focal_length", focal_length_m, kLeastOfALens_m, kLargestOfALens_m);
-  require.between("lens/aperture", aperture_m, kLeastOfALens_m, kLargestOfALens_m);
-  require.between("lens/pixel_pitch", pixel_pitch_m, kSmallestPixel_m, kLargestPixel_m);
-  require.that(focus_distance_m > focal_length_m &&
-                   (focus_distance_m <= kInfinity_m || std::isinf(focus_distance_m)),
-               "lens/focus_distance must be greater than lens/focal_length and at most " +
-                   formatted("%g, but is %.9g", kInfinity_m, focus_distance_m));
-  require.between("mirror/lens_to_apex", lens_to_apex_m, kLeastOfALens_m, kLargestOfALens_m);
-  require.between("mirror/half_angle", half_angle_rad, kMinHalfAngleRad, kMaxHalfAngleRad);
-  require.between("mirror/base_radius", base_radius_m, kLeastOfALens_m, kLargestOfALens_m);
-  return require.errors();
+  params.number("lens/focal_length", focal_length_m, kLeastOfALens_m, kLargestOfALens_m);
+  params.number("lens/aperture", aperture_m, kLeastOfALens_m, kLargestOfALens_m);
+  params.number("lens/pixel_pitch", pixel_pitch_m, kSmallestPixel_m, kLargestPixel_m);
+  params.read("lens/focus_distance", focus_distance_m);
+  params.that(focus_distance_m > focal_length_m &&
+                  (focus_distance_m <= kInfinity_m || std::isinf(focus_distance_m)),
+              "lens/focus_distance must be greater than lens/focal_length and at most " +
+                  formatted("%g, but is %.9g", kInfinity_m, focus_distance_m));
+  params.number("mirror/lens_to_apex", lens_to_apex_m, kLeastOfALens_m, kLargestOfALens_m);
+  params.number("mirror/half_angle", half_angle_rad, kMinHalfAngleRad, kMaxHalfAngleRad);
+  params.number("mirror/base_radius", base_radius_m, kLeastOfALens_m, kLargestOfALens_m);
 }
 
 MirrorPixel mirrorPixelFromImage(const MirrorView& view, double u_px, double v_px) {

@@ -199,7 +199,7 @@ SavedCalibration calibrationFromYaml(const YAML::Node& root) {
   saved.result.paper_state.emplace();
   saved.result.cartesian_state.emplace();
   walk(read, saved);
-  const std::vector<std::string> errors = saved.unestimated.validate();
+  const std::vector<std::string> errors = errorsOf(saved.unestimated);
   if (!errors.empty()) throw std::runtime_error(errors.front());
   bool complete = false;
   read("complete", complete);

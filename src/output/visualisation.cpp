@@ -59,9 +59,8 @@ Visualisation::Found Visualiser::drawFound(const CalibrationResult& result) cons
   const MountEstimate mount = mountFromCartesian(estimate);
   Visualisation::Found found;
   found.base_from_sensor = {mount.mean.head<2>(), mount.mean.z()};
-  found.sensor_ellipse_in_base =
-      ellipseOutline(mount.covariance.topLeftCorner<2, 2>(), sigmas_, estimate.sensorInBase(),
-                     kEllipseSegments);
+  found.sensor_ellipse_in_base = ellipseOutline(mount.covariance.topLeftCorner<2, 2>(), sigmas_,
+                                                estimate.sensorInBase(), kEllipseSegments);
   found.sensor_yaw_band_rad = sigmas_ * std::sqrt(mount.covariance(2, 2));
   found.lights = {drawLight(estimate, result.start_from_base, true)};
   for (const LightSummary& light : result.lights) {

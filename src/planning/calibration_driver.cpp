@@ -4,9 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/motion_model.h"
 
 namespace bearing_calibration::core {
@@ -46,30 +44,24 @@ bool isOver(Stamp last, double timeout_s, Stamp now) {
 
 }  // namespace
 
-std::vector<std::string> DriveTimeouts::validate() const {
-  Requirements require;
+void DriveTimeouts::declare(Parameters& params) {
   using plausible::kBriefest_s, plausible::kLongest_s;
-  require.between("timeouts/ticks", ticks_s, kBriefest_s, kLongest_s);
-  require.between("timeouts/bearings", bearings_s, kBriefest_s, kLongest_s);
-  require.between("timeouts/estimate", estimate_s, kBriefest_s, kLongest_s);
-  return require.errors();
+  params.number("timeouts/ticks", ticks_s, kBriefest_s, kLongest_s);
+  params.number("timeouts/bearings", bearings_s, kBriefest_s, kLongest_s);
+  params.number("timeouts/estimate", estimate_s, kBriefest_s, kLongest_s);
 }
 
-std::vector<std::string> DriveConfig::validate() const {
-  Requirements require;
-  require.add(limits.validate());
-  require.add(sensing.validate());
-  require.add(planner.validate());
-  require.add(region.validate());
-  require.add(timeouts.validate());
-  return require.errors();
+void DriveConfig::declare(Parameters& params) {
+  limits.declare(params);
+  sensing.declare(params);
+  planner.declare(params);
+  region.declare(params);
+  timeouts.declare(params);
 }
 
-std::vector<std::string> DriveGoal::validate() const {
-  Requirements require;
-  require.between("max_time_s", max_time_s, kLeastTime_s, kMostTime_s);
-  require.between("max_path_m", max_path_m, kLeastPath_m, kMostPath_m);
-  return require.errors();
+void DriveGoal::declare(Parameters& params) {
+  params.between("max_time_s", max_time_s, kLeastTime_s, kMostTime_s);
+  params.between("max_path_m", max_path_m, kLeastPath_m, kMostPath_m);
 }
 
 const char* nameOf(DriveEnd end) { return kWords.at(static_cast<std::size_t>(end)).name; }

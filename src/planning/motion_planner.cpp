@@ -6,9 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/filter/motion_model.h"
 
@@ -82,24 +80,21 @@ void follow(const WheelDisplacement& wheels, const WheelLimits& limits, const Se
 
 }  // namespace
 
-std::vector<std::string> SensingModel::validate() const {
-  Requirements require;
-  require.add(wheel_noise.validate());
-  require.between("planner/bearing_stddev", bearing_stddev_rad, plausible::kLeastAngle_rad,
-                  plausible::kTurn_rad);
-  require.between("planner/bearing_rate", bearing_rate_hz, plausible::kRarest_hz,
-                  plausible::kMostFrequent_hz);
-  return require.errors();
+void SensingModel::declare(Parameters& params) {
+  wheel_noise.declare(params);
+  params.number("planner/bearing_stddev", bearing_stddev_rad, plausible::kLeastAngle_rad,
+                plausible::kTurn_rad);
+  params.number("planner/bearing_rate", bearing_rate_hz, plausible::kRarest_hz,
+                plausible::kMostFrequent_hz);
 }
 
-std::vector<std::string> PlannerConfig::validate() const {
-  Requirements require;
+void PlannerConfig::declare(Parameters& params) {
   using plausible::kFarthest_m;
-  require.between("planner/light_distance", light_distance_m, plausible::kShortest_m, kFarthest_m);
-  require.between("planner/light_sigmas", light_sigmas, 0.0, plausible::kMostSigmas);
-  require.between("planner/region_margin", region_margin_m, 0.0, kFarthest_m);
-  require.between("planner/max_straight", max_straight_m, 2.0 * kShortestPrimitive_m, kFarthest_m);
-  return require.errors();
+  params.choice("planner/block", {"mount", "position", "yaw"}, block);
+  params.number("planner/light_distance", light_distance_m, plausible::kShortest_m, kFarthest_m);
+  params.number("planner/light_sigmas", light_sigmas, 0.0, plausible::kMostSigmas);
+  params.number("planner/region_margin", region_margin_m, 0.0, kFarthest_m);
+  params.number("planner/max_straight", max_straight_m, 2.0 * kShortestPrimitive_m, kFarthest_m);
 }
 
 StateEstimate predictAfter(const MotionPrimitive& primitive, StateEstimate estimate,

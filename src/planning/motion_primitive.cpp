@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -19,15 +18,13 @@ constexpr double kPatience_s = 3.0;
 
 }  // namespace
 
-std::vector<std::string> WheelLimits::validate() const {
-  Requirements require;
+void WheelLimits::declare(Parameters& params) {
   constexpr double kSlowest_mps2 = 1e-4;
   constexpr double kFastest_mps2 = 1000.0;
-  require.positive("wheels/separation", wheel_separation_m);
-  require.between("limits/wheel_speed", max_speed_mps, plausible::kSlowest_mps,
-                  plausible::kFastest_mps);
-  require.between("limits/wheel_acceleration", max_acceleration_mps2, kSlowest_mps2, kFastest_mps2);
-  return require.errors();
+  params.positive("wheels/separation", wheel_separation_m);
+  params.number("limits/wheel_speed", max_speed_mps, plausible::kSlowest_mps,
+                plausible::kFastest_mps);
+  params.number("limits/wheel_acceleration", max_acceleration_mps2, kSlowest_mps2, kFastest_mps2);
 }
 
 Pose2 poseAfter(const MotionPrimitive& primitive, const Pose2& frame_from_base) {

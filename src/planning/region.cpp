@@ -7,8 +7,7 @@
 #include <boost/geometry/geometries/polygon.hpp>
 #include <boost/geometry/geometries/segment.hpp>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -29,24 +28,25 @@ Polygon polygonFrom(const std::vector<Eigen::Vector2d>& corners) {
 
 }  // namespace
 
-std::vector<std::string> Region::validate() const {
+void Region::declare(Parameters& params) {
   constexpr std::size_t kLeastCorners = 3;
-  Requirements require;
+  params.list("region/polygon", 2, polygon_m,
+              [](const auto& row) { return Eigen::Vector2d(row[0], row[1]); });
   const double least_m = polygon_m.empty() ? plausible::kShortest_m : 0.0;
-  require.between("region/radius", radius_m, least_m, plausible::kFarthest_m);
-  if (polygon_m.empty()) return require.errors();
-  require.that(
+  params.number("region/radius", radius_m, least_m, plausible::kFarthest_m);
+  if (polygon_m.empty()) return;
+  const bool is_near =
+      std::all_of(polygon_m.begin(), polygon_m.end(), [](const Eigen::Vector2d& corner) {
+        return corner.cwiseAbs().maxCoeff() <= plausible::kFarthest_m;
+      });
+  params.that(is_near, "region/polygon must lie within 1000 m of the start");
+  params.that(
       polygon_m.size() >= kLeastCorners,
       "region/polygon must have at least 3 corners, but has " + std::to_string(polygon_m.size()));
-  for (const Eigen::Vector2d& corner : polygon_m) {
-    require.that(corner.cwiseAbs().maxCoeff() <= plausible::kFarthest_m,
-                 "region/polygon must lie within 1000 m of the start");
-  }
-  if (!require.errors().empty()) return require.errors();
-  require.that(geometry::is_valid(polygonFrom(polygon_m)), "region/polygon must not cross itself");
-  require.that(clearance(Eigen::Vector2d::Zero()) > 0.0,
-               "region/polygon must contain the start, (0, 0)");
-  return require.errors();
+  if (!is_near || polygon_m.size() < kLeastCorners) return;
+  params.that(geometry::is_valid(polygonFrom(polygon_m)), "region/polygon must not cross itself");
+  params.that(clearance(Eigen::Vector2d::Zero()) > 0.0,
+              "region/polygon must contain the start, (0, 0)");
 }
 
 double Region::clearance(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {

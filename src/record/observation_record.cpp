@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/record/lights_record.h"
 
 namespace bearing_calibration::core {
@@ -20,17 +19,15 @@ double importance(const OdometryIncrement& motion) {
 
 }  // namespace
 
-std::vector<std::string> ObservationRecordConfig::validate() const {
+void ObservationRecordConfig::declare(Parameters& params) {
   constexpr std::size_t kSmallestRecord = 100;  // below it, thinning costs accuracy at once
-  Requirements require;
-  require.that(capacity >= kSmallestRecord, "record/capacity must be at least " +
-                                                std::to_string(kSmallestRecord) + ", but is " +
-                                                std::to_string(capacity));
-  require.notNegative("record/still_distance", still_distance_m);
-  require.notNegative("record/still_turn", still_turn_rad);
-  require.that(repetitions >= 0,
-               "record/repetitions must not be negative, but is " + std::to_string(repetitions));
-  return require.errors();
+  params.that(capacity >= kSmallestRecord, "record/capacity must be at least " +
+                                               std::to_string(kSmallestRecord) + ", but is " +
+                                               std::to_string(capacity));
+  params.notNegative("record/still_distance", still_distance_m);
+  params.notNegative("record/still_turn", still_turn_rad);
+  params.that(repetitions >= 0,
+              "record/repetitions must not be negative, but is " + std::to_string(repetitions));
 }
 
 template <class Entry>

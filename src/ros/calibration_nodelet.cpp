@@ -1,11 +1,8 @@
 #include <bearing_calibration/LightBearings.h>
-#include <diagnostic_updater/diagnostic_updater.h>
-#include <nodelet/nodelet.h>
 #include <ros/ros.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
-#include <algorithm>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -16,19 +13,14 @@
 #include <utility>
 
 #include "bearing_calibration/calibration/calibrator.h"
-#include "bearing_calibration_ros/calibration_diagnostics.h"
+#include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration_ros/calibration_publisher.h"
 #include "bearing_calibration_ros/calibrator_params.h"
 #include "bearing_calibration_ros/conversions.h"
-#include "bearing_calibration_ros/display_publisher.h"
+#include "bearing_calibration_ros/guarded_nodelet.h"
 #include "bearing_calibration_ros/input_watch.h"
-#include "bearing_calibration_ros/log_throttle.h"
-#include "bearing_calibration_ros/prediction_publisher.h"
-#include "bearing_calibration_ros/result_publisher.h"
 #include "bearing_calibration_ros/result_saver.h"
-#include "bearing_calibration_ros/result_saving.h"
-#include "bearing_calibration_ros/thrown.h"
-#include "bearing_calibration_ros/tick_message.h"
-#include "bearing_calibration_ros/wheel_subscription.h"
+#include "bearing_calibration_ros/wheel_input.h"
 
 namespace bearing_calibration_ros {
 
@@ -38,199 +30,119 @@ namespace bearing_calibration_ros {
 /// manager serves with one thread at a time. So no callback runs beside another; callback_mutex_
 /// only keeps out the thread that saves at the end (ResultSaver). Fits run on a thread of the
 /// calibrator's own, which touches nothing that a callback does (FitsBeside). That queue may be
-/// served while onInit() is still under way: everything that a callback uses exists before the
-/// first of them can come, and is not touched by onInit() afterwards. An exception ends at its
-/// callback (see guarded()): the manager and its other nodelets live on.
-class CalibrationNodelet : public nodelet::Nodelet {
+/// served while start() is still under way: everything that a callback uses exists before the
+/// first of them can come, and is not touched by start() afterwards.
+class CalibrationNodelet : public GuardedNodelet {
  private:
-  void onInit() override;
-  void resumeFromSavedResult();
-  void advertise();
-  void watchInputs();
-  void subscribe();
-
-  void onTicks(const msg::WheelTicksConstPtr& message);
-  void onJointStates(const sensor_msgs::JointStateConstPtr& message);
-  void onWheel(core::WheelSide side, const WheelCountEvent& event);
-  void onBearings(const msg::LightBearingsConstPtr& message);
-  void onSecond(const ros::WallTimerEvent& event);
-  void onTransform();
-  bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
-  bool onSave(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-
-  template <class Input>
-  void receive(const char* what, const Input& input);
-  std::optional<ros::Time> timeOfReceipt();
-  std::string startAnew();
-  void followJumpBack(const std::string& what);
-  void finishWheels(const core::InputOutcome& outcome, core::Stamp stamp, const ros::Time& now);
-  void refuseJointState(const sensor_msgs::JointState& message);
-  void warn(const std::string& topic, const core::InputOutcome& outcome);
-  void publishNow() { publisher_->publish(calibrator_->result(), joint_states_without_wheels_); }
-  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
-
-  /// @returns what went wrong; empty when all went well.
-  template <typename Work>
-  std::string guarded(const char* callback, Work work) {
-    const std::lock_guard<std::timed_mutex> lock(callback_mutex_);
-    const std::string error = thrownBy(work);
-    if (!error.empty() && throttle_.isDue(callback)) {
-      NODELET_ERROR("%s: %s", callback, error.c_str());
-    }
-    return error;
-  }
-  template <typename Response, typename Work>
-  bool serve(const char* service, Response* response, Work work) {
-    const std::string error = guarded(service, work);
-    if (!error.empty()) response->message = error;
-    return true;  // false would tell the caller nothing
-  }
-
-  CalibrationNodeConfig config_;
-  std::unique_ptr<core::Calibrator> calibrator_;
-  std::unique_ptr<ResultPublisher> publisher_;
-  std::unique_ptr<PredictionPublisher> prediction_publisher_;
-  std::unique_ptr<DisplayPublisher> display_publisher_;
-  std::unique_ptr<InputWatch> input_watch_;
-  std::deque<std::function<void(const ros::Time&)>> early_inputs_;  ///< before the first /clock
-  ClockWatch clock_watch_;
-  StampWatch stamp_watch_;
-  std::timed_mutex callback_mutex_;  ///< held by the callback that runs
-  std::unique_ptr<ResultSaver> saver_;
-  LogThrottle throttle_{kWarningPeriod_s};
-  std::uint32_t joint_states_without_wheels_ = 0;
-  std::uint32_t remarks_before_ = 0;  ///< on inputs, at the last diagnostics
-
-  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
-  std::string wheel_topic_, bearing_topic_;
-  ros::ServiceServer reset_service_, pause_service_, save_service_;
-  std::vector<ros::Subscriber> wheel_subscribers_;
-  ros::Subscriber bearing_subscriber_;
-  ros::WallTimer timer_;
-  ros::Timer transform_timer_;
-
-  static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
-};
-
-void CalibrationNodelet::onInit() {
-  try {
+  void start() override {
     config_ =
         readCalibrationNodeConfig(ParamReader(getPrivateNodeHandle()), ResultFolder::kWritten);
     calibrator_ = std::make_unique<core::Calibrator>(config_.calibrator, core::FitsRun::kBeside);
-    watchInputs();
-    advertise();
+    std::vector<std::string> wheel_topics = wheelTopics(config_.wheels.source);
+    for (std::string& topic : wheel_topics) topic = getNodeHandle().resolveName(topic);
+    wheel_topic_ = core::joined(wheel_topics, " with ");
+    bearing_topic_ = getNodeHandle().resolveName("bearings");
+    input_watch_ =
+        std::make_unique<InputWatch>(wheel_topic_, bearing_topic_, config_.input_timeout_s);
+    publisher_ =
+        std::make_unique<CalibrationPublisher>(getPrivateNodeHandle(), config_, calibrator_.get());
+    saver_ = std::make_unique<ResultSaver>(
+        getNodeHandle(), config_, getName(), wheel_topic_ + ", " + bearing_topic_,
+        [this] { return calibrator_->result(); }, &callback_mutex_);
+    diagnostics_ = makeDiagnostics("calibration", [this](auto& status) { diagnose(status); });
     resumeFromSavedResult();
-    publishNow();
+    publisher_->publishEstimate();
     subscribe();
-  } catch (const std::exception& error) {
-    NODELET_FATAL("not started: %s", error.what());
-    throw;  // tells the nodelet loader, which says nothing by itself
   }
-}
 
-void CalibrationNodelet::resumeFromSavedResult() {
-  if (!config_.resume) return;
-  const EarlierResult earlier = readEarlierResult(config_);
-  if (earlier.lasting) {
-    calibrator_->resume(*earlier.lasting);
-    NODELET_INFO("%s", earlier.message.c_str());
-  } else {
-    NODELET_WARN("%s", earlier.message.c_str());
+  void resumeFromSavedResult() {
+    if (!config_.resume) return;
+    const EarlierResult earlier = readEarlierResult(config_);
+    if (earlier.lasting) calibrator_->resume(*earlier.lasting);
+    say(earlier.lasting.has_value(), earlier.message);
   }
-}
 
-void CalibrationNodelet::advertise() {
-  ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
-  publisher_ = std::make_unique<ResultPublisher>(private_node_handle, config_);
-  prediction_publisher_ = std::make_unique<PredictionPublisher>(private_node_handle, config_);
-  display_publisher_ = std::make_unique<DisplayPublisher>(private_node_handle, config_);
-  calibrator_->observe([this](const core::AssociationOutcome& outcome) {
-    display_publisher_->see(outcome);
-    publisher_->expectNews();
-  });
-  saver_ = std::make_unique<ResultSaver>(
-      getNodeHandle(), config_, getName(), wheel_topic_ + ", " + bearing_topic_,
-      [this] { return calibrator_->result(); }, &callback_mutex_);
-  diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), private_node_handle,
-                                                               getName());
-  diagnostics_->setHardwareID("none");
-  diagnostics_->add("calibration", this, &CalibrationNodelet::diagnose);
-}
-
-void CalibrationNodelet::watchInputs() {
-  const ros::NodeHandle& node_handle = getNodeHandle();
-  for (const std::string& topic : wheelTopics(config_.wheel_source)) {
-    wheel_topic_ += (wheel_topic_.empty() ? "" : " with ") + node_handle.resolveName(topic);
+  void subscribe() {
+    constexpr std::uint32_t kWheelQueue = 2000;   // 20 s at 100 Hz: a replay faster than the clock
+    constexpr std::uint32_t kBearingQueue = 200;  // the same 20 s at 10 Hz
+    ros::NodeHandle& node_handle = getNodeHandle();
+    ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
+    reset_service_ =
+        private_node_handle.advertiseService("reset", &CalibrationNodelet::onReset, this);
+    pause_service_ =
+        private_node_handle.advertiseService("pause", &CalibrationNodelet::onPause, this);
+    save_service_ = private_node_handle.advertiseService("save", &CalibrationNodelet::onSave, this);
+    wheel_subscribers_ =
+        subscribeToWheels(node_handle, config_.wheels.source, kWheelQueue, wheelHandlers());
+    bearing_subscriber_ =
+        node_handle.subscribe("bearings", kBearingQueue, &CalibrationNodelet::onBearings, this,
+                              ros::TransportHints().tcpNoDelay());
+    timer_ =
+        node_handle.createWallTimer(ros::WallDuration(1.0), &CalibrationNodelet::onSecond, this);
+    if (!config_.output.publish_tf) return;
+    constexpr double kTransformPeriod_s = 0.1;  // TF's listeners interpolate
+    transform_timer_ =
+        node_handle.createTimer(ros::Duration(kTransformPeriod_s), [this](const ros::TimerEvent&) {
+          guarded("transform", [this] {
+            if (const auto now = timeOfReceipt()) publisher_->sendTransform(*now);
+          });
+        });
   }
-  bearing_topic_ = node_handle.resolveName("bearings");
-  input_watch_ =
-      std::make_unique<InputWatch>(wheel_topic_, bearing_topic_, config_.input_timeout_s);
-}
 
-void CalibrationNodelet::subscribe() {
-  constexpr std::uint32_t kWheelQueue = 2000;   // 20 s at 100 Hz: a replay faster than the clock
-  constexpr std::uint32_t kBearingQueue = 200;  // the same 20 s at 10 Hz
-  const auto hints = ros::TransportHints().tcpNoDelay();
-  ros::NodeHandle& node_handle = getNodeHandle();
-  ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
-  reset_service_ =
-      private_node_handle.advertiseService("reset", &CalibrationNodelet::onReset, this);
-  pause_service_ =
-      private_node_handle.advertiseService("pause", &CalibrationNodelet::onPause, this);
-  save_service_ = private_node_handle.advertiseService("save", &CalibrationNodelet::onSave, this);
-  wheel_subscribers_ = subscribeToWheels(
-      node_handle, config_.wheel_source, kWheelQueue,
-      {[this](const msg::WheelTicksConstPtr& message) { onTicks(message); },
-       [this](const sensor_msgs::JointStateConstPtr& message) { onJointStates(message); },
-       [this](core::WheelSide side, const WheelCountEvent& event) { onWheel(side, event); }});
-  bearing_subscriber_ = node_handle.subscribe("bearings", kBearingQueue,
-                                              &CalibrationNodelet::onBearings, this, hints);
-  timer_ = node_handle.createWallTimer(ros::WallDuration(1.0), &CalibrationNodelet::onSecond, this);
-  if (!config_.output.publish_tf) return;
-  constexpr double kTransformPeriod_s = 0.1;  // TF's listeners interpolate
-  transform_timer_ = node_handle.createTimer(ros::Duration(kTransformPeriod_s),
-                                             [this](const ros::TimerEvent&) { onTransform(); });
-}
+  /// A player sends its first messages before the first /clock: what comes early waits for it.
+  template <class Input>
+  void receive(const char* what, const Input& input) {
+    guarded(what, [&] {
+      const std::optional<ros::Time> now = timeOfReceipt();
+      if (!now) {
+        constexpr std::size_t kMostEarly = 2000;  // as many as the longest queue holds
+        if (early_inputs_.size() == kMostEarly) early_inputs_.pop_front();
+        early_inputs_.emplace_back(input);
+        return;
+      }
+      for (const auto& early : std::exchange(early_inputs_, {})) early(*now);
+      input(*now);
+    });
+  }
 
-/// A player sends its first messages before the first /clock: what comes early waits for it.
-template <class Input>
-void CalibrationNodelet::receive(const char* what, const Input& input) {
-  guarded(what, [&] {
-    const std::optional<ros::Time> now = timeOfReceipt();
-    if (!now) {
-      constexpr std::size_t kMostEarly = 2000;  // as many as the longest queue holds
-      if (early_inputs_.size() == kMostEarly) early_inputs_.pop_front();
-      early_inputs_.emplace_back(input);
-      return;
-    }
-    for (const auto& early : std::exchange(early_inputs_, {})) early(*now);
-    input(*now);
-  });
-}
+  WheelHandlers wheelHandlers() {
+    return {[this](const msg::WheelTicksConstPtr& message) {
+              receive("wheel ticks", [this, message](const ros::Time& now) {
+                const core::WheelCounts counts = countsFromMessage(*message);
+                finishWheels(calibrator_->addTicks(counts, stampFromRos(now)), counts.stamp, now);
+              });
+            },
+            [this](const sensor_msgs::JointStateConstPtr& message) {
+              receive("joint states",
+                      [this, message](const ros::Time& now) { addJointState(*message, now); });
+            },
+            [this](core::WheelSide side, const WheelCountEvent& event) {
+              receive(side == core::WheelSide::kLeft ? "left ticks" : "right ticks",
+                      [this, side, event](const ros::Time& now) { addWheel(side, event, now); });
+            }};
+  }
 
-void CalibrationNodelet::onTicks(const msg::WheelTicksConstPtr& message) {
-  receive("wheel ticks", [this, message](const ros::Time& now) {
-    const core::WheelCounts counts = countsFromMessage(*message);
-    finishWheels(calibrator_->addTicks(counts, stampFromRos(now)), counts.stamp, now);
-  });
-}
-
-void CalibrationNodelet::onJointStates(const sensor_msgs::JointStateConstPtr& message) {
-  receive("joint states", [this, message](const ros::Time& now) {
-    const auto angles = anglesFromMessage(*message, config_.joints);
+  void addJointState(const sensor_msgs::JointState& message, const ros::Time& now) {
+    const auto angles = anglesFromMessage(message, config_.wheels.joints);
     if (angles) {
       finishWheels(calibrator_->addAngles(*angles, stampFromRos(now)), angles->stamp, now);
-    } else if (namesEither(*message, config_.joints) || !input_watch_->areWheelsAlive(now)) {
-      refuseJointState(*message);  // else it is another publisher's, an arm's for instance
+      return;
     }
-  });
-}
+    const bool is_anothers =  // publisher's, an arm's for instance
+        !namesEither(message, config_.wheels.joints) && input_watch_->areWheelsAlive(now);
+    if (is_anothers) return;
+    publisher_->countJointStateWithoutWheels();
+    publisher_->offerEstimate();
+    if (!throttle_.isDue("joints")) return;
+    NODELET_WARN(
+        "%s: joints '%s' and '%s' with a position each are wanted, but the message has "
+        "(%s): message ignored",
+        wheel_topic_.c_str(), config_.wheels.joints.left.c_str(),
+        config_.wheels.joints.right.c_str(), jointNames(message).c_str());
+  }
 
-/// The stamps of the left wheel alone tell whether they have begun anew: both would take turns.
-void CalibrationNodelet::onWheel(core::WheelSide side, const WheelCountEvent& event) {
-  const char* const what = side == core::WheelSide::kLeft ? "left ticks" : "right ticks";
-  receive(what, [this, side, event](const ros::Time& now) {
+  /// The stamps of the left wheel alone tell whether they have begun anew: both would take turns.
+  void addWheel(core::WheelSide side, const WheelCountEvent& event, const ros::Time& now) {
     const core::WheelCount count = countFromMessage(*event.getMessage(), event.getReceiptTime());
     const bool is_of_no_clock = event.getReceiptTime().isZero() && count.stamp == core::Stamp();
     if (is_of_no_clock) return;  // without a stamp of its own, and /clock had not begun
@@ -240,155 +152,148 @@ void CalibrationNodelet::onWheel(core::WheelSide side, const WheelCountEvent& ev
     } else {
       warn(wheel_topic_, outcome);
     }
-  });
-}
+  }
 
-void CalibrationNodelet::onBearings(const msg::LightBearingsConstPtr& message) {
-  receive("bearings", [this, message](const ros::Time& now) {
-    input_watch_->sawBearings(now);
-    const std::string& frame = message->header.frame_id;
-    if (!frame.empty() && frame != config_.frames.sensor && throttle_.isDue("frame")) {
-      NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were",
-                   bearing_topic_.c_str(), frame.c_str(), config_.frames.sensor.c_str());
+  void onBearings(const msg::LightBearingsConstPtr& message) {
+    receive("bearings", [this, message](const ros::Time& now) {
+      input_watch_->sawBearings(now);
+      checkFrame(bearing_topic_, message->header.frame_id, config_.frames.sensor);
+      warn(bearing_topic_,
+           calibrator_->addBearings(bearingsFromMessage(*message), stampFromRos(now)));
+      publisher_->offerEstimate();
+    });
+  }
+
+  void onSecond(const ros::WallTimerEvent&) {
+    guarded("fit", [&] { calibrator_->takeOverFit(); });  // there may be no inputs any more
+    guarded("timer", [&] {
+      timeOfReceipt();  // a clock that jumped back is noticed without inputs, too
+      publisher_->publishEstimate();
+      publisher_->offerMarkers();
+      diagnostics_->force_update();
+      saver_->check();
+    });
+  }
+
+  bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+    return serve("reset", &response, [&] {
+      response.message = "the calibration starts anew" + startAnew();
+      saver_->expectAnotherMount();
+      response.success = true;
+      NODELET_INFO("~reset was called: %s", response.message.c_str());
+    });
+  }
+
+  bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+    return serve("pause", &response, [&] {
+      saver_->check();
+      calibrator_->setPaused(request.data);
+      publisher_->publishEstimate();
+      response.success = true;
+      response.message = request.data ? "paused: bearings are ignored" : "bearings are fused again";
+    });
+  }
+
+  bool onSave(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+    return serve("save", &response, [&] {
+      const core::StoredResult outcome = saver_->save();
+      response.success = outcome.success;
+      response.message = outcome.message;
+    });
+  }
+
+  /// None while the clock is zero: simulated time has not begun.
+  std::optional<ros::Time> timeOfReceipt() {
+    const ros::Time now = ros::Time::now();
+    if (now.isZero()) {
+      if (throttle_.isDue("clock")) {
+        NODELET_WARN("/clock has not begun (use_sim_time is set): inputs wait until then");
+      }
+      return std::nullopt;
     }
-    warn(bearing_topic_,
-         calibrator_->addBearings(bearingsFromMessage(*message), stampFromRos(now)));
-    publisher_->offer(*calibrator_, joint_states_without_wheels_);
-  });
-}
+    if (clock_watch_.hasJumpedBack(now, config_.max_step_back_s)) followJumpBack("the clock has");
+    return now;
+  }
 
-void CalibrationNodelet::onSecond(const ros::WallTimerEvent&) {
-  guarded("fit", [&] { calibrator_->takeOverFit(); });  // there may be no inputs any more
-  guarded("timer", [&] {
-    timeOfReceipt();  // a clock that jumped back is noticed without inputs, too
-    publishNow();
-    display_publisher_->offer(*calibrator_);
-    diagnostics_->force_update();
-    saver_->check();
-  });
-}
+  /// @returns what became of what it had found, to end a sentence with
+  std::string startAnew() {
+    const std::string saved = saver_->saveBeforeReset();
+    calibrator_->reset();
+    publisher_->restart();
+    stamp_watch_ = {};
+    throttle_.restart();  // what was said of the old calibration is old, too
+    input_watch_->restart();
+    publisher_->publishEstimate();
+    return saved.empty() ? "" : "; what it had found: " + saved;
+  }
 
-void CalibrationNodelet::onTransform() {
-  guarded("transform", [&] {
-    const std::optional<ros::Time> now = timeOfReceipt();
-    if (now) publisher_->sendTransform(calibrator_->result(), *now);
-  });
-}
+  void followJumpBack(const std::string& what) {
+    publisher_->restartStamps();
+    const std::string saved = startAnew();
+    NODELET_WARN(
+        "%s jumped back by more than clock/max_step_back (%g s): the calibration starts anew%s",
+        what.c_str(), config_.max_step_back_s, saved.c_str());
+  }
 
-bool CalibrationNodelet::onReset(std_srvs::Trigger::Request&,
-                                 std_srvs::Trigger::Response& response) {
-  return serve("reset", &response, [&] {
-    response.message = "the calibration starts anew" + startAnew();
-    saver_->expectAnotherMount();
-    response.success = true;
-    NODELET_INFO("~reset was called: %s", response.message.c_str());
-  });
-}
-
-bool CalibrationNodelet::onPause(std_srvs::SetBool::Request& request,
-                                 std_srvs::SetBool::Response& response) {
-  return serve("pause", &response, [&] {
-    saver_->check();
-    calibrator_->setPaused(request.data);
-    publishNow();
-    response.success = true;
-    response.message = request.data ? "paused: bearings are ignored" : "bearings are fused again";
-  });
-}
-
-bool CalibrationNodelet::onSave(std_srvs::Trigger::Request&,
-                                std_srvs::Trigger::Response& response) {
-  return serve("save", &response, [&] {
-    const SavingOutcome outcome = saver_->save();
-    response.success = outcome.success;
-    response.message = outcome.message;
-  });
-}
-
-/// None while the clock is zero: simulated time has not begun.
-std::optional<ros::Time> CalibrationNodelet::timeOfReceipt() {
-  const ros::Time now = ros::Time::now();
-  if (now.isZero()) {
-    if (throttle_.isDue("clock")) {
-      NODELET_WARN("/clock has not begun (use_sim_time is set): inputs wait until then");
+  void finishWheels(const core::InputOutcome& outcome, core::Stamp stamp, const ros::Time& now) {
+    if (!input_watch_->areWheelsAlive(now)) publisher_->expectNews();
+    input_watch_->sawWheels(now);
+    warn(wheel_topic_, outcome);
+    if (stamp_watch_.hasBegunAnew(outcome, stamp, config_.max_step_back_s)) {
+      followJumpBack("the stamps on " + wheel_topic_ + " have");
     }
-    return std::nullopt;
+    publisher_->offerEstimate();
+    if (!outcome.isBadInput()) publisher_->offerPrediction(stamp);
+    publisher_->offerMarkers();
   }
-  if (clock_watch_.hasJumpedBack(now, config_.max_step_back_s)) followJumpBack("the clock has");
-  return now;
-}
 
-/// @returns what became of what it had found, to end a sentence with
-std::string CalibrationNodelet::startAnew() {
-  const std::string saved = saver_->saveBeforeReset();
-  calibrator_->reset();
-  joint_states_without_wheels_ = remarks_before_ = 0;
-  prediction_publisher_->restart();
-  display_publisher_->restart();
-  stamp_watch_ = {};
-  throttle_ = LogThrottle(kWarningPeriod_s);  // what was said of the old calibration is old, too
-  input_watch_->restart();
-  publishNow();
-  return saved.empty() ? "" : "; what it had found: " + saved;
-}
-
-void CalibrationNodelet::followJumpBack(const std::string& what) {
-  publisher_->restartStamps();
-  const std::string saved = startAnew();
-  NODELET_WARN(
-      "%s jumped back by more than clock/max_step_back (%g s): the calibration starts anew%s",
-      what.c_str(), config_.max_step_back_s, saved.c_str());
-}
-
-void CalibrationNodelet::finishWheels(const core::InputOutcome& outcome, core::Stamp stamp,
-                                      const ros::Time& now) {
-  if (!input_watch_->areWheelsAlive(now)) publisher_->expectNews();
-  input_watch_->sawWheels(now);
-  warn(wheel_topic_, outcome);
-  if (stamp_watch_.hasBegunAnew(outcome, stamp, config_.max_step_back_s)) {
-    followJumpBack("the stamps on " + wheel_topic_ + " have");
+  void warn(const std::string& topic, const core::InputOutcome& outcome) {
+    if (!outcome.isWorthAWord()) return;
+    publisher_->expectNews();
+    if (!throttle_.isDue(topic + core::nameOf(outcome.status))) return;
+    NODELET_WARN("%s: %s", topic.c_str(), core::describe(outcome).c_str());
   }
-  publisher_->offer(*calibrator_, joint_states_without_wheels_);
-  if (!outcome.isBadInput()) prediction_publisher_->offer(*calibrator_, stamp);
-  display_publisher_->offer(*calibrator_);
-}
 
-void CalibrationNodelet::refuseJointState(const sensor_msgs::JointState& message) {
-  ++joint_states_without_wheels_;
-  publisher_->expectNews();
-  publisher_->offer(*calibrator_, joint_states_without_wheels_);
-  if (!throttle_.isDue("joints")) return;
-  NODELET_WARN(
-      "%s: joints '%s' and '%s' with a position each are wanted, but the message has (%s): message "
-      "ignored",
-      wheel_topic_.c_str(), config_.joints.left.c_str(), config_.joints.right.c_str(),
-      jointNames(message).c_str());
-}
-
-void CalibrationNodelet::warn(const std::string& topic, const core::InputOutcome& outcome) {
-  if (!outcome.isWorthAWord()) return;
-  publisher_->expectNews();
-  if (!throttle_.isDue(topic + core::nameOf(outcome.status))) return;
-  NODELET_WARN("%s: %s", topic.c_str(), core::describe(outcome).c_str());
-}
-
-void CalibrationNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  const ros::Time now = ros::Time::now();
-  std::string silence = "/clock has not begun";
-  if (!now.isZero()) {
-    silence = input_watch_->silence(now);
-    if (!silence.empty() && throttle_.isDue("silence")) NODELET_WARN("%s", silence.c_str());
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+    const ros::Time now = ros::Time::now();
+    std::string silence = "/clock has not begun";
+    if (!now.isZero()) {
+      silence = input_watch_->silence(now);
+      if (!silence.empty() && throttle_.isDue("silence")) NODELET_WARN("%s", silence.c_str());
+    }
+    publisher_->diagnose(silence, &status);
   }
-  const core::CalibrationResult result = calibrator_->result();
-  const std::uint32_t remarks =
-      result.tick_inputs.remarks() + result.bearing_inputs.remarks() + joint_states_without_wheels_;
-  fillDiagnostics(result, joint_states_without_wheels_, silence, remarks != remarks_before_,
-                  &status);
-  const core::FitsReport fits = calibrator_->fits();
-  status.add("fits taken over", fits.taken);
-  status.add("fits dropped", fits.dropped);
-  remarks_before_ = remarks;
-}
+
+  template <typename Work>
+  std::string guarded(const char* callback, Work work) {
+    const std::lock_guard<std::timed_mutex> lock(callback_mutex_);
+    return GuardedNodelet::guarded(callback, work);
+  }
+  template <typename Response, typename Work>
+  bool serve(const char* service, Response* response, Work work) {
+    const std::string error = guarded(service, work);
+    if (!error.empty()) response->message = error;
+    return true;  // false would tell the caller nothing
+  }
+
+  CalibrationNodeConfig config_;
+  std::string wheel_topic_, bearing_topic_;
+  std::unique_ptr<core::Calibrator> calibrator_;
+  std::unique_ptr<CalibrationPublisher> publisher_;
+  std::unique_ptr<InputWatch> input_watch_;
+  std::deque<std::function<void(const ros::Time&)>> early_inputs_;  ///< before the first /clock
+  ClockWatch clock_watch_;
+  StampWatch stamp_watch_;
+  std::timed_mutex callback_mutex_;  ///< held by the callback that runs
+  std::unique_ptr<ResultSaver> saver_;
+
+  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+  ros::ServiceServer reset_service_, pause_service_, save_service_;
+  std::vector<ros::Subscriber> wheel_subscribers_;
+  ros::Subscriber bearing_subscriber_;
+  ros::WallTimer timer_;
+  ros::Timer transform_timer_;
+};
 
 }  // namespace bearing_calibration_ros
 

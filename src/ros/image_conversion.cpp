@@ -1,13 +1,23 @@
 #include "bearing_calibration_ros/image_conversion.h"
 
+#include <cv_bridge/cv_bridge.h>
+#include <sensor_msgs/image_encodings.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <vector>
+
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration_ros {
 namespace {
+
+namespace encodings = sensor_msgs::image_encodings;
+using core::formatted;
 
 constexpr int kNoConversion = -1;
 
@@ -51,20 +61,15 @@ const Encoding* find(const std::string& name) {
 }
 
 std::string supportedEncodings() {
-  std::string list;
-  for (const Encoding& encoding : kEncodings)
-    list += std::string(list.empty() ? "" : ", ") + encoding.name;
-  return list;
-}
-
-std::string sizeText(std::size_t width, std::size_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
+  std::vector<std::string> names;
+  for (const Encoding& encoding : kEncodings) names.emplace_back(encoding.name);
+  return core::joined(names, ", ");
 }
 
 std::optional<ImageRefusal> layoutRefusal(const sensor_msgs::Image& image) {
   if (image.width == 0 || image.height == 0 || image.data.empty()) {
-    return ImageRefusal{"empty", "it is " + sizeText(image.width, image.height) + " with " +
-                                     std::to_string(image.data.size()) + " bytes"};
+    return ImageRefusal{"empty", formatted("it is %ux%u with %zu bytes", image.width, image.height,
+                                           image.data.size())};
   }
   const Encoding* encoding = find(image.encoding);
   if (encoding == nullptr) {
@@ -74,19 +79,18 @@ std::optional<ImageRefusal> layoutRefusal(const sensor_msgs::Image& image) {
   }
   const std::size_t row_bytes = image.width * encoding->bytesPerPixel();
   if (image.step < row_bytes) {
-    return ImageRefusal{"short rows", "step " + std::to_string(image.step) + " is less than the " +
-                                          std::to_string(row_bytes) + " bytes of a row"};
+    return ImageRefusal{"short rows", formatted("step %u is less than the %zu bytes of a row",
+                                                image.step, row_bytes)};
   }
   if (!encoding->isEightBits() && image.step % 2 != 0) {
-    return ImageRefusal{"odd rows", "step " + std::to_string(image.step) +
-                                        " is odd, but encoding '" + image.encoding +
-                                        "' has two bytes in a pixel"};
+    return ImageRefusal{"odd rows", formatted("step %u is odd, but encoding '%s' has two bytes in "
+                                              "a pixel",
+                                              image.step, encoding->name)};
   }
   const std::size_t wanted_bytes = static_cast<std::size_t>(image.step) * image.height;
   if (image.data.size() != wanted_bytes) {
-    return ImageRefusal{"truncated",
-                        "it has " + std::to_string(image.data.size()) +
-                            " bytes instead of step * height = " + std::to_string(wanted_bytes)};
+    return ImageRefusal{"truncated", formatted("it has %zu bytes instead of step * height = %zu",
+                                               image.data.size(), wanted_bytes)};
   }
   return std::nullopt;
 }
@@ -108,29 +112,70 @@ void readBigEndian(const sensor_msgs::Image& image, cv::Mat* pixels) {
   }
 }
 
+/// Of the decoded pixels; empty for what no camera sends. `format` begins with the encoding before
+/// the compression, where image_transport's plugin has written it: "bayer_rggb8; png compressed ".
+std::string encodingOf(const cv::Mat& image, const std::string& format) {
+  const std::string before = format.substr(0, format.find(';'));
+  const bool is_mosaic = encodings::isBayer(before) &&
+                         encodings::bitDepth(before) == 8 * static_cast<int>(image.elemSize1());
+  switch (image.type()) {
+    case CV_8UC1:
+      return is_mosaic ? before : encodings::MONO8;
+    case CV_16UC1:
+      return is_mosaic ? before : encodings::MONO16;
+    case CV_8UC3:
+      return encodings::BGR8;
+    case CV_8UC4:
+      return encodings::BGRA8;
+    default:
+      return {};
+  }
+}
+
+cv::Mat pixelsOf(const sensor_msgs::CompressedImage& compressed) {
+  if (compressed.data.empty()) return {};
+  try {
+    return cv::imdecode(compressed.data, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {  // a header that promises more than there can be
+    return {};
+  }
+}
+
 }  // namespace
 
 std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
                                       const core::ImageSensor& sensor) {
   if (const auto refusal = layoutRefusal(image)) return refusal;
-  const bool fits = image.width == static_cast<std::size_t>(sensor.width_px) &&
-                    image.height == static_cast<std::size_t>(sensor.height_px);
-  if (!fits) {
-    return ImageRefusal{"wrong size", "it is " + sizeText(image.width, image.height) +
-                                          ", but sensor/width and sensor/height say " +
-                                          sizeText(static_cast<std::size_t>(sensor.width_px),
-                                                   static_cast<std::size_t>(sensor.height_px))};
+  const auto width = static_cast<unsigned>(sensor.width_px);
+  const auto height = static_cast<unsigned>(sensor.height_px);
+  if (image.width != width || image.height != height) {
+    return ImageRefusal{"wrong size",
+                        formatted("it is %ux%u, but sensor/width and sensor/height say %ux%u",
+                                  image.width, image.height, width, height)};
   }
   if (find(image.encoding)->isEightBits() &&
       sensor.saturation_level > std::numeric_limits<std::uint8_t>::max()) {
-    return ImageRefusal{"wrong depth", "encoding '" + image.encoding +
-                                           "' cannot reach sensor/saturation_level " +
-                                           std::to_string(sensor.saturation_level)};
+    return ImageRefusal{"wrong depth",
+                        formatted("encoding '%s' cannot reach sensor/saturation_level %f",
+                                  image.encoding.c_str(), sensor.saturation_level)};
   }
   if (image.header.stamp.isZero()) {
     return ImageRefusal{"zero stamp", "its stamp is zero: the moment of the exposure is unknown"};
   }
   return std::nullopt;
+}
+
+sensor_msgs::ImagePtr decoded(const sensor_msgs::CompressedImage& compressed) {
+  const cv::Mat pixels = pixelsOf(compressed);
+  if (pixels.empty()) return nullptr;
+  const std::string encoding = encodingOf(pixels, compressed.format);
+  if (encoding.empty()) return nullptr;
+  return cv_bridge::CvImage(compressed.header, encoding, pixels).toImageMsg();
+}
+
+std::string describeUndecoded(const sensor_msgs::CompressedImage& compressed) {
+  return formatted("its %zu bytes of the format '%s' are no jpeg or png of 1, 3 or 4 channels",
+                   compressed.data.size(), compressed.format.c_str());
 }
 
 bool hasColours(const std::string& name) {

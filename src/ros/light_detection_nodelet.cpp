@@ -2,10 +2,8 @@
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/PredictedBearing.h>
 #include <cv_bridge/cv_bridge.h>
-#include <diagnostic_updater/diagnostic_updater.h>
 #include <image_transport/camera_common.h>
 #include <image_transport/image_transport.h>
-#include <nodelet/nodelet.h>
 #include <ros/ros.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
@@ -19,18 +17,15 @@
 
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/image_advice.h"
-#include "bearing_calibration_ros/camera_info.h"
 #include "bearing_calibration_ros/conversions.h"
-#include "bearing_calibration_ros/detection_conversions.h"
 #include "bearing_calibration_ros/detection_diagnostics.h"
 #include "bearing_calibration_ros/detection_params.h"
+#include "bearing_calibration_ros/guarded_nodelet.h"
 #include "bearing_calibration_ros/image_bearings.h"
 #include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/image_input.h"
-#include "bearing_calibration_ros/log_throttle.h"
-#include "bearing_calibration_ros/mirror_service.h"
+#include "bearing_calibration_ros/rig_checks.h"
 #include "bearing_calibration_ros/threshold_server.h"
-#include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
 
@@ -38,35 +33,168 @@ namespace bearing_calibration_ros {
 ///
 /// Threading: every subscriber and timer hangs on getNodeHandle()'s queue, which a nodelet manager
 /// serves with one thread at a time. So no callback runs beside another, and nothing here is
-/// locked. An exception ends at its callback (see guarded()).
-class LightDetectionNodelet : public nodelet::Nodelet {
+/// locked.
+class LightDetectionNodelet : public GuardedNodelet {
  private:
-  void onInit() override;
-  void nameTopics();
-  void advertise();
-  void subscribe();
+  void start() override {
+    config_ = readConfig<DetectionNodeConfig>(ParamReader(getPrivateNodeHandle()));
+    bearings_ = std::make_unique<ImageBearings>(config_);
+    adviser_ = std::make_unique<core::ImageAdviser>(config_.detector);
+    // Before the first callback may want to name them: the queue is served already.
+    image_topic_ = getNodeHandle().resolveName("image");
+    camera_info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
+    prediction_topic_ = getNodeHandle().resolveName("predicted_bearing");
+    advertise();
+    subscribe();
+  }
 
-  void onImage(const sensor_msgs::ImageConstPtr& message);
-  void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message);
-  void onPrediction(const msg::PredictedBearingConstPtr& message);
-  bool onFindMirror(msg::FindMirror::Request&, msg::FindMirror::Response& response);
-  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
-  void publishAdvice(const std::optional<core::Advice>& advice);
-  void takeThresholds(const core::DetectorConfig& detector);
-  void sayOfThresholds(bool is_refused, const std::string& sentence);
+  void advertise() {
+    constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
+    constexpr bool kLatched = true;
+    ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
+    private_images_ = std::make_unique<image_transport::ImageTransport>(private_node_handle);
+    bearings_publisher_ = getNodeHandle().advertise<msg::LightBearings>("bearings", kBearingQueue);
+    annotated_publisher_ = private_images_->advertise("annotated", 1);
+    advice_publisher_ = private_node_handle.advertise<std_msgs::String>("advice", 1, kLatched);
+    mirror_service_ = private_node_handle.advertiseService(
+        "find_mirror", &LightDetectionNodelet::onFindMirror, this);
+    thresholds_ = std::make_unique<ThresholdServer>(
+        private_node_handle, config_.detector,
+        [this](const core::DetectorConfig& detector) { takeThresholds(detector); },
+        [this](bool is_taken, const std::string& said) { say(is_taken, said); });
+    diagnostics_ = makeDiagnostics("light detection", [this](auto& status) { diagnose(status); });
+  }
 
-  std::optional<ImageRefusal> refusalOfImage(const sensor_msgs::Image& image) const;
-  std::string describeCameraInfo() const;
-  void refuse(const ImageRefusal& refusal);
-  void publishAnnotated(const sensor_msgs::Image& message, const cv::Mat& grey,
-                        const core::DetectionResult& result);
+  void subscribe() {
+    const ros::TransportHints no_delay = ros::TransportHints().tcpNoDelay();
+    ros::NodeHandle& node_handle = getNodeHandle();
+    camera_info_subscriber_ = node_handle.subscribe(
+        camera_info_topic_, 1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
+    prediction_subscriber_ = node_handle.subscribe(
+        "predicted_bearing", 1, &LightDetectionNodelet::onPrediction, this, no_delay);
+    image_input_ = std::make_unique<ImageInput>(
+        node_handle, getPrivateNodeHandle(), config_.image_queue,
+        [this](const sensor_msgs::ImageConstPtr& image) { onImage(image); },
+        [this](const ImageRefusal& refusal) { refuse(refusal); });
+    timer_ =
+        node_handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
+          guarded("timer", [&] { diagnostics_->force_update(); });
+        });
+  }
 
-  template <typename Work>
-  void guarded(const char* callback, Work work) {
-    const std::string error = thrownBy(work);
-    if (error.empty()) return;
+  void onImage(const sensor_msgs::ImageConstPtr& message) {
+    guarded("image", [&] {
+      if (const auto refusal = refusalOfImage(*message)) return refuse(*refusal);
+      last_image_ = message;
+      bearings_publisher_.publish(
+          messageFromBearings(bearings_->detect(message, prediction_), config_.sensor_frame));
+      const core::DetectionResult& result = bearings_->result();
+      counts_.add(result);
+      last_observation_ = LastObservation::of(result);
+      advice_tally_.add(adviser_->adviceFor(result));
+      if (annotated_publisher_.getNumSubscribers() > 0) publishAnnotated(message->header, result);
+    });
+  }
+
+  std::optional<ImageRefusal> refusalOfImage(const sensor_msgs::Image& image) const {
+    const core::ImageSensor& sensor = config_.detector.sensor;
+    if (const auto refusal = refusalOf(image, sensor)) return refusal;
+    if (!config_.camera_info_required || (camera_info_ && camera_info_->isOf(sensor))) {
+      return std::nullopt;
+    }
+    if (camera_info_ && camera_info_->isSaid()) {
+      return ImageRefusal{"wrong imager", camera_info_topic_ + ": " + camera_info_doubt_};
+    }
+    const std::string required = "camera_info/required is set, but ";
+    if (camera_info_) {
+      return ImageRefusal{"empty camera_info", required + camera_info_topic_ + " says 0x0"};
+    }
+    return ImageRefusal{"no camera_info", required + "nothing came on " + camera_info_topic_};
+  }
+
+  void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) {
+    guarded("camera_info", [&] {
+      camera_info_ = deliveredImage(*message);
+      const std::string doubt = contradiction(*camera_info_, config_.detector);
+      if (!doubt.empty() && doubt != camera_info_doubt_) {
+        NODELET_WARN("%s: %s", camera_info_topic_.c_str(), doubt.c_str());
+      }
+      camera_info_doubt_ = doubt;
+    });
+  }
+
+  std::string describeCameraInfo() const {
+    if (!camera_info_) return "none has come";
+    if (!camera_info_doubt_.empty()) return camera_info_doubt_;
+    return camera_info_->isSaid() ? "fits" : "says nothing: 0x0";
+  }
+
+  void refuse(const ImageRefusal& refusal) {
+    ++counts_.images_refused[refusal.kind];
+    if (!throttle_.isDue(refusal.kind)) return;
+    NODELET_WARN("%s: image ignored (%s): %s", image_topic_.c_str(), refusal.kind.c_str(),
+                 refusal.text.c_str());
+  }
+
+  void onError(const std::string& callback, const std::string& error) override {
     ++counts_.images_refused[callback];
-    if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback, error.c_str());
+    GuardedNodelet::onError(callback, error);
+  }
+
+  void onPrediction(const msg::PredictedBearingConstPtr& message) {
+    guarded("prediction", [&] {
+      checkFrame(prediction_topic_, message->header.frame_id, config_.sensor_frame);
+      prediction_ = predictionFromMessage(*message);
+    });
+  }
+
+  void publishAnnotated(const std_msgs::Header& header, const core::DetectionResult& result) {
+    const cv::Mat picture = core::annotate(bearings_->grey(), result, config_.detector);
+    annotated_publisher_.publish(
+        cv_bridge::CvImage(header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
+  }
+
+  bool onFindMirror(msg::FindMirror::Request&, msg::FindMirror::Response& response) {
+    response = noMirror(last_image_ ? "the newest image cannot be looked at: see the log"
+                                    : "no image has come yet on " + image_topic_);
+    guarded("find_mirror", [&] {
+      GreyConverter converter;
+      if (last_image_) response = findMirror(converter.convert(last_image_), config_.detector);
+    });
+    NODELET_INFO("find_mirror: %s", response.text.c_str());
+    return true;
+  }
+
+  void takeThresholds(const core::DetectorConfig& detector) {
+    config_.detector = detector;
+    bearings_->setDetector(detector);
+    adviser_ = std::make_unique<core::ImageAdviser>(detector);
+  }
+
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+    const bool used = counts_.images_used != counts_before_.images_used;
+    const bool refused = counts_.refused() != counts_before_.refused();
+    const std::optional<core::Advice> advice = advice_tally_.take();
+    if (used) publishAdvice(advice);
+    if (used || refused) images_of_late_.refused = refused;
+    images_of_late_.silent = image_input_->isSilent();
+    counts_.images_dropped = image_input_->dropped();
+    fillDiagnostics(counts_, images_of_late_, last_observation_, &status);
+    status.add("camera_info", describeCameraInfo());
+    counts_before_ = counts_;
+  }
+
+  /// Published when its figures change, logged when its kind does. An empty text says that nothing
+  /// is to be changed.
+  void publishAdvice(const std::optional<core::Advice>& advice) {
+    std_msgs::String message;
+    if (advice) message.data = advice->sentence;
+    const std::optional<core::Advice>& before = images_of_late_.advice;
+    const bool is_news = advice && !(before && before->kind == advice->kind);
+    if (is_news) NODELET_INFO("advice: %s", message.data.c_str());
+    const std::string said = before ? before->sentence : std::string();
+    if (message.data != said) advice_publisher_.publish(message);
+    images_of_late_.advice = advice;
   }
 
   DetectionNodeConfig config_;
@@ -82,7 +210,6 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   std::unique_ptr<core::ImageAdviser> adviser_;
   core::AdviceTally advice_tally_;
   ImagesOfLate images_of_late_;
-  LogThrottle throttle_{kWarningPeriod_s};
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   std::unique_ptr<image_transport::ImageTransport> private_images_;
   ros::Publisher bearings_publisher_, advice_publisher_;
@@ -93,191 +220,7 @@ class LightDetectionNodelet : public nodelet::Nodelet {
   std::unique_ptr<ImageInput> image_input_;
   ros::Subscriber camera_info_subscriber_, prediction_subscriber_;
   ros::WallTimer timer_;
-
-  static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
 };
-
-void LightDetectionNodelet::onInit() {
-  try {
-    config_ = readDetectionNodeConfig(ParamReader(getPrivateNodeHandle()));
-    bearings_ = std::make_unique<ImageBearings>(config_);
-    adviser_ = std::make_unique<core::ImageAdviser>(config_.detector);
-    nameTopics();
-    advertise();
-    subscribe();
-  } catch (const std::exception& error) {
-    NODELET_FATAL("not started: %s", error.what());
-    throw;  // tells the nodelet loader, which says nothing by itself
-  }
-}
-
-/// Before the first callback may want to name them: the queue is served already.
-void LightDetectionNodelet::nameTopics() {
-  image_topic_ = getNodeHandle().resolveName("image");
-  camera_info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
-  prediction_topic_ = getNodeHandle().resolveName("predicted_bearing");
-}
-
-void LightDetectionNodelet::advertise() {
-  constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
-  private_images_ = std::make_unique<image_transport::ImageTransport>(getPrivateNodeHandle());
-  bearings_publisher_ = getNodeHandle().advertise<msg::LightBearings>("bearings", kBearingQueue);
-  annotated_publisher_ = private_images_->advertise("annotated", 1);
-  constexpr bool kLatched = true;
-  advice_publisher_ = getPrivateNodeHandle().advertise<std_msgs::String>("advice", 1, kLatched);
-  mirror_service_ = getPrivateNodeHandle().advertiseService(
-      "find_mirror", &LightDetectionNodelet::onFindMirror, this);
-  thresholds_ = std::make_unique<ThresholdServer>(
-      getPrivateNodeHandle(), config_.detector,
-      [this](const core::DetectorConfig& detector) { takeThresholds(detector); },
-      [this](bool is_refused, const std::string& said) { sayOfThresholds(is_refused, said); });
-  diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(),
-                                                               getPrivateNodeHandle(), getName());
-  diagnostics_->setHardwareID("none");
-  diagnostics_->add("light detection", this, &LightDetectionNodelet::diagnose);
-}
-
-void LightDetectionNodelet::subscribe() {
-  const ros::TransportHints no_delay = ros::TransportHints().tcpNoDelay();
-  ros::NodeHandle& node_handle = getNodeHandle();
-  camera_info_subscriber_ = node_handle.subscribe(
-      camera_info_topic_, 1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
-  prediction_subscriber_ = node_handle.subscribe(
-      "predicted_bearing", 1, &LightDetectionNodelet::onPrediction, this, no_delay);
-  image_input_ = std::make_unique<ImageInput>(
-      node_handle, getPrivateNodeHandle(), config_.image_queue,
-      [this](const sensor_msgs::ImageConstPtr& image) { onImage(image); },
-      [this](const ImageRefusal& refusal) { refuse(refusal); });
-  timer_ = node_handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
-    guarded("timer", [&] { diagnostics_->force_update(); });
-  });
-}
-
-void LightDetectionNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
-  guarded("image", [&] {
-    if (const auto refusal = refusalOfImage(*message)) return refuse(*refusal);
-    last_image_ = message;
-    bearings_publisher_.publish(
-        messageFromBearings(bearings_->detect(message, prediction_), config_.sensor_frame));
-    const core::DetectionResult& result = bearings_->result();
-    counts_.add(result);
-    last_observation_ = lastObservationFrom(result);
-    advice_tally_.add(adviser_->adviceFor(result));
-    if (annotated_publisher_.getNumSubscribers() > 0)
-      publishAnnotated(*message, bearings_->grey(), result);
-  });
-}
-
-std::optional<ImageRefusal> LightDetectionNodelet::refusalOfImage(
-    const sensor_msgs::Image& image) const {
-  const core::ImageSensor& sensor = config_.detector.sensor;
-  if (const auto refusal = refusalOf(image, sensor)) return refusal;
-  if (!config_.camera_info_required || (camera_info_ && camera_info_->isOf(sensor))) {
-    return std::nullopt;
-  }
-  if (camera_info_ && camera_info_->isSaid()) {
-    return ImageRefusal{"wrong imager", camera_info_topic_ + ": " + camera_info_doubt_};
-  }
-  const std::string required = "camera_info/required is set, but ";
-  if (camera_info_) {
-    return ImageRefusal{"empty camera_info", required + camera_info_topic_ + " says 0x0"};
-  }
-  return ImageRefusal{"no camera_info", required + "nothing came on " + camera_info_topic_};
-}
-
-void LightDetectionNodelet::onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) {
-  guarded("camera_info", [&] {
-    camera_info_ = deliveredImage(*message);
-    const std::string doubt = contradiction(*camera_info_, config_.detector);
-    if (!doubt.empty() && doubt != camera_info_doubt_) {
-      NODELET_WARN("%s: %s", camera_info_topic_.c_str(), doubt.c_str());
-    }
-    camera_info_doubt_ = doubt;
-  });
-}
-
-std::string LightDetectionNodelet::describeCameraInfo() const {
-  if (!camera_info_) return "none has come";
-  if (!camera_info_doubt_.empty()) return camera_info_doubt_;
-  return camera_info_->isSaid() ? "fits" : "says nothing: 0x0";
-}
-
-void LightDetectionNodelet::refuse(const ImageRefusal& refusal) {
-  ++counts_.images_refused[refusal.kind];
-  if (!throttle_.isDue(refusal.kind)) return;
-  NODELET_WARN("%s: image ignored (%s): %s", image_topic_.c_str(), refusal.kind.c_str(),
-               refusal.text.c_str());
-}
-
-void LightDetectionNodelet::onPrediction(const msg::PredictedBearingConstPtr& message) {
-  guarded("prediction", [&] {
-    const std::string& frame = message->header.frame_id;
-    if (!frame.empty() && frame != config_.sensor_frame && throttle_.isDue("frame")) {
-      NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were",
-                   prediction_topic_.c_str(), frame.c_str(), config_.sensor_frame.c_str());
-    }
-    prediction_ = predictionFromMessage(*message);
-  });
-}
-
-void LightDetectionNodelet::publishAnnotated(const sensor_msgs::Image& message, const cv::Mat& grey,
-                                             const core::DetectionResult& result) {
-  const cv::Mat picture = core::annotate(grey, result, config_.detector);
-  annotated_publisher_.publish(
-      cv_bridge::CvImage(message.header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
-}
-
-bool LightDetectionNodelet::onFindMirror(msg::FindMirror::Request&,
-                                         msg::FindMirror::Response& response) {
-  response = noMirror(last_image_ ? "the newest image cannot be looked at: see the log"
-                                  : "no image has come yet on " + image_topic_);
-  guarded("find_mirror", [&] {
-    GreyConverter converter;
-    if (last_image_) response = findMirror(converter.convert(last_image_), config_.detector);
-  });
-  NODELET_INFO("find_mirror: %s", response.text.c_str());
-  return true;
-}
-
-void LightDetectionNodelet::takeThresholds(const core::DetectorConfig& detector) {
-  config_.detector = detector;
-  bearings_->setDetector(detector);
-  adviser_ = std::make_unique<core::ImageAdviser>(detector);
-}
-
-void LightDetectionNodelet::sayOfThresholds(bool is_refused, const std::string& sentence) {
-  if (is_refused) {
-    NODELET_WARN("thresholds refused, those before stay: %s", sentence.c_str());
-  } else {
-    NODELET_INFO("%s", sentence.c_str());
-  }
-}
-
-void LightDetectionNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  const bool used = counts_.images_used != counts_before_.images_used;
-  const bool refused = counts_.refused() != counts_before_.refused();
-  const std::optional<core::Advice> advice = advice_tally_.take();
-  if (used) publishAdvice(advice);
-  if (used || refused) images_of_late_.refused = refused;
-  images_of_late_.silent = image_input_->isSilent();
-  counts_.images_dropped = image_input_->dropped();
-  fillDiagnostics(counts_, images_of_late_, last_observation_, &status);
-  status.add("camera_info", describeCameraInfo());
-  counts_before_ = counts_;
-}
-
-/// Published when its figures change, logged when its kind does. An empty text says that nothing is
-/// to be changed.
-void LightDetectionNodelet::publishAdvice(const std::optional<core::Advice>& advice) {
-  std_msgs::String message;
-  if (advice) message.data = advice->sentence;
-  const std::optional<core::Advice>& before = images_of_late_.advice;
-  const bool is_news = advice && !(before && before->kind == advice->kind);
-  if (is_news) NODELET_INFO("advice: %s", message.data.c_str());
-  const std::string said = before ? before->sentence : std::string();
-  if (message.data != said) advice_publisher_.publish(message);
-  images_of_late_.advice = advice;
-}
 
 }  // namespace bearing_calibration_ros
 

@@ -6,251 +6,196 @@
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
-#include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
+#include <variant>
 
 #include "bearing_calibration/output/result_file.h"
-#include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
 namespace {
+
+using core::Parameters;
+using XmlRpc::XmlRpcValue;
 
 std::string groupOf(const std::string& name) {
   const std::size_t slash = name.find('/');
   return slash == std::string::npos ? std::string() : name.substr(0, slash + 1);
 }
 
-bool isNumber(XmlRpc::XmlRpcValue& value) {
-  return value.getType() == XmlRpc::XmlRpcValue::TypeInt ||
-         value.getType() == XmlRpc::XmlRpcValue::TypeDouble;
+/// False, and the target as it was, for a value of another kind.
+template <typename Value>
+bool take(XmlRpcValue::Type type, XmlRpcValue& value, Value& target) {
+  if (value.getType() != type) return false;
+  target = static_cast<Value&>(value);
+  return true;
 }
-
-double numberFrom(XmlRpc::XmlRpcValue& value) {
-  return value.getType() == XmlRpc::XmlRpcValue::TypeInt
-             ? static_cast<double>(static_cast<int>(value))
-             : static_cast<double>(value);
+bool take(XmlRpcValue& value, int& target) { return take(XmlRpcValue::TypeInt, value, target); }
+bool take(XmlRpcValue& value, bool& target) {
+  return take(XmlRpcValue::TypeBoolean, value, target);
 }
-
-/// False, and `numbers` as it was, unless `value` is a list of `count` finite numbers.
-bool readNumbers(XmlRpc::XmlRpcValue& value, std::size_t count, std::vector<double>* numbers) {
-  if (value.getType() != XmlRpc::XmlRpcValue::TypeArray) return false;
-  std::vector<double> read;
-  for (int i = 0; i < value.size(); ++i) {
-    if (!isNumber(value[i]) || !std::isfinite(numberFrom(value[i]))) return false;
-    read.push_back(numberFrom(value[i]));
+bool take(XmlRpcValue& value, std::string& target) {
+  return take(XmlRpcValue::TypeString, value, target);
+}
+bool take(XmlRpcValue& value, double& target) {
+  int whole = 0;
+  double number = 0.0;
+  if (take(value, whole)) {
+    number = whole;
+  } else if (!take(XmlRpcValue::TypeDouble, value, number) || !std::isfinite(number)) {
+    return false;
   }
-  if (read.size() != count) return false;
-  *numbers = read;
+  target = number;
+  return true;
+}
+bool take(XmlRpcValue& value, std::vector<double>& targets) {
+  if (value.getType() != XmlRpcValue::TypeArray) return false;
+  std::vector<double> numbers(static_cast<std::size_t>(value.size()));
+  for (int i = 0; i < value.size(); ++i) {
+    if (!take(value[i], numbers[static_cast<std::size_t>(i)])) return false;
+  }
+  if (numbers.size() != targets.size()) return false;
+  targets = numbers;
   return true;
 }
 
-/// A value as its writer would recognise it, with its kind where that is the trouble.
-std::string textOf(XmlRpc::XmlRpcValue& value) {
-  std::ostringstream text;
-  text << std::boolalpha;
-  switch (value.getType()) {
-    case XmlRpc::XmlRpcValue::TypeString: {
-      const std::string string = value;
-      char* end = nullptr;
-      std::strtod(string.c_str(), &end);
-      const bool looks_like_number = !string.empty() && *end == '\0';
-      text << "the string '" << string << "'";
-      if (looks_like_number) text << " (YAML wants a point and no quotes: 1.0e-6)";
-      break;
-    }
-    case XmlRpc::XmlRpcValue::TypeBoolean:
-      text << static_cast<bool>(value);
-      break;
-    case XmlRpc::XmlRpcValue::TypeArray:
-      text << "a list of " << value.size();
-      break;
-    case XmlRpc::XmlRpcValue::TypeStruct:
-      text << "a group of parameters";
-      break;
-    default:
-      text << value;
+bool take(XmlRpcValue& value, Parameters::Rows& target) {
+  if (value.getType() != XmlRpcValue::TypeArray) return false;
+  std::vector<std::vector<double>> rows(static_cast<std::size_t>(value.size()),
+                                        std::vector<double>(target.size));
+  for (int i = 0; i < value.size(); ++i) {
+    if (!take(value[i], rows[static_cast<std::size_t>(i)])) return false;
   }
-  return text.str();
+  target.rows = rows;
+  return true;
+}
+
+std::string kindOf(double) { return "a finite number"; }
+std::string kindOf(int) { return "an integer"; }
+std::string kindOf(bool) { return "true or false"; }
+std::string kindOf(const std::string&) { return "a string"; }
+std::string kindOf(const std::vector<double>& numbers) {
+  return "a list of " + std::to_string(numbers.size()) + " finite numbers";
+}
+std::string kindOf(const Parameters::Rows& target) {
+  return "a list of lists of " + std::to_string(target.size) + " finite numbers";
+}
+
+void flatten(XmlRpcValue& value, const std::string& name, ParameterMap* parameters) {
+  if (value.getType() != XmlRpcValue::TypeStruct) {
+    (*parameters)[name] = value;
+    return;
+  }
+  for (auto& [key, child] : value) {
+    flatten(child, name.empty() ? key : name + "/" + key, parameters);
+  }
 }
 
 /// All parameters below the node's name, in one request to the master.
-XmlRpc::XmlRpcValue treeOf(const ros::NodeHandle& node_handle) {
-  XmlRpc::XmlRpcValue tree;
-  ros::param::get(node_handle.getNamespace(), tree);  // stays empty when there are none
-  return tree;
-}
-
-bool isGroup(const XmlRpc::XmlRpcValue& value) {
-  return value.getType() == XmlRpc::XmlRpcValue::TypeStruct;
-}
-
-/// Full names of all values below `tree`, groups joined by slashes.
-void listNames(XmlRpc::XmlRpcValue& tree, const std::string& prefix,
-               std::vector<std::string>* names) {
-  if (!isGroup(tree)) {
-    names->push_back(prefix);
-    return;
-  }
-  for (auto& [name, value] : tree) {
-    listNames(value, prefix.empty() ? name : prefix + "/" + name, names);
-  }
+ParameterMap parametersOf(const ros::NodeHandle& node_handle) {
+  XmlRpcValue tree;
+  ParameterMap parameters;
+  if (ros::param::get(node_handle.getNamespace(), tree)) flatten(tree, "", &parameters);
+  return parameters;
 }
 
 /// A value as it would stand in a YAML file.
-std::string yamlOf(XmlRpc::XmlRpcValue& value) {
+std::string yamlOf(XmlRpcValue& value) {
   std::string list;
   switch (value.getType()) {
-    case XmlRpc::XmlRpcValue::TypeString:
+    case XmlRpcValue::TypeString:
       return '"' + static_cast<std::string>(value) + '"';
-    case XmlRpc::XmlRpcValue::TypeBoolean:
+    case XmlRpcValue::TypeBoolean:
       return static_cast<bool>(value) ? "true" : "false";
-    case XmlRpc::XmlRpcValue::TypeArray:
+    case XmlRpcValue::TypeInt:
+      return core::shortestText(static_cast<int>(value));
+    case XmlRpcValue::TypeDouble:
+      return core::shortestText(static_cast<double>(value));
+    case XmlRpcValue::TypeArray:
       for (int i = 0; i < value.size(); ++i) list += (i == 0 ? "" : ", ") + yamlOf(value[i]);
       return '[' + list + ']';
     default:
-      return isNumber(value) ? core::shortestText(numberFrom(value)) : "";
+      return {};
   }
+}
+
+/// What is wrong with a value, as its writer would recognise it.
+template <typename Target>
+std::string describe(XmlRpcValue& value, const Target&) {
+  std::string text;
+  if (value.getType() == XmlRpcValue::TypeArray)
+    return "is a list of " + std::to_string(value.size());
+  if (!take(value, text)) return "is " + yamlOf(value);
+  char* end = nullptr;
+  const bool is_number = std::isfinite(std::strtod(text.c_str(), &end)) && *end == '\0';
+  const bool looks_like_number = is_number && !text.empty();
+  return "is the string '" + text + "'" +
+         (looks_like_number ? " (YAML wants a point and no quotes: 1.0e-6)" : "");
+}
+
+std::string describe(XmlRpcValue& value, const Parameters::Rows& target) {
+  std::vector<double> row(target.size);
+  for (int i = 0; value.getType() == XmlRpcValue::TypeArray && i < value.size(); ++i) {
+    if (!take(value[i], row)) return "row " + std::to_string(i) + " is not";
+  }
+  return describe(value, row);
 }
 
 }  // namespace
 
-XmlRpc::XmlRpcValue* findIn(XmlRpc::XmlRpcValue* tree, const std::string& name) {
-  const std::size_t slash = name.find('/');
-  const std::string first = name.substr(0, slash);
-  if (!isGroup(*tree) || !tree->hasMember(first)) return nullptr;
-  XmlRpc::XmlRpcValue* child = &(*tree)[first];
-  return slash == std::string::npos ? child : findIn(child, name.substr(slash + 1));
-}
-
-std::vector<std::string> namesIn(XmlRpc::XmlRpcValue& tree) {
-  std::vector<std::string> names;
-  if (isGroup(tree)) listNames(tree, "", &names);
-  return names;
-}
-
 ParamReader::ParamReader(const ros::NodeHandle& node_handle)
-    : ParamReader(treeOf(node_handle), node_handle.getNamespace() + "/") {}
+    : ParamReader(parametersOf(node_handle), node_handle.getNamespace() + "/") {}
 
-ParamReader::ParamReader(const XmlRpc::XmlRpcValue& tree, const std::string& prefix)
-    : tree_(tree), prefix_(prefix) {}
+ParamReader::ParamReader(ParameterMap parameters, std::string prefix)
+    : parameters_(std::move(parameters)), prefix_(std::move(prefix)) {}
 
-void ParamReader::fail(const std::string& name, const std::string& why) {
-  failed_names_.insert(name);
-  addError("parameter " + prefix_ + name + " " + why);
-}
-
-void ParamReader::failKind(const std::string& name, const std::string& kind,
-                           XmlRpc::XmlRpcValue& value) {
-  fail(name, "must be " + kind + ", but is " + textOf(value));
-}
-
-bool ParamReader::find(const std::string& name, XmlRpc::XmlRpcValue* value) {
-  names_.insert(name);
-  XmlRpc::XmlRpcValue* found = findIn(&tree_, name);
-  if (found == nullptr) {
-    fail(name, "is missing");
-    return false;
+bool ParamReader::fail(const std::string& name, const std::string& why) {
+  if (failed_names_.insert(name).second) {
+    Parameters::addError("parameter " + prefix_ + name + " " + why);
   }
-  *value = *found;
-  texts_[name] = yamlOf(*value);
-  return true;
-}
-
-double ParamReader::number(const std::string& name) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  XmlRpc::XmlRpcValue value;
-  if (!find(name, &value)) return kNone;
-  if (isNumber(value) && std::isfinite(numberFrom(value))) return numberFrom(value);
-  failKind(name, "a finite number", value);
-  return kNone;
-}
-
-int ParamReader::integer(const std::string& name) {
-  XmlRpc::XmlRpcValue value;
-  if (!find(name, &value)) return 0;
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeInt) return value;
-  failKind(name, "an integer", value);
-  return 0;
-}
-
-bool ParamReader::boolean(const std::string& name) {
-  XmlRpc::XmlRpcValue value;
-  if (!find(name, &value)) return false;
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeBoolean) return value;
-  failKind(name, "true or false", value);
   return false;
 }
 
-std::string ParamReader::text(const std::string& name) {
-  XmlRpc::XmlRpcValue value;
-  if (!find(name, &value)) return {};
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeString) return value;
-  failKind(name, "a string", value);
-  return {};
+/// Null, and an error, when there is none of that name.
+XmlRpcValue* ParamReader::find(const std::string& name) {
+  names_.insert(name);
+  const auto found = parameters_.find(name);
+  if (found != parameters_.end()) {
+    texts_[name] = yamlOf(found->second);
+    return &found->second;
+  }
+  const auto below = parameters_.lower_bound(name + "/");
+  const bool is_group = below != parameters_.end() && below->first.rfind(name + "/", 0) == 0;
+  fail(name, is_group ? "must be a value, but is a group of parameters" : "is missing");
+  return nullptr;
 }
 
-std::size_t ParamReader::choice(const std::string& name, const std::vector<std::string>& choices) {
-  const std::size_t errors_before = errors_.size();
-  const std::string value = text(name);
-  if (errors_.size() != errors_before) return 0;
-  const auto found = std::find(choices.begin(), choices.end(), value);
-  if (found != choices.end()) return static_cast<std::size_t>(found - choices.begin());
-  std::string list;
-  for (const std::string& option : choices) list += (list.empty() ? "" : ", ") + option;
-  fail(name, "must be one of (" + list + "), but is '" + value + "'");
-  return 0;
+bool ParamReader::readInto(const std::string& name, const Target& target) {
+  XmlRpcValue* found = find(name);
+  if (found == nullptr) return false;
+  return std::visit(
+      [&](auto* value) {
+        return take(*found, *value) ||
+               fail(name, "must be " + kindOf(*value) + ", but " + describe(*found, *value));
+      },
+      target);
 }
 
-std::vector<double> ParamReader::numbers(const std::string& name, std::size_t count) {
-  std::vector<double> numbers(count, std::numeric_limits<double>::quiet_NaN());
-  XmlRpc::XmlRpcValue value;
-  if (!find(name, &value)) return numbers;
-  if (!readNumbers(value, count, &numbers)) {
-    failKind(name, "a list of " + std::to_string(count) + " finite numbers", value);
-  }
-  return numbers;
-}
-
-std::vector<std::vector<double>> ParamReader::rows(const std::string& name, std::size_t row_size) {
-  XmlRpc::XmlRpcValue value;
-  if (!find(name, &value)) return {};
-  const std::string kind = "a list of lists of " + std::to_string(row_size) + " finite numbers";
-  if (value.getType() != XmlRpc::XmlRpcValue::TypeArray) {
-    failKind(name, kind, value);
-    return {};
-  }
-  std::vector<std::vector<double>> rows;
-  for (int i = 0; i < value.size(); ++i) {
-    XmlRpc::XmlRpcValue& row = value[i];
-    std::vector<double> numbers;
-    if (!readNumbers(row, row_size, &numbers)) {
-      fail(name, "must be " + kind + ", but row " + std::to_string(i) + " is not");
-      return {};
-    }
-    rows.push_back(numbers);
-  }
-  return rows;
-}
-
-void ParamReader::addErrors(const std::vector<std::string>& errors) {
-  for (const std::string& error : errors) {
-    std::istringstream words(error);
-    const bool speaks_of_failed =
-        std::any_of(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>(),
-                    [this](const std::string& word) { return failed_names_.count(word) != 0; });
-    if (!speaks_of_failed) addError(error);
-  }
+void ParamReader::addError(const std::string& sentence) {
+  std::istringstream words(sentence);
+  const bool speaks_of_failed =
+      std::any_of(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>(),
+                  [this](const std::string& word) { return failed_names_.count(word) != 0; });
+  const bool is_said = std::count(errors().begin(), errors().end(), sentence) > 0;
+  if (!speaks_of_failed && !is_said) Parameters::addError(sentence);
 }
 
 void ParamReader::findUnknownNames() {
   std::set<std::string> groups;
   for (const std::string& name : names_) groups.insert(groupOf(name));
   groups.erase("");  // other libraries put parameters of their own at the top level
-  if (!isGroup(tree_)) return;
-  std::vector<std::string> all_names;
-  listNames(tree_, "", &all_names);
-  for (const std::string& name : all_names) {
+  for (const auto& [name, value] : parameters_) {
     if (groups.count(groupOf(name)) != 0 && names_.count(name) == 0) {
       addError("parameter " + prefix_ + name + " is not known (misspelt?)");
     }
@@ -259,9 +204,9 @@ void ParamReader::findUnknownNames() {
 
 void ParamReader::throwIfAnyError() {
   findUnknownNames();
-  if (errors_.empty()) return;
-  std::string message = std::to_string(errors_.size()) + " wrong parameter(s):";
-  for (const std::string& error : errors_) message += "\n  - " + error;
+  if (errors().empty()) return;
+  std::string message = std::to_string(errors().size()) + " wrong parameter(s):";
+  for (const std::string& error : errors()) message += "\n  - " + error;
   throw std::runtime_error(message);
 }
 

@@ -3,14 +3,9 @@
 #include <ros/package.h>
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
-#include <cerrno>
-#include <cmath>
-#include <cstdlib>
+#include <cstdio>
 #include <fstream>
-#include <limits>
-#include <regex>
-#include <sstream>
+#include <optional>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
@@ -28,101 +23,80 @@ std::runtime_error errorAt(const std::string& origin, const YAML::Mark& mark,
   return std::runtime_error(origin + ": line " + std::to_string(mark.line + 1) + ": " + what);
 }
 
-/// Digits may be grouped by underscores in YAML 1.1.
-std::string withoutUnderscores(std::string text) {
-  text.erase(std::remove(text.begin(), text.end(), '_'), text.end());
-  return text;
+/// A number as YAML writes it, or an angle in radians: deg(30), rad(0.5).
+std::optional<double> numberFrom(const std::string& text) {
+  double number = 0.0;
+  int end = 0;
+  const auto is = [&](const char* format) {
+    return std::sscanf(text.c_str(), format, &number, &end) == 1 &&
+           static_cast<std::size_t>(end) == text.size();
+  };
+  if (is("deg( %lf )%n")) return core::radiansFromDegrees(number);
+  if (is("rad( %lf )%n")) return number;
+  if (YAML::convert<double>::decode(YAML::Node(text), number)) return number;
+  return std::nullopt;
 }
 
-XmlRpcValue integerFrom(const std::string& text) {
-  constexpr int kAnyBase = 0;  // as written: 0x.. is hexadecimal, 0.. octal
-  errno = 0;
-  const long long value = std::strtoll(withoutUnderscores(text).c_str(), nullptr, kAnyBase);
-  if (errno != 0 || value < std::numeric_limits<int>::min() ||
-      value > std::numeric_limits<int>::max()) {
-    throw std::runtime_error("the integer " + text + " does not fit into 32 bits");
-  }
-  return XmlRpcValue(static_cast<int>(value));
-}
-
-/// Infinite where the text says more than a double holds, as in Python: a reader names the
-/// parameter.
-double realFrom(const std::string& text) { return std::strtod(text.c_str(), nullptr); }
-
-/// What PyYAML, and with it roslaunch and rosparam, takes a plain scalar for.
-XmlRpcValue scalarFrom(const std::string& text) {
-  static const std::regex kTrue("yes|Yes|YES|true|True|TRUE|on|On|ON");
-  static const std::regex kFalse("no|No|NO|false|False|FALSE|off|Off|OFF");
-  static const std::regex kInteger("[-+]?(0|[1-9][0-9_]*|0[0-7_]+|0x[0-9a-fA-F_]+)");
-  static const std::regex kReal(
-      "[-+]?([0-9][0-9_]*)\\.[0-9_]*([eE][-+][0-9]+)?|\\.[0-9][0-9_]*([eE][-+][0-9]+)?");
-  static const std::regex kInfinity("([-+]?)\\.(inf|Inf|INF)");
-  static const std::regex kNotANumber("\\.(nan|NaN|NAN)");
-  static const std::regex kAngle(
-      "(deg|rad)\\(\\s*([-+]?([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][-+]?[0-9]+)?)\\s*\\)");
-  constexpr std::size_t kLongestNumber = 100;  // std::regex wants its stack for each character
-  if (text.size() > kLongestNumber) return XmlRpcValue(text);
-  std::smatch match;
-  if (std::regex_match(text, kTrue)) return XmlRpcValue(true);
-  if (std::regex_match(text, kFalse)) return XmlRpcValue(false);
-  if (std::regex_match(text, kInteger)) return integerFrom(text);
-  if (std::regex_match(text, kReal)) return XmlRpcValue(realFrom(withoutUnderscores(text)));
-  if (std::regex_match(text, match, kInfinity)) {
-    const double infinity = std::numeric_limits<double>::infinity();
-    return XmlRpcValue(match[1] == "-" ? -infinity : infinity);
-  }
-  if (std::regex_match(text, kNotANumber)) {
-    return XmlRpcValue(std::numeric_limits<double>::quiet_NaN());
-  }
-  if (std::regex_match(text, match, kAngle)) {
-    const double angle = realFrom(match[2]);
-    return XmlRpcValue(match[1] == "deg" ? core::radiansFromDegrees(angle) : angle);
-  }
-  return XmlRpcValue(text);
+/// The first of integer, number and boolean that a plain scalar can be; else a string.
+XmlRpcValue scalarFrom(const YAML::Node& node) {
+  const bool is_quoted = node.Tag() == "!";
+  if (is_quoted) return XmlRpcValue(node.Scalar());
+  int integer = 0;
+  if (YAML::convert<int>::decode(node, integer)) return XmlRpcValue(integer);
+  if (const auto number = numberFrom(node.Scalar())) return XmlRpcValue(*number);
+  bool boolean = false;
+  if (YAML::convert<bool>::decode(node, boolean)) return XmlRpcValue(boolean);
+  return XmlRpcValue(node.Scalar());
 }
 
 /// Turns a document into parameters, and ends where it is none: aliases may stand for any number of
 /// values, and for themselves.
-class TreeReader {
+class DocumentReader {
  public:
-  explicit TreeReader(const std::string& origin) : origin_(origin) {}
+  explicit DocumentReader(const std::string& origin) : origin_(origin) {}
 
-  XmlRpcValue read(const YAML::Node& node, int depth = 0) {
-    constexpr int kMostValues = 10000;  // fifty times as many as the largest of config/
-    constexpr int kDeepest = 20;
-    if (++values_ > kMostValues || depth > kDeepest) {
-      throw errorAt(
-          origin_, node.Mark(),
-          formatted("more than %d values or %d levels, aliases counted each time: this is "
-                    "no parameter file",
-                    kMostValues, kDeepest));
-    }
-    if (node.IsScalar()) return scalar(node);
-    XmlRpcValue value;
-    if (node.IsSequence()) {
-      value.setSize(static_cast<int>(node.size()));
-      for (std::size_t i = 0; i < node.size(); ++i) {
-        value[static_cast<int>(i)] = read(node[i], depth + 1);
-      }
-      return value;
-    }
-    if (!node.IsMap()) return XmlRpcValue(std::string());  // null: a reader will name the parameter
-    for (const auto& member : node) value[member.first.Scalar()] = read(member.second, depth + 1);
-    return value;
+  ParameterMap read(const YAML::Node& document) {
+    readInto("", document, 0);
+    return std::move(parameters_);
   }
 
  private:
-  XmlRpcValue scalar(const YAML::Node& node) const {
-    const bool is_quoted = node.Tag() == "!";
-    if (is_quoted) return XmlRpcValue(node.Scalar());
-    try {
-      return scalarFrom(node.Scalar());
-    } catch (const std::runtime_error& error) {
-      throw errorAt(origin_, node.Mark(), error.what());
+  void readInto(const std::string& name, const YAML::Node& node, int depth) {
+    if (!node.IsMap()) {
+      parameters_[name] = valueOf(node, depth);
+      return;
+    }
+    count(node, depth);
+    for (const auto& member : node) {
+      const std::string& key = member.first.Scalar();
+      readInto(name.empty() ? key : name + "/" + key, member.second, depth + 1);
     }
   }
 
-  std::string origin_;
+  XmlRpcValue valueOf(const YAML::Node& node, int depth) {
+    count(node, depth);
+    if (node.IsScalar()) return scalarFrom(node);
+    if (!node.IsSequence()) return XmlRpcValue(std::string());  // a reader will name the parameter
+    XmlRpcValue list;
+    list.setSize(static_cast<int>(node.size()));
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      list[static_cast<int>(i)] = valueOf(node[i], depth + 1);
+    }
+    return list;
+  }
+
+  void count(const YAML::Node& node, int depth) {
+    constexpr int kMostValues = 10000;  // fifty times as many as the largest of config/
+    constexpr int kDeepest = 20;
+    if (++values_ <= kMostValues && depth <= kDeepest) return;
+    throw errorAt(origin_, node.Mark(),
+                  formatted("more than %d values or %d levels, aliases counted each time: this is "
+                            "no parameter file",
+                            kMostValues, kDeepest));
+  }
+
+  const std::string& origin_;
+  ParameterMap parameters_;
   int values_ = 0;
 };
 
@@ -139,30 +113,19 @@ std::string readText(const std::string& path) {
   return text;
 }
 
-XmlRpcValue parametersFromFile(const std::string& path) {
-  XmlRpcValue tree = parametersFromYaml(readText(path), path);
-  if (tree.getType() != XmlRpcValue::TypeStruct) {
+ParameterMap parametersFromFile(const std::string& path) {
+  ParameterMap parameters = parametersFromYaml(readText(path), path);
+  if (parameters.count("") != 0) {
     throw std::runtime_error(path + ": it is not a list of names and values");
   }
-  return tree;
-}
-
-/// Single values of `over` replace those of `tree`; groups are joined.
-void join(XmlRpcValue* tree, XmlRpcValue& over) {
-  const bool both_groups =
-      tree->getType() == XmlRpcValue::TypeStruct && over.getType() == XmlRpcValue::TypeStruct;
-  if (!both_groups) {
-    *tree = over;
-    return;
-  }
-  for (auto& [name, value] : over) join(&(*tree)[name], value);
+  return parameters;
 }
 
 }  // namespace
 
-XmlRpcValue parametersFromYaml(const std::string& text, const std::string& origin) {
+ParameterMap parametersFromYaml(const std::string& text, const std::string& origin) {
   try {
-    return TreeReader(origin).read(YAML::Load(text));
+    return DocumentReader(origin).read(YAML::Load(text));
   } catch (const YAML::Exception& error) {
     throw errorAt(origin, error.mark, error.msg);
   }
@@ -176,22 +139,20 @@ std::string packagedConfig(const std::string& file) {
   return package + "/config/" + file;
 }
 
-XmlRpcValue parametersFromFiles(const std::vector<std::string>& files) {
-  XmlRpcValue tree;
+ParameterMap parametersFromFiles(const std::vector<std::string>& files) {
+  ParameterMap all;
   for (const std::string& file : files) {
-    XmlRpcValue values = parametersFromFile(file);
-    join(&tree, values);
+    for (const auto& [name, value] : parametersFromFile(file)) all[name] = value;
   }
-  return tree;
+  return all;
 }
 
 void ParameterFiles::addNode(const std::string& node, const std::string& path) {
-  trees_[node] = parametersFromFile(path);
+  nodes_[node] = parametersFromFile(path);
 }
 
 void ParameterFiles::overlay(const std::string& path) {
-  XmlRpcValue tree = parametersFromFile(path);
-  for (const std::string& name : namesIn(tree)) place(name, *findIn(&tree, name), path);
+  for (const auto& [name, value] : parametersFromFile(path)) place(name, value, path);
 }
 
 void ParameterFiles::set(const std::string& assignment) {
@@ -201,23 +162,25 @@ void ParameterFiles::set(const std::string& assignment) {
                              "' is not of the form NAME=VALUE, such as wheels/separation=0.40");
   }
   const std::string name = assignment.substr(0, equals);
-  place(name, parametersFromYaml(assignment.substr(equals + 1), name), "the command line");
+  for (const auto& [below, value] : parametersFromYaml(assignment.substr(equals + 1), name)) {
+    place(below.empty() ? name : name + "/" + below, value, "the command line");
+  }
 }
 
 void ParameterFiles::place(const std::string& name, const XmlRpcValue& value,
                            const std::string& origin) {
-  bool known = false;
-  for (auto& node_and_tree : trees_) {
-    XmlRpcValue* found = findIn(&node_and_tree.second, name);
-    if (found == nullptr || found->getType() == XmlRpcValue::TypeStruct) continue;
-    *found = value;
-    known = true;
+  bool is_known = false;
+  for (auto& [node, parameters] : nodes_) {
+    const auto found = parameters.find(name);
+    if (found == parameters.end()) continue;
+    found->second = value;
+    is_known = true;
   }
-  if (!known) errors_.push_back("parameter " + name + " is not known (misspelt?): " + origin);
+  if (!is_known) errors_.push_back("parameter " + name + " is not known (misspelt?): " + origin);
 }
 
 ParamReader ParameterFiles::reader(const std::string& node) const {
-  ParamReader reader(trees_.at(node), "");
+  ParamReader reader(nodes_.at(node));
   for (const std::string& error : errors_) reader.addError(error);
   return reader;
 }

@@ -1,19 +1,72 @@
 #include "bearing_calibration_ros/result_saver.h"
 
+#include <ros/common.h>
 #include <ros/console.h>
 #include <ros/init.h>
+#include <ros/time.h>
 
+#include <boost/date_time/posix_time/posix_time.hpp>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <utility>
 
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/output/quality.h"
-#include "bearing_calibration/output/result_store.h"
-#include "bearing_calibration_ros/result_saving.h"
+#include "bearing_calibration_ros/result_messages.h"
 #include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
+namespace {
+
+std::string wallTimeText() {
+  return boost::posix_time::to_iso_extended_string(ros::WallTime::now().toBoost()) + "Z";
+}
+
+std::map<std::string, std::string> versions() {
+  return {
+      {"bearing_calibration", '"' + std::string(BEARING_CALIBRATION_VERSION) + '"'},
+      {"roscpp",
+       core::formatted("\"%d.%d.%d\"", ROS_VERSION_MAJOR, ROS_VERSION_MINOR, ROS_VERSION_PATCH)},
+      {"eigen", core::formatted("\"%d.%d.%d\"", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
+                                EIGEN_MINOR_VERSION)},
+  };
+}
+
+}  // namespace
+
+std::optional<core::SavedCalibration> savedFrom(const core::CalibrationResult& result,
+                                                const CalibrationNodeConfig& config,
+                                                const std::string& program,
+                                                const std::string& source) {
+  if (!result.estimate) return std::nullopt;
+  core::SavedCalibration saved;
+  saved.result = result;
+  saved.base_frame = config.frames.base;
+  saved.sensor_frame = config.frames.sensor;
+  saved.lasting = core::lastingPart(*result.estimate);
+  saved.unestimated = config.unestimated_mount;
+  saved.rejections = rejectionsText(result, 0);
+  saved.provenance = {program,    wallTimeText(), source, config.calibrator.drive,
+                      versions(), config.texts};
+  return saved;
+}
+
+EarlierResult readEarlierResult(const CalibrationNodeConfig& config) {
+  const std::string path = core::resultPathIn(config.output.folder);
+  if (!std::filesystem::exists(path)) return {std::nullopt, "nothing to resume: no " + path};
+  const core::ResultFileContent content = core::readResultFile(path);
+  if (!content.calibration) return {std::nullopt, "not resumed: " + content.error};
+  const core::SavedCalibration& saved = *content.calibration;
+  std::string why = core::whyOfAnotherRobot(saved, config.frames.base, config.frames.sensor,
+                                            config.calibrator.drive);
+  if (why.empty() && !core::mayBeTrusted(saved.result.state)) {
+    why = std::string("it was ") + core::nameOf(saved.result.state) + " when it was written";
+  }
+  if (!why.empty()) return {std::nullopt, "not resumed: " + path + ": " + why};
+  return {saved.lasting, "resumed from " + path + ", written " + saved.provenance.written_at};
+}
 
 ResultSaver::ResultSaver(ros::NodeHandle& node_handle, const CalibrationNodeConfig& config,
                          std::string name, std::string inputs, Source newest,
@@ -40,7 +93,7 @@ void ResultSaver::check() {
   const bool is_converged = seen_.state == core::CalibrationState::kConverged;
   const bool has_converged = is_converged && !was_converged_;
   was_converged_ = is_converged;
-  const std::optional<SavingOutcome> outcome = has_converged ? saveUnasked() : std::nullopt;
+  const std::optional<core::StoredResult> outcome = has_converged ? saveUnasked() : std::nullopt;
   if (outcome) report("CONVERGED", *outcome);
   if (!has_converged) return;
   for (const std::string& sentence : core::qualityInWords(seen_)) {
@@ -48,7 +101,7 @@ void ResultSaver::check() {
   }
 }
 
-SavingOutcome ResultSaver::save() {
+core::StoredResult ResultSaver::save() {
   see();
   const std::lock_guard<std::mutex> lock(mutex_);
   return store(true);
@@ -58,7 +111,7 @@ std::string ResultSaver::saveBeforeReset() {
   std::string message;
   const std::string error = thrownBy([&] {
     see();
-    message = saveUnasked().value_or(SavingOutcome{}).message;
+    message = saveUnasked().value_or(core::StoredResult{}).message;
   });
   const std::lock_guard<std::mutex> lock(mutex_);
   seen_ = {};
@@ -81,7 +134,7 @@ void ResultSaver::onPeriod(const ros::WallTimerEvent&) {
   const std::lock_guard<std::timed_mutex> callback_lock(*callback_mutex_);
   guarded("save period", [this] {
     see();
-    const std::optional<SavingOutcome> outcome = saveUnasked();
+    const std::optional<core::StoredResult> outcome = saveUnasked();
     if (outcome && !outcome->success) report("save period", *outcome);
   });
 }
@@ -94,22 +147,24 @@ void ResultSaver::saveAtEnd() {
       const std::unique_lock<std::timed_mutex> callback_lock(*callback_mutex_, kPatience);
       if (callback_lock) see();
     }
-    const SavingOutcome nothing{true, "nothing that may be trusted was found, nothing is saved"};
+    const core::StoredResult nothing{true, false, "",
+                                     "nothing that may be trusted was found, nothing is saved"};
     report("at the end", saveUnasked().value_or(nothing));
   });
 }
 
-std::optional<SavingOutcome> ResultSaver::saveUnasked() {
+std::optional<core::StoredResult> ResultSaver::saveUnasked() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!core::mayBeTrusted(seen_.state)) return std::nullopt;
   if (saved_ && std::filesystem::exists(core::resultPathIn(config_.output.folder))) return saved_;
   return store(false);
 }
 
-SavingOutcome ResultSaver::store(bool even_if_worse) {
+core::StoredResult ResultSaver::store(bool even_if_worse) {
   const auto saved = savedFrom(seen_, config_, name_, inputs_);
   if (!saved) {
-    return {false, std::string("there is no estimate to save yet: ") + core::nameOf(seen_.state)};
+    return {false, false, "",
+            std::string("there is no estimate to save yet: ") + core::nameOf(seen_.state)};
   }
   core::SavingTerms terms;
   terms.targets = config_.calibrator.converged;
@@ -117,8 +172,8 @@ SavingOutcome ResultSaver::store(bool even_if_worse) {
   terms.even_if_worse = even_if_worse;
   const core::StoredResult stored = core::storeResult(config_.output.folder, *saved, terms);
   if (stored.is_foremost) expects_another_mount_ = false;
-  if (stored.success) saved_ = {true, stored.message};
-  return {stored.success, stored.message};
+  if (stored.success) saved_ = stored;
+  return stored;
 }
 
 void ResultSaver::guarded(const char* when, const std::function<void()>& work) const {
@@ -126,7 +181,7 @@ void ResultSaver::guarded(const char* when, const std::function<void()>& work) c
   if (!error.empty()) ROS_ERROR_NAMED(name_, "%s: not saved: %s", when, error.c_str());
 }
 
-void ResultSaver::report(const std::string& when, const SavingOutcome& outcome) const {
+void ResultSaver::report(const std::string& when, const core::StoredResult& outcome) const {
   const std::string text = when + (outcome.success ? ": " : ": not saved: ") + outcome.message;
   if (!ros::ok()) {  // and so is the log
     std::fprintf(stderr, "%s: %s\n", name_.c_str(), text.c_str());

@@ -1,6 +1,5 @@
 #include <bearing_calibration/WheelTicks.h>
 #include <geometry_msgs/Twist.h>
-#include <nodelet/nodelet.h>
 #include <ros/ros.h>
 
 #include <cmath>
@@ -14,10 +13,10 @@
 #include <utility>
 
 #include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/guarded_nodelet.h"
 #include "bearing_calibration_ros/simulated_camera.h"
 #include "bearing_calibration_ros/simulated_clock.h"
 #include "bearing_calibration_ros/simulation_params.h"
-#include "bearing_calibration_ros/thrown.h"
 #include "bearing_calibration_ros/truth_publisher.h"
 
 namespace bearing_calibration_ros {
@@ -27,49 +26,17 @@ namespace bearing_calibration_ros {
 /// Threading: one thread moves the robot and publishes everything but images; the camera renders on
 /// its own (see SimulatedCamera); cmd_vel comes on the nodelet's queue and leaves its command under
 /// a lock for the first of them.
-class SimulationNodelet : public nodelet::Nodelet {
+class SimulationNodelet : public GuardedNodelet {
  public:
-  ~SimulationNodelet() override;
+  ~SimulationNodelet() override {
+    if (clock_) clock_->stop();
+    if (camera_) camera_->stop();
+    if (thread_.joinable()) thread_.join();
+  }
 
  private:
-  void onInit() override;
-  void startRobot(core::RobotConfig config, const DrivingConfig& driving);
-  void onCommand(const geometry_msgs::TwistConstPtr& message);
-
-  void run();
-  bool isOver() const;
-  void followCommand();
-  void publishTicks();
-  void photographWhileStepping();
-  void deliverImages();
-
-  SimulationNodeConfig config_;
-  std::unique_ptr<SimulatedClock> clock_;
-  std::unique_ptr<core::RobotSimulator> simulator_;
-  std::optional<core::CommandedTrajectory> commanded_;  ///< the simulator's, when it is such a one
-  std::unique_ptr<TruthPublisher> truth_;
-  std::unique_ptr<SimulatedCamera> camera_;
-  ros::Publisher ticks_publisher_;
-  ros::Subscriber command_subscriber_;
-  std::deque<Shot> exposed_;  ///< images whose stamp is still to come: the camera is late
-  std::uint64_t image_count_ = 0;
-
-  std::mutex command_mutex_;
-  std::optional<geometry_msgs::Twist> command_;  ///< under command_mutex_
-  std::thread thread_;
-
-  static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
-};
-
-SimulationNodelet::~SimulationNodelet() {
-  if (clock_) clock_->stop();
-  if (camera_) camera_->stop();
-  if (thread_.joinable()) thread_.join();
-}
-
-void SimulationNodelet::onInit() {
-  try {
-    config_ = readSimulationNodeConfig(ParamReader(getPrivateNodeHandle()));
+  void start() override {
+    config_ = readConfig<SimulationNodeConfig>(ParamReader(getPrivateNodeHandle()));
     ros::NodeHandle& node_handle = getNodeHandle();
     clock_ = std::make_unique<SimulatedClock>(node_handle, config_.clock);
     startRobot(config_.robot, config_.driving);
@@ -88,106 +55,118 @@ void SimulationNodelet::onInit() {
           node_handle.subscribe("cmd_vel", 1, &SimulationNodelet::onCommand, this);
     }
     thread_ = std::thread(&SimulationNodelet::run, this);
-  } catch (const std::exception& error) {
-    NODELET_FATAL("not started: %s", error.what());
-    throw;  // tells the nodelet loader, which says nothing by itself
   }
-}
 
-void SimulationNodelet::startRobot(core::RobotConfig config, const DrivingConfig& driving) {
-  const core::DriveGeometry& drive = config.encoders.drive;
-  config.start = clock_->start();
-  core::Trajectory trajectory;
-  if (driving.follows_commands) {
-    commanded_.emplace(drive.wheel_separation_m, drive.max_wheel_speed_mps,
-                       driving.command_timeout_s);
-    trajectory = [this](double step_s) { return commanded_->advance(step_s); };
-  } else {
-    trajectory = core::makeTrajectory(driving.trajectory, drive.wheel_separation_m);
-  }
-  if (driving.duration_s > 0.0) {
-    trajectory = core::limitedTrajectory(std::move(trajectory), driving.duration_s);
-  }
-  simulator_ =
-      std::make_unique<core::RobotSimulator>(config, config_.scene.lights, std::move(trajectory));
-}
-
-void SimulationNodelet::onCommand(const geometry_msgs::TwistConstPtr& message) {
-  if (!std::isfinite(message->linear.x) || !std::isfinite(message->angular.z)) {
-    NODELET_WARN_THROTTLE(
-        kWarningPeriod_s, "%s: velocity (%f m/s, %f rad/s) is not finite: command ignored",
-        command_subscriber_.getTopic().c_str(), message->linear.x, message->angular.z);
-    return;
-  }
-  const std::lock_guard<std::mutex> lock(command_mutex_);
-  command_ = *message;
-}
-
-void SimulationNodelet::run() {
-  const std::string error = thrownBy([this] {
-    while (!isOver() && clock_->waitUntil(simulator_->now())) {
-      publishTicks();
-      deliverImages();
-      followCommand();
-      photographWhileStepping();
+  void startRobot(core::RobotConfig config, const DrivingConfig& driving) {
+    const core::DriveGeometry& drive = config.encoders.drive;
+    config.start = clock_->start();
+    core::Trajectory trajectory;
+    if (driving.follows_commands) {
+      commanded_.emplace(drive.wheel_separation_m, drive.max_wheel_speed_mps,
+                         driving.command_timeout_s);
+      trajectory = [this](double step_s) { return commanded_->advance(step_s); };
+    } else {
+      trajectory = core::makeTrajectory(driving.trajectory, drive.wheel_separation_m);
     }
-    if (!isOver()) return;
-    deliverImages();  // the last one
-    NODELET_INFO("end of the trajectory");
-  });
-  if (!error.empty()) NODELET_FATAL("the simulation ended: %s", error.c_str());
-}
-
-bool SimulationNodelet::isOver() const {
-  return config_.driving.stops_at_end && simulator_->timeSeconds() > config_.driving.duration_s;
-}
-
-void SimulationNodelet::followCommand() {
-  const std::lock_guard<std::mutex> lock(command_mutex_);
-  if (!command_) return;
-  commanded_->command(command_->linear.x, command_->angular.z);
-  command_.reset();
-}
-
-void SimulationNodelet::publishTicks() {
-  const auto counts = simulator_->readTicks();
-  if (!counts) return;
-  msg::WheelTicks message;
-  message.header.stamp = rosFromStamp(counts->stamp);
-  message.left = counts->left_ticks;
-  message.right = counts->right_ticks;
-  ticks_publisher_.publish(message);
-}
-
-void SimulationNodelet::photographWhileStepping() {
-  const bool is_due = simulator_->bearingsDue();
-  const core::Pose2 world_from_start = simulator_->worldFromSensor();
-  if (is_due) {
-    truth_->publish(*simulator_);
-    const core::Stamp stamp =
-        simulator_->now() + core::durationFromSeconds(config_.robot.stamp_latency_s);
-    exposed_.push_back({stamp, image_count_++, {}, simulator_->lightsOccluded()});
-  }
-  simulator_->step();
-  if (!is_due) return;
-  // An exposure that lasts longer than the step goes on with its motion.
-  exposed_.back().motion =
-      core::motionBetween(world_from_start, simulator_->worldFromSensor(), config_.robot.step_s);
-}
-
-/// Of the steps before: an image is there once its rows are exposed.
-void SimulationNodelet::deliverImages() {
-  // A time of the simulation's own waits for the renderer; wall time does not.
-  const auto when_busy =
-      config_.clock.publish ? SimulatedCamera::WhenBusy::kWait : SimulatedCamera::WhenBusy::kDrop;
-  while (!exposed_.empty() && exposed_.front().stamp <= simulator_->now()) {
-    if (!camera_->take(exposed_.front(), when_busy)) {
-      NODELET_WARN_THROTTLE(kWarningPeriod_s,
-                            "camera/image_raw: the renderer cannot follow: image dropped");
+    if (driving.duration_s > 0.0) {
+      trajectory = core::limitedTrajectory(std::move(trajectory), driving.duration_s);
     }
-    exposed_.pop_front();
+    simulator_ =
+        std::make_unique<core::RobotSimulator>(config, config_.scene.lights, std::move(trajectory));
   }
-}
+
+  void onCommand(const geometry_msgs::TwistConstPtr& message) {
+    if (!std::isfinite(message->linear.x) || !std::isfinite(message->angular.z)) {
+      NODELET_WARN_THROTTLE(
+          kWarningPeriod_s, "%s: velocity (%f m/s, %f rad/s) is not finite: command ignored",
+          command_subscriber_.getTopic().c_str(), message->linear.x, message->angular.z);
+      return;
+    }
+    const std::lock_guard<std::mutex> lock(command_mutex_);
+    command_ = *message;
+  }
+
+  void run() {
+    const std::string error = thrownBy([this] {
+      while (!isOver() && clock_->waitUntil(simulator_->now())) {
+        publishTicks();
+        deliverImages();
+        followCommand();
+        photographWhileStepping();
+      }
+      if (!isOver()) return;
+      deliverImages();  // the last one
+      NODELET_INFO("end of the trajectory");
+    });
+    if (!error.empty()) NODELET_FATAL("the simulation ended: %s", error.c_str());
+  }
+
+  bool isOver() const {
+    return config_.driving.stops_at_end && simulator_->timeSeconds() > config_.driving.duration_s;
+  }
+
+  void followCommand() {
+    const std::lock_guard<std::mutex> lock(command_mutex_);
+    if (!command_) return;
+    commanded_->command(command_->linear.x, command_->angular.z);
+    command_.reset();
+  }
+
+  void publishTicks() {
+    const auto counts = simulator_->readTicks();
+    if (!counts) return;
+    msg::WheelTicks message;
+    message.header.stamp = rosFromStamp(counts->stamp);
+    message.left = counts->left_ticks;
+    message.right = counts->right_ticks;
+    ticks_publisher_.publish(message);
+  }
+
+  void photographWhileStepping() {
+    const bool is_due = simulator_->bearingsDue();
+    const core::Pose2 world_from_start = simulator_->worldFromSensor();
+    if (is_due) {
+      truth_->publish(*simulator_);
+      const core::Stamp stamp =
+          simulator_->now() + core::durationFromSeconds(config_.robot.stamp_latency_s);
+      exposed_.push_back({stamp, image_count_++, {}, simulator_->lightsOccluded()});
+    }
+    simulator_->step();
+    if (!is_due) return;
+    // An exposure that lasts longer than the step goes on with its motion.
+    exposed_.back().motion =
+        core::motionBetween(world_from_start, simulator_->worldFromSensor(), config_.robot.step_s);
+  }
+
+  /// Of the steps before: an image is there once its rows are exposed.
+  void deliverImages() {
+    // A time of the simulation's own waits for the renderer; wall time does not.
+    const auto when_busy =
+        config_.clock.publish ? SimulatedCamera::WhenBusy::kWait : SimulatedCamera::WhenBusy::kDrop;
+    while (!exposed_.empty() && exposed_.front().stamp <= simulator_->now()) {
+      if (!camera_->take(exposed_.front(), when_busy)) {
+        NODELET_WARN_THROTTLE(kWarningPeriod_s,
+                              "camera/image_raw: the renderer cannot follow: image dropped");
+      }
+      exposed_.pop_front();
+    }
+  }
+
+  SimulationNodeConfig config_;
+  std::unique_ptr<SimulatedClock> clock_;
+  std::unique_ptr<core::RobotSimulator> simulator_;
+  std::optional<core::CommandedTrajectory> commanded_;  ///< the simulator's, when it is such a one
+  std::unique_ptr<TruthPublisher> truth_;
+  std::unique_ptr<SimulatedCamera> camera_;
+  ros::Publisher ticks_publisher_;
+  ros::Subscriber command_subscriber_;
+  std::deque<Shot> exposed_;  ///< images whose stamp is still to come: the camera is late
+  std::uint64_t image_count_ = 0;
+
+  std::mutex command_mutex_;
+  std::optional<geometry_msgs::Twist> command_;  ///< under command_mutex_
+  std::thread thread_;
+};
 
 }  // namespace bearing_calibration_ros
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -62,31 +62,38 @@ double textureAt(const Clutter& clutter, double azimuth_rad, double elevation_ra
   return std::max(0.0, 1.0 + clutter.texture_contrast * sum / stddev);
 }
 
-void requireCount(Requirements* require, const std::string& name, const CountRange& count) {
-  constexpr int kMost = 100;  // more cover the whole view
-  require->that(0 <= count.least && count.least <= count.most && count.most <= kMost,
-                name + " must be [least, most] with 0 <= least <= most <= 100");
+void declareCount(Parameters& params, const std::string& name, CountRange& count) {
+  constexpr double kMost = 100.0;  // more cover the whole view
+  std::vector<double> range{1.0 * count.least, 1.0 * count.most};
+  params.read(name, range);
+  const bool is_one = 0.0 <= range[0] && range[0] <= range[1] && range[1] <= kMost &&
+                      range[0] == std::floor(range[0]) && range[1] == std::floor(range[1]);
+  params.that(is_one,
+              name + " must be [least, most], whole numbers with 0 <= least <= most <= 100");
+  if (is_one) count = {static_cast<int>(range[0]), static_cast<int>(range[1])};
+}
+
+void declareInterval(Parameters& params, const std::string& name, double most, Interval& interval) {
+  std::vector<double> range{interval.low, interval.high};
+  params.read(name, range);
+  params.that(0.0 <= range[0] && range[0] <= range[1] && range[1] <= most,
+              name + formatted(" must be [low, high] with 0 <= low <= high <= %g", most));
+  interval = {range[0], range[1]};
 }
 
 }  // namespace
 
-std::vector<std::string> ClutterConfig::validate() const {
+void ClutterConfig::declare(Parameters& params) {
   constexpr int kMostHolders = 12;
   constexpr double kLargestHalfWidth_rad = 0.2;  // 11 degrees: more of them leave nothing to see
-  Requirements require;
-  requireCount(&require, "clutter/windows", windows);
-  requireCount(&require, "clutter/lamps", lamps);
-  requireCount(&require, "clutter/reflections", reflections);
-  requireCount(&require, "clutter/papers", papers);
-  const Interval& contrast = texture_contrast;
-  require.that(0.0 <= contrast.low && contrast.low <= contrast.high && contrast.high <= 1.0,
-               "clutter/texture_contrast must be [low, high] with 0 <= low <= high <= 1");
-  require.between("clutter/holders", holders, 0, kMostHolders);
-  const Interval& half_width = holder_half_width_rad;
-  require.that(0.0 <= half_width.low && half_width.low <= half_width.high &&
-                   half_width.high <= kLargestHalfWidth_rad,
-               "clutter/holder_half_width must be [low, high] with 0 <= low <= high <= 0.2");
-  return require.errors();
+  declareCount(params, "clutter/windows", windows);
+  declareCount(params, "clutter/lamps", lamps);
+  declareCount(params, "clutter/reflections", reflections);
+  declareCount(params, "clutter/papers", papers);
+  declareInterval(params, "clutter/texture_contrast", 1.0, texture_contrast);
+  params.integer("clutter/holders", holders, 0, kMostHolders);
+  declareInterval(params, "clutter/holder_half_width", kLargestHalfWidth_rad,
+                  holder_half_width_rad);
 }
 
 Clutter drawClutter(const ClutterConfig& config, SceneRandom* random) {

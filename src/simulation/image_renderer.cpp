@@ -6,9 +6,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -61,24 +59,22 @@ Panorama::Extent extentOf(const LightSpot& spot) {
 
 }  // namespace
 
-std::vector<std::string> RendererConfig::validate() const {
+void RendererConfig::declare(Parameters& params) {
   constexpr int kMostRays = 1 << 20;     // a second of work for one light
   constexpr double kBrightest = 1000.0;  // full wells
-  Requirements require;
-  require.add(rig.validate());
-  require.add(pixels.validate());
-  require.add(shutter.validate());
-  require.add(encoding.validate());
-  require.between("exposure/reference_value", reference_value, 1.0, PixelConfig::kLargestValue);
   using plausible::kFarthest_m;
-  require.between("exposure/reference_distance", reference_distance_m, plausible::kShortest_m,
-                  kFarthest_m);
-  require.between("exposure/reference_height", reference_height_m, -kFarthest_m, kFarthest_m);
-  require.between("surroundings/outside_mirror", outside_mirror, 0.0, kBrightest);
-  require.between("surroundings/centre_radius", centre_radius_px, 0.0, plausible::kLargestSide_px);
-  require.between("surroundings/centre_brightness", centre_brightness, 0.0, kBrightest);
-  require.between("camera/rays_per_light", rays_per_light, 1, kMostRays);
-  return require.errors();
+  rig.declare(params);
+  pixels.declare(params);
+  shutter.declare(params);
+  encoding.declare(params);
+  params.number("exposure/reference_value", reference_value, 1.0, PixelConfig::kLargestValue);
+  params.number("exposure/reference_distance", reference_distance_m, plausible::kShortest_m,
+                kFarthest_m);
+  params.number("exposure/reference_height", reference_height_m, -kFarthest_m, kFarthest_m);
+  params.number("surroundings/outside_mirror", outside_mirror, 0.0, kBrightest);
+  params.number("surroundings/centre_radius", centre_radius_px, 0.0, plausible::kLargestSide_px);
+  params.number("surroundings/centre_brightness", centre_brightness, 0.0, kBrightest);
+  params.integer("camera/rays_per_light", rays_per_light, 1, kMostRays);
 }
 
 ImageRenderer::ImageRenderer(const RendererConfig& config, const RadianceFunction& surroundings)

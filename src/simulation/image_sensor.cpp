@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -53,13 +53,11 @@ bool isMosaic(Layout layout) { return layout != Layout::kMono8 && layout != Layo
 
 }  // namespace
 
-std::vector<std::string> Shutter::validate() const {
+void Shutter::declare(Parameters& params) {
   constexpr double kLongestExposure_s = 1.0;
   constexpr double kLongestRow_s = 1e-3;  // a second for a thousand rows
-  Requirements require;
-  require.between("camera/exposure_time", exposure_s, 0.0, kLongestExposure_s);
-  require.between("camera/row_time", row_time_s, 0.0, kLongestRow_s);
-  return require.errors();
+  params.number("camera/exposure_time", exposure_s, 0.0, kLongestExposure_s);
+  params.number("camera/row_time", row_time_s, 0.0, kLongestRow_s);
 }
 
 // The way points along the mean heading of its time, which is right to the second order.
@@ -77,12 +75,10 @@ SensorMotion motionBetween(const Pose2& world_from_start, const Pose2& world_fro
           turn_rad / duration_s};
 }
 
-std::vector<std::string> PixelConfig::validate() const {
-  Requirements require;
+void PixelConfig::declare(Parameters& params) {
   constexpr double kMostElectrons = 1e9;
-  require.between("camera/full_well", full_well_electrons, 1.0, kMostElectrons);
-  require.between("camera/read_noise", read_noise_electrons, 0.0, kMostElectrons);
-  return require.errors();
+  params.number("camera/full_well", full_well_electrons, 1.0, kMostElectrons);
+  params.number("camera/read_noise", read_noise_electrons, 0.0, kMostElectrons);
 }
 
 std::vector<std::uint8_t> digitize(const std::vector<float>& electrons, const PixelConfig& pixels,
@@ -106,16 +102,15 @@ std::vector<std::uint8_t> digitize(const std::vector<float>& electrons, const Pi
   return values;
 }
 
-std::vector<std::string> ImageEncoding::validate() const {
+void ImageEncoding::declare(Parameters& params) {
   constexpr int kBestQuality = 100;
   constexpr double kLargestResponse = 2.0;  // green is the most sensitive in every known sensor
-  Requirements require;
-  require.between("camera/jpeg_quality", jpeg_quality, 0, kBestQuality);
-  require.that(jpeg_quality == 0 || !isMosaic(layout),
-               "camera/jpeg_quality must be 0 for a mosaic in camera/encoding: JPEG destroys it");
-  require.between("camera/red_response", red_response, 0.0, kLargestResponse);
-  require.between("camera/blue_response", blue_response, 0.0, kLargestResponse);
-  return require.errors();
+  params.choice("camera/encoding", layoutNames(), layout);
+  params.integer("camera/jpeg_quality", jpeg_quality, 0, kBestQuality);
+  params.that(jpeg_quality == 0 || !isMosaic(layout),
+              "camera/jpeg_quality must be 0 for a mosaic in camera/encoding: JPEG destroys it");
+  params.number("camera/red_response", red_response, 0.0, kLargestResponse);
+  params.number("camera/blue_response", blue_response, 0.0, kLargestResponse);
 }
 
 double ImageEncoding::responseAt(int column, int row) const {

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/simulation/random_numbers.h"
 
 namespace bearing_calibration::core {
@@ -56,12 +56,10 @@ Panorama::Place Panorama::placeOf(double azimuth_rad, double elevation_rad) cons
   return {columnsFrom(azimuth_rad), row};
 }
 
-std::vector<std::string> RoomLook::validate() const {
+void RoomLook::declare(Parameters& params) {
   constexpr double kBrightest = 1000.0;  // full wells
-  Requirements require;
-  require.between("surroundings/brightness", brightness, 0.0, kBrightest);
-  require.between("surroundings/contrast", contrast, 0.0, 1.0);
-  return require.errors();
+  params.number("surroundings/brightness", brightness, 0.0, kBrightest);
+  params.number("surroundings/contrast", contrast, 0.0, 1.0);
 }
 
 RadianceFunction roomRadiance(const RoomLook& look) {

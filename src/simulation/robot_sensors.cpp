@@ -3,10 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -16,17 +15,20 @@ std::int64_t wrapCounter(std::int64_t count, int bits, bool is_signed) {
   return is_shown_as_it_is ? wrapped : wrapped + (std::int64_t{1} << bits);
 }
 
-std::vector<std::string> EncoderConfig::validate() const {
-  Requirements require;
-  require.add(drive.validate());
-  constexpr double kNoisiest_m = 1.0;  // a metre off after a metre
-  require.between("wheels/noise_independent", noise.independent_k_m, 0.0, kNoisiest_m);
-  require.between("wheels/noise_common", noise.common_k_m, 0.0, kNoisiest_m);
-  require.between("faults/left_radius_factor", left_radius_factor, 1.0 / plausible::kLargestRatio,
-                  plausible::kLargestRatio);
-  require.between("faults/right_radius_factor", right_radius_factor, 1.0 / plausible::kLargestRatio,
-                  plausible::kLargestRatio);
-  return require.errors();
+void EncoderConfig::declare(Parameters& params) {
+  using plausible::kLargestRatio;
+  drive.declare(params);
+  params.read("wheels/signed_counters", signed_counters);
+  for (auto [name, ticks] : {std::pair("wheels/left_start", &left_start_ticks),
+                             std::pair("wheels/right_start", &right_start_ticks)}) {
+    int start = 0;
+    if (params.read(name, start)) *ticks = start;
+  }
+  noise.declareLevels(params);
+  params.number("faults/left_radius_factor", left_radius_factor, 1.0 / kLargestRatio,
+                kLargestRatio);
+  params.number("faults/right_radius_factor", right_radius_factor, 1.0 / kLargestRatio,
+                kLargestRatio);
 }
 
 WheelEncoders::WheelEncoders(const EncoderConfig& config, std::uint64_t seed)
@@ -67,18 +69,16 @@ void WheelEncoders::resetCounters() {
   }
 }
 
-std::vector<std::string> BearingSensorConfig::validate() const {
+void BearingSensorConfig::declare(Parameters& params) {
   constexpr double kLargestCorrelation = 0.9999;  // 1 is a constant error, not noise
-  Requirements require;
-  require.notNegative("sensor/stddev", stddev_rad);
-  require.notNegative("sensor/elevation_stddev", elevation_stddev_rad);
+  params.notNegative("sensor/stddev", stddev_rad);
+  params.notNegative("sensor/elevation_stddev", elevation_stddev_rad);
   for (double angle_rad : {roll_rad, pitch_rad, harmonic_cos_rad, harmonic_sin_rad}) {
-    require.that(std::isfinite(angle_rad), "the sensor's tilt and harmonic must be finite");
+    params.that(std::isfinite(angle_rad), "the sensor's tilt and harmonic must be finite");
   }
-  require.between("sensor/correlation", correlation, 0.0, kLargestCorrelation);
-  require.between("sensor/outlier_probability", outlier_probability, 0.0, 1.0);
-  require.between("sensor/miss_probability", miss_probability, 0.0, 1.0);
-  return require.errors();
+  params.between("sensor/correlation", correlation, 0.0, kLargestCorrelation);
+  params.between("sensor/outlier_probability", outlier_probability, 0.0, 1.0);
+  params.between("sensor/miss_probability", miss_probability, 0.0, 1.0);
 }
 
 BearingSensor::BearingSensor(const BearingSensorConfig& config, std::uint64_t seed)

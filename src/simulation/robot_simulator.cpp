@@ -5,9 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -17,54 +15,64 @@ bool anyContains(const std::vector<TimeSpan>& spans, double time_s) {
                      [time_s](const TimeSpan& span) { return span.contains(time_s); });
 }
 
-void requireSpan(const std::string& name, const TimeSpan& span, Requirements* require) {
-  require->between(name + ": a start", span.start_s, 0.0, plausible::kLongest_s);
-  require->between(name + ": a duration", span.duration_s, 0.0, plausible::kLongest_s);
+void checkSpan(Parameters& params, const std::string& name, const TimeSpan& span) {
+  params.between(name + ": a start", span.start_s, 0.0, plausible::kLongest_s);
+  params.between(name + ": a duration", span.duration_s, 0.0, plausible::kLongest_s);
 }
 
-void requirePlace(const std::string& group, const Pose2& pose, Requirements* require) {
-  using plausible::kFarthest_m;
-  require->between(group + "/x", pose.position_m.x(), -kFarthest_m, kFarthest_m);
-  require->between(group + "/y", pose.position_m.y(), -kFarthest_m, kFarthest_m);
+void declareSpans(Parameters& params, const std::string& name, std::vector<TimeSpan>& spans) {
+  params.list(name, 2, spans, [](const auto& row) { return TimeSpan{row[0], row[1]}; });
+  for (const TimeSpan& span : spans) checkSpan(params, name, span);
+}
+
+void declarePlace(Parameters& params, const std::string& group, Pose2& pose) {
+  using plausible::kFarthest_m, plausible::kTurn_rad;
+  params.number(group + "/x", pose.position_m.x(), -kFarthest_m, kFarthest_m);
+  params.number(group + "/y", pose.position_m.y(), -kFarthest_m, kFarthest_m);
+  params.number(group + "/yaw", pose.yaw_rad, -kTurn_rad, kTurn_rad);
+  pose.yaw_rad = wrapAngle(pose.yaw_rad);
 }
 
 }  // namespace
 
-std::vector<std::string> RobotFaults::validate() const {
-  Requirements require;
-  for (const TimeSpan& span : occlusions) requireSpan("faults/occlusions", span, &require);
-  for (const TimeSpan& span : lost_ticks) requireSpan("faults/lost_ticks", span, &require);
+void RobotFaults::declare(Parameters& params) {
+  declareSpans(params, "faults/occlusions", occlusions);
+  declareSpans(params, "faults/lost_ticks", lost_ticks);
+  params.list("faults/counter_resets", 1, counter_resets_s,
+              [](const auto& row) { return row.front(); });
   for (const double moment_s : counter_resets_s) {
-    require.between("faults/counter_resets", moment_s, 0.0, plausible::kLongest_s);
+    params.between("faults/counter_resets", moment_s, 0.0, plausible::kLongest_s);
+  }
+  for (const auto& [name, wheel] : {std::pair("faults/left_slips", WheelSlip::Wheel::kLeft),
+                                    std::pair("faults/right_slips", WheelSlip::Wheel::kRight)}) {
+    params.list(name, 3, slips, [side = wheel](const auto& row) {
+      return WheelSlip{{row[0], row[1]}, side, row[2]};
+    });
   }
   for (const WheelSlip& slip : slips) {
     const bool is_left = slip.wheel == WheelSlip::Wheel::kLeft;
     const std::string name = is_left ? "faults/left_slips" : "faults/right_slips";
-    requireSpan(name, slip.when, &require);
-    require.between(name + ": an excess", slip.excess, -plausible::kLargestRatio,
-                    plausible::kLargestRatio);
+    checkSpan(params, name, slip.when);
+    params.between(name + ": an excess", slip.excess, -plausible::kLargestRatio,
+                   plausible::kLargestRatio);
   }
-  return require.errors();
 }
 
-std::vector<std::string> RobotConfig::validate() const {
+void RobotConfig::declare(Parameters& params) {
   constexpr double kShortestStep_s = 1e-5;
   constexpr double kLongestStep_s = 1.0;
   using plausible::kLargestRatio, plausible::kLongest_s;
-  Requirements require;
-  require.add(encoders.validate());
-  require.add(sensor.validate());
-  require.add(faults.validate());
-  requirePlace("mount", base_from_sensor, &require);
-  requirePlace("start", world_from_start, &require);
-  require.between("faults/separation_factor", separation_factor, 1.0 / kLargestRatio,
-                  kLargestRatio);
-  require.between("faults/stamp_latency", stamp_latency_s, -kLongest_s, kLongest_s);
-  require.between("the step (1 / trajectory/step_rate)", step_s, kShortestStep_s, kLongestStep_s);
-  require.that(steps_per_reading > 0, "there must be at least one step in a reading's period");
-  require.that(steps_per_bearing > 0, "there must be at least one step in a bearing's period");
-  require.that(isStamped(start), "the start must have a stamp greater than zero");
-  return require.errors();
+  encoders.declare(params);
+  sensor.declare(params);
+  faults.declare(params);
+  declarePlace(params, "mount", base_from_sensor);
+  declarePlace(params, "start", world_from_start);
+  params.number("faults/separation_factor", separation_factor, 1.0 / kLargestRatio, kLargestRatio);
+  params.number("faults/stamp_latency", stamp_latency_s, -kLongest_s, kLongest_s);
+  params.between("the step (1 / trajectory/step_rate)", step_s, kShortestStep_s, kLongestStep_s);
+  params.that(steps_per_reading > 0, "there must be at least one step in a reading's period");
+  params.that(steps_per_bearing > 0, "there must be at least one step in a bearing's period");
+  params.that(isStamped(start), "the start must have a stamp greater than zero");
 }
 
 RobotSimulator::RobotSimulator(const RobotConfig& config, std::vector<Light> lights,

@@ -4,9 +4,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -27,14 +25,12 @@ Light randomLight(const RandomSceneConfig& config, double azimuth_rad, SceneRand
 
 }  // namespace
 
-std::vector<std::string> LedRing::validate() const {
+void LedRing::declare(Parameters& params) {
   constexpr int kMostLeds = 64;  // each of them costs as much as a light
   constexpr double kLargest_m = 10.0;
-  Requirements require;
-  require.between("ring/leds", leds, 0, kMostLeds);
-  require.between("ring/radius", radius_m, 0.0, kLargest_m);
-  require.between("ring/brightness_spread", brightness_spread, 0.0, 1.0);
-  return require.errors();
+  params.integer("ring/leds", leds, 0, kMostLeds);
+  params.number("ring/radius", radius_m, 0.0, kLargest_m);
+  params.number("ring/brightness_spread", brightness_spread, 0.0, 1.0);
 }
 
 std::vector<Light> drawLeds(const Light& light, const LedRing& ring, SceneRandom* random) {
@@ -52,22 +48,23 @@ std::vector<Light> drawLeds(const Light& light, const LedRing& ring, SceneRandom
   return leds;
 }
 
-std::vector<std::string> SceneConfig::validate() const {
-  Requirements require;
+void SceneConfig::declare(Parameters& params) {
   constexpr double kDarkest = 1e-6;
   constexpr double kBrightest = 1e6;
   constexpr double kLargest_m = 10.0;
+  params.list("world/lights", 5, lights, [](const auto& row) {
+    return Light{{row[0], row[1]}, row[2], row[3], row[4]};
+  });
   for (const Light& light : lights) {
     const Eigen::Vector3d place_m(light.position_m.x(), light.position_m.y(), light.height_m);
-    require.between("world/lights: the distance", place_m.cwiseAbs().maxCoeff(), 0.0,
-                    plausible::kFarthest_m);
-    require.between("world/lights: the brightness", light.brightness, kDarkest, kBrightest);
-    require.between("world/lights: the radius", light.radius_m, 0.0, kLargest_m);
+    params.between("world/lights: the distance", place_m.cwiseAbs().maxCoeff(), 0.0,
+                   plausible::kFarthest_m);
+    params.between("world/lights: the brightness", light.brightness, kDarkest, kBrightest);
+    params.between("world/lights: the radius", light.radius_m, 0.0, kLargest_m);
   }
-  require.add(ring.validate());
-  require.add(room.validate());
-  require.add(clutter.validate());
-  return require.errors();
+  ring.declare(params);
+  room.declare(params);
+  clutter.declare(params);
 }
 
 Scene drawScene(const SceneConfig& config, std::uint64_t seed) {

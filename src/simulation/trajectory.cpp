@@ -5,9 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/simulation/random_numbers.h"
 
 namespace bearing_calibration::core {
@@ -108,19 +106,17 @@ WheelDisplacement CommandedTrajectory::advance(double step_s) {
   return {command_.left_mps * time_s, command_.right_mps * time_s};
 }
 
-std::vector<std::string> TrajectoryConfig::validate() const {
+void TrajectoryConfig::declare(Parameters& params) {
   using namespace plausible;
   constexpr double kMostTurns_rad = 1000.0;
   constexpr double kNoisiest_m = 1.0;  // a metre off after a metre
-  Requirements require;
-  require.between("trajectory/wheel_speed", wheel_speed_mps, kSlowest_mps, kFastest_mps);
-  require.between("trajectory/segment_length", segment_length_m, kShortest_m, kFarthest_m);
-  require.between("trajectory/dance_turn", dance_turn_rad, kLeastAngle_rad, kMostTurns_rad);
-  require.between("trajectory/circle_radius", circle_radius_m, kShortest_m, kFarthest_m);
-  require.between("trajectory/sinusoid_amplitude", sinusoid_amplitude_rad, 0.0, kMostTurns_rad);
-  require.between("trajectory/sinusoid_period", sinusoid_period_s, kBriefest_s, kLongest_s);
-  require.between("trajectory/random_variance", random_variance_m, 0.0, kNoisiest_m);
-  return require.errors();
+  params.number("trajectory/wheel_speed", wheel_speed_mps, kSlowest_mps, kFastest_mps);
+  params.number("trajectory/segment_length", segment_length_m, kShortest_m, kFarthest_m);
+  params.number("trajectory/dance_turn", dance_turn_rad, kLeastAngle_rad, kMostTurns_rad);
+  params.number("trajectory/circle_radius", circle_radius_m, kShortest_m, kFarthest_m);
+  params.number("trajectory/sinusoid_amplitude", sinusoid_amplitude_rad, 0.0, kMostTurns_rad);
+  params.number("trajectory/sinusoid_period", sinusoid_period_s, kBriefest_s, kLongest_s);
+  params.number("trajectory/random_variance", random_variance_m, 0.0, kNoisiest_m);
 }
 
 const std::vector<std::string>& trajectoryNames() {

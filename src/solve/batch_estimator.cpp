@@ -3,24 +3,22 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/solve/batch_fit.h"
 #include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/smoother.h"
 
 namespace bearing_calibration::core {
-std::vector<std::string> BatchConfig::validate() const {
-  Requirements require;
-  require.that(max_iterations > 0, "batch/max_iterations must be greater than 0, but is " +
-                                       std::to_string(max_iterations));
-  require.notNegative("batch/huber_sigmas", huber_sigmas);
-  require.notNegative("batch/reject_sigmas", reject_sigmas);
-  require.notNegative("batch/slip_gain", slip_gain);
-  require.add(errors.validate());
-  require.that(max_slips >= 0,
-               "batch/max_slips must not be negative, but is " + std::to_string(max_slips));
-  return require.errors();
+
+void BatchConfig::declare(Parameters& params) {
+  params.that(max_iterations > 0, "batch/max_iterations must be greater than 0, but is " +
+                                      std::to_string(max_iterations));
+  params.notNegative("batch/huber_sigmas", huber_sigmas);
+  params.notNegative("batch/reject_sigmas", reject_sigmas);
+  params.notNegative("batch/slip_gain", slip_gain);
+  errors.declare(params);
+  params.that(max_slips >= 0,
+              "batch/max_slips must not be negative, but is " + std::to_string(max_slips));
 }
 
 double BatchEstimate::inlierFraction() const {

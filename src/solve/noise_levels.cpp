@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/solve/record_weights.h"
 
 namespace bearing_calibration::core {
@@ -45,12 +45,10 @@ bool NoisePriors::isSurprisedBy(const NoiseLevels& levels) const {
          (wheel_stddev > 0.0 && isFar(levels.wheel.value, wheel_stddev));
 }
 
-std::vector<std::string> NoisePriors::validate() const {
-  Requirements require;
+void NoisePriors::declare(Parameters& params) {
   constexpr double kLargest = 10.0;  // of a logarithm: a factor of 22000
-  require.between("errors/bearing_noise_stddev", bearing_stddev, 0.0, kLargest);
-  require.between("errors/wheel_noise_stddev", wheel_stddev, 0.0, kLargest);
-  return require.errors();
+  params.number("errors/bearing_noise_stddev", bearing_stddev, 0.0, kLargest);
+  params.number("errors/wheel_noise_stddev", wheel_stddev, 0.0, kLargest);
 }
 
 CorrelationTime correlationTime(const std::vector<Observation>& observations, double correlation) {

@@ -4,8 +4,7 @@
 #include <utility>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/solve/record_weights.h"
 #include "bearing_calibration/track/light_start.h"
@@ -21,16 +20,15 @@ constexpr int kLostWindow = MountTracker::kWindow / 2;
 
 }  // namespace
 
-std::vector<std::string> FilterConfig::validate() const {
+void FilterConfig::declare(Parameters& params) {
   using namespace plausible;
   constexpr double kSmallestGate = 0.5;
   constexpr double kLargestGate = 1.0 - 1e-12;
-  Requirements require;
-  require.between("filter/gate_probability", gate_probability, kSmallestGate, kLargestGate);
-  require.between("filter/recovery_after", recovery_after, 1, kMostOfAKind);
-  require.between("filter/recovery_bearing_stddev", recovery_bearing_stddev_rad, 0.0, kTurn_rad);
-  require.between("filter/recovery_distance_stddev", recovery_distance_stddev_m, 0.0, kFarthest_m);
-  return require.errors();
+  params.choice("filter/parametrisation", {"cartesian", "paper"}, parametrisation);
+  params.number("filter/gate_probability", gate_probability, kSmallestGate, kLargestGate);
+  params.integer("filter/recovery_after", recovery_after, 1, kMostOfAKind);
+  params.number("filter/recovery_bearing_stddev", recovery_bearing_stddev_rad, 0.0, kTurn_rad);
+  params.number("filter/recovery_distance_stddev", recovery_distance_stddev_m, 0.0, kFarthest_m);
 }
 
 MountTracker::MountTracker(const FilterConfig& config, const StateEstimate& start,

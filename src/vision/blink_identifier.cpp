@@ -6,9 +6,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -27,20 +25,20 @@ constexpr double kLeastPartOfWindow = 0.8;
 
 }  // namespace
 
-std::vector<std::string> BlinkConfig::validate() const {
+void BlinkConfig::declare(Parameters& params) {
   constexpr double kLeastPeriods = 3.0;  // fewer, and a passing shadow blinks, too
   constexpr double kLongestWindow_s = 60.0;
-  Requirements require;
-  require.between("blink/rate", rate_hz, plausible::kRarest_hz, plausible::kMostFrequent_hz);
-  require.between("blink/window", window_s, 0.0, kLongestWindow_s);
-  require.that(window_s * rate_hz >= kLeastPeriods,
-               "blink/window must hold at least three periods of blink/rate, but holds " +
-                   std::to_string(window_s * rate_hz));
-  require.between("blink/min_part_at_rate", min_part_at_rate, 0.0, 1.0);
-  require.between("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
-  require.that(light_id >= 0,
-               "blink/light_id must not be negative, but is " + std::to_string(light_id));
-  return require.errors();
+  params.read("blink/use", use);
+  params.number("blink/rate", rate_hz, plausible::kRarest_hz, plausible::kMostFrequent_hz);
+  params.number("blink/window", window_s, 0.0, kLongestWindow_s);
+  params.that(window_s * rate_hz >= kLeastPeriods,
+              "blink/window must hold at least three periods of blink/rate, but holds " +
+                  std::to_string(window_s * rate_hz));
+  params.number("blink/min_part_at_rate", min_part_at_rate, 0.0, 1.0);
+  params.number("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
+  params.read("blink/light_id", light_id);
+  params.that(light_id >= 0,
+              "blink/light_id must not be negative, but is " + std::to_string(light_id));
 }
 
 BlinkIdentifier::BlinkIdentifier(const BlinkConfig& config) : config_(validated(config)) {}

@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -73,22 +73,28 @@ std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot
 
 }  // namespace
 
-std::vector<std::string> ColourConfig::validate() const {
+void ColourConfig::declare(Parameters& params) {
   constexpr double kBrightest = 1e6;  // in any unit
-  Requirements require;
-  require.that(!use || !lights.empty(), "colour/lights must name a light for colour/use");
-  require.between("colour/tolerance", tolerance, 0.0, 1.0);
+  params.read("colour/use", use);
+  params.list("colour/lights", 4, lights, [&params](const auto& row) {
+    constexpr std::int32_t kLargest = std::numeric_limits<std::int32_t>::max();
+    const bool is_id = row[0] >= 0.0 && row[0] <= kLargest && row[0] == std::floor(row[0]);
+    params.that(is_id, formatted("colour/lights: a light_id must be a whole number from 0 to %d, "
+                                 "but one is %g",
+                                 kLargest, row[0]));
+    return ColouredLight{is_id ? static_cast<std::int32_t>(row[0]) : 0, {row[1], row[2], row[3]}};
+  });
+  params.that(!use || !lights.empty(), "colour/lights must name a light for colour/use");
+  params.number("colour/tolerance", tolerance, 0.0, 1.0);
   for (const ColouredLight& light : lights) {
-    require.that(light.light_id >= 0,
-                 "colour/lights: a light_id must not be negative, but one is " +
-                     std::to_string(light.light_id));
+    params.that(light.light_id >= 0, "colour/lights: a light_id must not be negative, but one is " +
+                                         std::to_string(light.light_id));
     const bool shines = light.colour.allFinite() && light.colour.minCoeff() >= 0.0 &&
                         light.colour.maxCoeff() <= kBrightest && light.colour.sum() > 0.0;
-    require.that(shines, "colour/lights: red, green and blue of light " +
-                             std::to_string(light.light_id) +
-                             " must not be negative, nor above 1e6, nor all of them 0");
+    params.that(shines, "colour/lights: red, green and blue of light " +
+                            std::to_string(light.light_id) +
+                            " must not be negative, nor above 1e6, nor all of them 0");
   }
-  return require.errors();
 }
 
 std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,

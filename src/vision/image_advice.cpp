@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/formatted.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {

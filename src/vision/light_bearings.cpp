@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -111,13 +110,11 @@ const Detection* likeliestLight(const std::vector<Detection>& lights) {
   return best == lights.end() ? nullptr : &*best;
 }
 
-std::vector<std::string> ShutterConfig::validate() const {
+void ShutterConfig::declare(Parameters& params) {
   constexpr double kLongest_s = 10.0;  // no camera is later; a larger value is in milliseconds
-  Requirements require;
-  require.between("time/stamp_to_mid_exposure", stamp_to_mid_exposure_s, -kLongest_s, kLongest_s);
-  require.between("time/row_time", row_time_s, -1.0, 1.0);
-  require.between("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
-  return require.errors();
+  params.number("time/stamp_to_mid_exposure", stamp_to_mid_exposure_s, -kLongest_s, kLongest_s);
+  params.number("time/row_time", row_time_s, -1.0, 1.0);
+  params.number("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
 }
 
 Stamp midExposure(const ShutterConfig& config, Stamp image_stamp, double row) {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/formatted.h"
-#include "bearing_calibration/common/validated.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -8,8 +8,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/plausible.h"
-#include "bearing_calibration/common/requirement.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -142,17 +141,16 @@ bool AnnulusMask::cuts(const PixelEllipse& ellipse) const {
   return false;
 }
 
-std::vector<std::string> SearchConfig::validate() const {
+void SearchConfig::declare(Parameters& params) {
   constexpr double kWidest_rad = radiansFromDegrees(89.0);  // a wedge is narrower than a half plane
   constexpr double kFastest_pxps = 1e6;
-  Requirements require;
-  require.between("prediction/sigmas", sigmas, 0.0, plausible::kMostSigmas);
-  require.between("prediction/margin", margin_rad, plausible::kLeastAngle_rad, kPi);
-  require.between("prediction/max_half_width", max_half_width_rad, 0.0, kWidest_rad);
-  require.between("prediction/max_age", max_age_s, 0.0, plausible::kLongest_s);
-  require.between("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
-  require.between("prediction/max_radius_rate", max_radius_rate_pxps, 0.0, kFastest_pxps);
-  return require.errors();
+  params.read("prediction/use", use);
+  params.number("prediction/sigmas", sigmas, 0.0, plausible::kMostSigmas);
+  params.number("prediction/margin", margin_rad, plausible::kLeastAngle_rad, kPi);
+  params.number("prediction/max_half_width", max_half_width_rad, 0.0, kWidest_rad);
+  params.number("prediction/max_age", max_age_s, 0.0, plausible::kLongest_s);
+  params.number("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
+  params.number("prediction/max_radius_rate", max_radius_rate_pxps, 0.0, kFastest_pxps);
 }
 
 std::optional<SeenRadius> seenRadius(const BearingSet& bearings,

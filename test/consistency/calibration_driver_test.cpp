@@ -162,7 +162,7 @@ TEST(CalibrationDriver, NamesWhatIsWrongWithItsConfiguration) {
   DriveConfig config = paperDrive();
   config.limits.max_speed_mps = 0.0;
   config.timeouts.ticks_s = std::nan("");
-  EXPECT_EQ(config.validate().size(), 2u);
+  EXPECT_EQ(errorsOf(config).size(), 2u);
   EXPECT_THROW(CalibrationDriver(config, kLongDrive, Stamp()), std::invalid_argument);
   EXPECT_THROW(CalibrationDriver(paperDrive(), {DriveMotion::kDance, 0.0, 1.0}, Stamp()),
                std::invalid_argument);

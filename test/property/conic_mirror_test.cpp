@@ -199,11 +199,11 @@ TEST(ConicMirror, AWrongCentreTurnsTheAzimuth) {
 }
 
 TEST(ConicMirror, ValidateNamesEveryWrongValue) {
-  EXPECT_TRUE(defaultMirror().validate().empty());
+  EXPECT_TRUE(errorsOf(defaultMirror()).empty());
   ConicMirror focused_at_infinity = defaultMirror();
   focused_at_infinity.focus_distance_m = kInfinity;
-  EXPECT_TRUE(focused_at_infinity.validate().empty());
-  EXPECT_EQ(ConicMirror().validate().size(), 7u);
+  EXPECT_TRUE(errorsOf(focused_at_infinity).empty());
+  EXPECT_EQ(errorsOf(ConicMirror()).size(), 7u);
 }
 
 }  // namespace

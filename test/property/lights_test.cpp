@@ -260,11 +260,11 @@ TEST(LeastSpread, IsMeasuredByTheCovariance) {
 
 TEST(MaxLights, HasBounds) {
   CalibratorConfig config = defaultCalibration(paperCase(1).robot.encoders.drive, {1e-6, 0.0});
-  EXPECT_TRUE(config.validate().empty());
+  EXPECT_TRUE(errorsOf(config).empty());
   for (int wrong : {-1, 0, kMostLights + 1}) {
     config.max_lights = wrong;
-    ASSERT_EQ(config.validate().size(), 1U);
-    EXPECT_NE(config.validate().front().find("max_lights"), std::string::npos);
+    ASSERT_EQ(errorsOf(config).size(), 1U);
+    EXPECT_NE(errorsOf(config).front().find("max_lights"), std::string::npos);
   }
 }
 
@@ -273,10 +273,10 @@ TEST(MaxLights, SeveralLightsAndATiltDoNotGoTogether) {
   CalibratorConfig config = defaultCalibration(paperCase(1).robot.encoders.drive, {1e-6, 0.0});
   config.initializer.batch.errors.setBlock(SensorTilt::kName, 0.03);
   config.initializer.batch.errors.setLightHeight(0.0, 0.5);
-  EXPECT_TRUE(config.validate().empty());
+  EXPECT_TRUE(errorsOf(config).empty());
   config.max_lights = 2;
-  ASSERT_EQ(config.validate().size(), 1U);
-  EXPECT_NE(config.validate().front().find("sensor_tilt_stddev"), std::string::npos);
+  ASSERT_EQ(errorsOf(config).size(), 1U);
+  EXPECT_NE(errorsOf(config).front().find("sensor_tilt_stddev"), std::string::npos);
 }
 
 }  // namespace

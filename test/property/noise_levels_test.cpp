@@ -197,8 +197,8 @@ TEST(NoiseLevels, CorrelationForgetsItselfInItsTime) {
 }
 
 TEST(NoiseLevels, PriorsAreChecked) {
-  EXPECT_TRUE(kPriors.validate().empty());
-  EXPECT_EQ((NoisePriors{-1.0, NAN}.validate().size()), 2U);
+  EXPECT_TRUE(errorsOf(kPriors).empty());
+  EXPECT_EQ((errorsOf(NoisePriors{-1.0, NAN}).size()), 2U);
 }
 
 }  // namespace

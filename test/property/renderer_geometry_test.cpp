@@ -268,7 +268,7 @@ TEST_F(RendererGeometry, ListsEveryWrongValueOfTheRig) {
   rig.handedness = 0;
   rig.cone_half_angle_rad = 2.0;
   rig.axis_lean.x() = NAN;
-  EXPECT_EQ(rig.validate().size(), 4U);
+  EXPECT_EQ(errorsOf(rig).size(), 4U);
   EXPECT_THROW(ConeTracer{rig}, std::invalid_argument);
 }
 

@@ -244,7 +244,7 @@ TEST(ImageRenderer, ListsEveryWrongValue) {
   config.reference_value = 0.0;
   config.rays_per_light = 0;
   config.pixels.full_well_electrons = -1.0;
-  EXPECT_EQ(config.validate().size(), 3U);
+  EXPECT_EQ(errorsOf(config).size(), 3U);
   EXPECT_THROW(ImageRenderer(config, darkness), std::invalid_argument);
   RendererConfig unseen;
   unseen.reference_height_m = 3.0;

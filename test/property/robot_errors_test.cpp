@@ -225,7 +225,7 @@ TEST(RobotErrors, PriorsAreNamedAndChecked) {
   EXPECT_EQ(errorsInUse(priors), kErrorCount);
   EXPECT_THROW(priors.setBlock("wobble", 0.1), std::invalid_argument);
   priors.setBlock("wheel_scales", -1.0);
-  const std::vector<std::string> errors = priors.validate();
+  const std::vector<std::string> errors = errorsOf(priors);
   ASSERT_EQ(errors.size(), 2U);
   EXPECT_NE(errors[0].find("errors/wheel_scales_stddev"), std::string::npos);
 }

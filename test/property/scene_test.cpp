@@ -240,10 +240,10 @@ TEST(ImageEncoding, JpegChangesLittleAndAlwaysTheSame) {
 TEST(ImageEncoding, RefusesAMosaicInJpeg) {
   ImageEncoding encoding;
   encoding.jpeg_quality = 90;
-  EXPECT_TRUE(encoding.validate().empty());
+  EXPECT_TRUE(errorsOf(encoding).empty());
   encoding.layout = ImageEncoding::Layout::kBayerGrbg8;
-  ASSERT_EQ(encoding.validate().size(), 1U);
-  EXPECT_NE(encoding.validate().front().find("camera/jpeg_quality"), std::string::npos);
+  ASSERT_EQ(errorsOf(encoding).size(), 1U);
+  EXPECT_NE(errorsOf(encoding).front().find("camera/jpeg_quality"), std::string::npos);
 }
 
 TEST(LedRing, KeepsTheLightsPlaceAndBrightnessOnAverage) {
@@ -313,7 +313,7 @@ TEST(Scene, ListsEveryWrongValue) {
   config.room.contrast = 2.0;
   config.clutter.lamps = {3, 2};
   config.clutter.texture_contrast = {0.5, 1.5};
-  EXPECT_EQ(config.validate().size(), 5U);
+  EXPECT_EQ(errorsOf(config).size(), 5U);
   EXPECT_THROW(drawScene(config, 1), std::invalid_argument);
 }
 

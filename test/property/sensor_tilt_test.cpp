@@ -125,9 +125,9 @@ TEST(SensorTilt, TheReportSaysWhatATiltThatIsNotLookedForLeavesOpen) {
 TEST(SensorTilt, ATiltNeedsALightOfUncertainHeight) {
   ErrorPriors priors;
   priors.setBlock("sensor_tilt", 0.035);
-  EXPECT_TRUE(priors.validate().empty());
+  EXPECT_TRUE(errorsOf(priors).empty());
   priors.setLightHeight(0.1, 0.0);
-  const std::vector<std::string> errors = priors.validate();
+  const std::vector<std::string> errors = errorsOf(priors);
   ASSERT_EQ(errors.size(), 1U);
   EXPECT_NE(errors[0].find("errors/light_height_stddev"), std::string::npos);
 }

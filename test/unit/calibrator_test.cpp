@@ -48,10 +48,10 @@ BearingSet bearingsAt(Stamp stamp, double azimuth_rad) {
 // Its covariance would be too small.
 TEST(ThePapersFilter, IsRefusedTogetherWithErrorsOfTheRobot) {
   CalibratorConfig config = guessedConfig(FilterConfig::Parametrisation::kPaper);
-  EXPECT_TRUE(config.validate().empty());
+  EXPECT_TRUE(errorsOf(config).empty());
   config.initializer.batch.errors.setBlock(TimeOffset::kName, 0.1);
-  ASSERT_EQ(config.validate().size(), 1U);
-  EXPECT_NE(config.validate().front().find("filter/parametrisation"), std::string::npos);
+  ASSERT_EQ(errorsOf(config).size(), 1U);
+  EXPECT_NE(errorsOf(config).front().find("filter/parametrisation"), std::string::npos);
 }
 
 class FromAGuess : public ::testing::TestWithParam<FilterConfig::Parametrisation> {};

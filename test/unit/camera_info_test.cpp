@@ -1,10 +1,9 @@
-#include "bearing_calibration_ros/camera_info.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "bearing_calibration/optics/conic_mirror.h"
+#include "bearing_calibration_ros/rig_checks.h"
 #include "support/default_rig.h"
 
 namespace bearing_calibration_ros {

@@ -126,13 +126,13 @@ TEST(ColourIdentifier, ADarkOrAFullSpotHasNoColour) {
 }
 
 TEST(ColourIdentifier, ValidateNamesEveryWrongValue) {
-  EXPECT_TRUE(amberAndBlue().validate().empty());
+  EXPECT_TRUE(errorsOf(amberAndBlue()).empty());
   ColourConfig config;
   config.use = true;
-  EXPECT_EQ(config.validate().size(), 1u);
+  EXPECT_EQ(errorsOf(config).size(), 1u);
   config.lights = {{-1, kAmber}, {1, Eigen::Vector3d::Zero()}, {2, {1.0, -0.1, 0.0}}};
   config.tolerance = 2.0;
-  EXPECT_EQ(config.validate().size(), 4u);
+  EXPECT_EQ(errorsOf(config).size(), 4u);
 }
 
 }  // namespace

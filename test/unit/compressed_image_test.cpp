@@ -1,9 +1,9 @@
-#include "bearing_calibration_ros/compressed_image.h"
-
 #include <gtest/gtest.h>
 #include <sensor_msgs/image_encodings.h>
 
 #include <opencv2/imgcodecs.hpp>
+
+#include "bearing_calibration_ros/image_conversion.h"
 
 namespace bearing_calibration_ros {
 namespace {

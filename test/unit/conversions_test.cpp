@@ -7,6 +7,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "bearing_calibration_ros/result_messages.h"
+#include "bearing_calibration_ros/wheel_input.h"
+
 namespace bearing_calibration_ros {
 namespace {
 
@@ -329,7 +332,7 @@ TEST(Pose, TurnsByRollPitchYaw) {
   const auto& q = pose.pose.pose.orientation;
   const Eigen::Quaterniond actual(q.w, q.x, q.y, q.z);
   EXPECT_NEAR(actual.angularDistance(expected), 0.0, 1e-12);
-  const auto transform = transformFromPose(pose, "camera");
+  const auto transform = transformFromPose(pose.header, pose.pose.pose, "camera");
   EXPECT_EQ(transform.child_frame_id, "camera");
   EXPECT_EQ(transform.transform.rotation, pose.pose.pose.orientation);
 }

@@ -21,9 +21,10 @@ const std::string kConfigFolder = BEARING_CALIBRATION_CONFIG_FOLDER;
 DriveNodeConfig readWith(const std::string& changes) {
   const std::string file = testing::TempDir() + "drive_params_changes.yaml";
   std::ofstream(file) << changes;
-  return readDriveNodeConfig(ParamReader(parametersFromFiles({kConfigFolder + "/calibration.yaml",
-                                                              kConfigFolder + "/drive.yaml", file}),
-                                         ""));
+  return readConfig<DriveNodeConfig>(
+      ParamReader(parametersFromFiles(
+                      {kConfigFolder + "/calibration.yaml", kConfigFolder + "/drive.yaml", file}),
+                  ""));
 }
 
 std::string errorsWith(const std::string& changes) {

@@ -177,7 +177,7 @@ TEST(Initializer, RefusesAConfigurationThatCannotBe) {
   InitializerConfig config;
   config.min_inlier_fraction = 1.5;
   config.batch.max_iterations = 0;
-  EXPECT_EQ(config.validate().size(), 2U);
+  EXPECT_EQ(errorsOf(config).size(), 2U);
   EXPECT_THROW(Initializer{config}, std::invalid_argument);
 }
 

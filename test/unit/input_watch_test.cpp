@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "bearing_calibration_ros/log_throttle.h"
+#include "bearing_calibration_ros/guarded_nodelet.h"
 #include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {

@@ -169,13 +169,13 @@ TEST(SearchRegion, AUselessPredictionMeansToSearchEverywhere) {
 }
 
 TEST(SearchRegion, ValidateNamesEveryWrongValue) {
-  EXPECT_TRUE(search().validate().empty());
+  EXPECT_TRUE(errorsOf(search()).empty());
   SearchConfig config = search();
   config.margin_rad = 0.0;
   config.max_half_width_rad = 2.0;
   config.max_radius_rate_pxps = -1.0;
-  EXPECT_EQ(config.validate().size(), 3u);
-  EXPECT_EQ((ShutterConfig{40.0, std::nan(""), -1.0}).validate().size(), 3u);
+  EXPECT_EQ(errorsOf(config).size(), 3u);
+  EXPECT_EQ(errorsOf(ShutterConfig{40.0, std::nan(""), -1.0}).size(), 3u);
 }
 
 }  // namespace

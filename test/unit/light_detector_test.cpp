@@ -352,11 +352,11 @@ TEST(LightDetector, WrongImagesBreakTheContract) {
 TEST(LightDetector, RefusesAConfigurationWithEveryError) {
   EXPECT_THROW(LightDetector(DetectorConfig{}), std::invalid_argument);
   DetectorConfig config = defaultDetector();
-  EXPECT_TRUE(config.validate().empty());
+  EXPECT_TRUE(errorsOf(config).empty());
   config.view.handedness = 0;
   config.light.min_distance_m = 1e-3;  // inside of the mirror
   config.mask.last_row = 480;
-  EXPECT_EQ(config.validate().size(), 3u);
+  EXPECT_EQ(errorsOf(config).size(), 3u);
 }
 
 TEST(LightDetector, AllocatesNothingOnceItIsWarm) {

@@ -347,7 +347,7 @@ TEST(DriveGeometry, NamesEveryWrongValue) {
   DriveGeometry drive = geometry(12);
   drive.wheel_separation_m = -1.0;
   drive.max_wheel_speed_mps = std::nan("");
-  const std::vector<std::string> errors = drive.validate();
+  const std::vector<std::string> errors = errorsOf(drive);
   ASSERT_EQ(errors.size(), 3U);
   EXPECT_NE(errors[0].find("wheels/separation"), std::string::npos);
   EXPECT_NE(errors[1].find("wheels/max_speed"), std::string::npos);

@@ -46,14 +46,14 @@ const std::set<std::string> kWithoutLeast = {"wheels/left_start", "wheels/right_
 struct Node {
   std::string name;
   std::vector<std::string> files;
-  std::function<void(const XmlRpcValue&)> read;
+  std::function<void(const ParameterMap&)> read;
 };
 
 void PrintTo(const Node& node, std::ostream* stream) { *stream << node.name; }
 
 template <typename Config>
-std::function<void(const XmlRpcValue&)> readBy(Config (*read)(ParamReader)) {
-  return [read](const XmlRpcValue& tree) { read(ParamReader(tree, "")); };
+void readAs(const ParameterMap& parameters) {
+  readConfig<Config>(ParamReader(parameters));
 }
 
 class ShippedNumbers : public testing::TestWithParam<Node> {
@@ -64,17 +64,16 @@ class ShippedNumbers : public testing::TestWithParam<Node> {
     for (const std::string& file : GetParam().files) {
       paths.push_back(std::string(BEARING_CALIBRATION_CONFIG_FOLDER) + "/" + file);
     }
-    tree_ = parametersFromFiles(paths);
-    XmlRpcValue own = parametersFromFiles({paths.back()});
-    names_ = namesIn(own);
-    for (const std::string& name : names_) {
+    parameters_ = parametersFromFiles(paths);
+    for (const auto& [name, value] : parametersFromFiles({paths.back()})) {
+      names_.push_back(name);
       const auto example = kExamples.find(name);
       if (example == kExamples.end()) continue;
-      *findIn(&tree_, name) = parametersFromYaml(example->second, name);
+      parameters_[name] = parametersFromYaml(example->second, name).at("");
     }
   }
 
-  /// Sets `*number`, a part of `name`'s value in tree_, to what cannot be.
+  /// Sets `*number`, a part of `name`'s value in parameters_, to what cannot be.
   void expectRefused(const std::string& name, XmlRpcValue* number) {
     const XmlRpcValue shipped = *number;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -96,7 +95,7 @@ class ShippedNumbers : public testing::TestWithParam<Node> {
     std::ostringstream text;
     text << name << ": " << value;
     try {
-      GetParam().read(tree_);
+      GetParam().read(parameters_);
       ADD_FAILURE() << text.str() << " is taken";
     } catch (const std::runtime_error& error) {
       EXPECT_NE(std::string(error.what()).find(name), std::string::npos)
@@ -122,28 +121,24 @@ class ShippedNumbers : public testing::TestWithParam<Node> {
     }
   }
 
-  XmlRpcValue tree_;
+  ParameterMap parameters_;
   std::vector<std::string> names_;
   int numbers_ = 0;
 };
 
 TEST_P(ShippedNumbers, AreRefusedByNameBeyondWhatARobotHas) {
-  ASSERT_NO_THROW(GetParam().read(tree_));
-  for (const std::string& name : names_) expectEachRefused(name, findIn(&tree_, name));
+  ASSERT_NO_THROW(GetParam().read(parameters_));
+  for (const std::string& name : names_) expectEachRefused(name, &parameters_.at(name));
   constexpr int kLeast = 12;  // in drive.yaml, the shortest of them
   EXPECT_GE(numbers_, kLeast);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Nodes, ShippedNumbers,
-    testing::Values(Node{"calibration",
-                         {"calibration.yaml"},
-                         [](const XmlRpcValue& tree) {
-                           readCalibrationNodeConfig(ParamReader(tree, ""));
-                         }},
-                    Node{"detection", {"detection.yaml"}, readBy(readDetectionNodeConfig)},
-                    Node{"drive", {"calibration.yaml", "drive.yaml"}, readBy(readDriveNodeConfig)},
-                    Node{"simulation", {"simulation.yaml"}, readBy(readSimulationNodeConfig)}),
+    testing::Values(Node{"calibration", {"calibration.yaml"}, readAs<CalibrationNodeConfig>},
+                    Node{"detection", {"detection.yaml"}, readAs<DetectionNodeConfig>},
+                    Node{"drive", {"calibration.yaml", "drive.yaml"}, readAs<DriveNodeConfig>},
+                    Node{"simulation", {"simulation.yaml"}, readAs<SimulationNodeConfig>}),
     [](const auto& node) { return node.param.name; });
 
 }  // namespace

@@ -142,14 +142,14 @@ TEST(Region, DiscAndPolygonKnowTheirBorders) {
   EXPECT_DOUBLE_EQ(disc.clearance({0.0, 2.5}), -0.5);
   // an L: the straight way between its arms leaves it
   const Region corner{0.0, {{-1, -1}, {3, -1}, {3, 1}, {1, 1}, {1, 3}, {-1, 3}}};
-  EXPECT_TRUE(corner.validate().empty());
+  EXPECT_TRUE(errorsOf(corner).empty());
   EXPECT_DOUBLE_EQ(corner.clearance({0.0, 0.0}), 1.0);
   EXPECT_DOUBLE_EQ(corner.clearance({0.0, 0.0}, {2.5, 0.0}), 0.5);
   EXPECT_LE(corner.clearance({0.0, 2.5}, {2.5, 0.0}), 0.0);
   EXPECT_DOUBLE_EQ(corner.clearance({2.0, 2.0}), -1.0);
-  EXPECT_FALSE((Region{0.0, {{1, 1}, {2, 1}, {2, 2}}}).validate().empty());
-  EXPECT_FALSE((Region{0.0, {{-1, -1}, {1, 1}, {1, -1}, {-1, 1}}}).validate().empty());
-  EXPECT_FALSE((Region{0.0, {}}).validate().empty());
+  EXPECT_FALSE(errorsOf(Region{0.0, {{1, 1}, {2, 1}, {2, 2}}}).empty());
+  EXPECT_FALSE(errorsOf(Region{0.0, {{-1, -1}, {1, 1}, {1, -1}, {-1, 1}}}).empty());
+  EXPECT_FALSE(errorsOf(Region{0.0, {}}).empty());
 }
 
 /// Whatever it knows, it neither comes too near to the light nor leaves the region, and it learns.

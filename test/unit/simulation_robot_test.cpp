@@ -253,7 +253,7 @@ TEST(RobotSimulator, ListsEveryWrongValue) {
   config.step_s = 0.0;
   config.steps_per_reading = 0;
   config.start = Stamp();
-  EXPECT_EQ(config.validate().size(), 4U);
+  EXPECT_EQ(errorsOf(config).size(), 4U);
   EXPECT_THROW(simulatorOf(config), std::invalid_argument);
   EXPECT_THROW(RobotSimulator(paperRobot(), {Light()}, nullptr), std::invalid_argument);
 }

@@ -142,7 +142,7 @@ TEST(WheelEncoders, ListEveryWrongValue) {
   EncoderConfig config = encoderConfig(-1.0, 12);
   config.noise.independent_k_m = -1.0;
   config.right_radius_factor = 0.0;
-  EXPECT_EQ(config.validate().size(), 4U);
+  EXPECT_EQ(errorsOf(config).size(), 4U);
   EXPECT_THROW(WheelEncoders(config, 1), std::invalid_argument);
 }
 
@@ -238,7 +238,7 @@ TEST(Trajectory, WrongMeasuresAreListed) {
   TrajectoryConfig config;
   config.wheel_speed_mps = 0.0;
   config.sinusoid_period_s = -1.0;
-  EXPECT_EQ(config.validate().size(), 2U);
+  EXPECT_EQ(errorsOf(config).size(), 2U);
   EXPECT_THROW(makeTrajectory(config, kSeparation_m), std::invalid_argument);
   EXPECT_THROW(makeTrajectory(TrajectoryConfig(), 0.0), std::invalid_argument);
 }

@@ -1,5 +1,3 @@
-#include "bearing_calibration_ros/tick_message.h"
-
 #include <gtest/gtest.h>
 #include <std_msgs/Float32.h>
 #include <std_msgs/Header.h>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/wheel_input.h"
 
 namespace bearing_calibration_ros {
 namespace {

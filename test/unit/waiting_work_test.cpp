@@ -1,9 +1,9 @@
-#include "bearing_calibration_ros/waiting_work.h"
-
 #include <gtest/gtest.h>
 #include <ros/callback_queue.h>
 
 #include <vector>
+
+#include "bearing_calibration_ros/image_input.h"
 
 namespace bearing_calibration_ros {
 namespace {

@@ -8,11 +8,11 @@
 #include <variant>
 
 #include "bearing_calibration/calibration/calibrator.h"
-#include "bearing_calibration_ros/compressed_image.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_bearings.h"
+#include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/parameter_files.h"
-#include "bearing_calibration_ros/tick_message.h"
+#include "bearing_calibration_ros/wheel_input.h"
 #include "tools/common/timing.h"
 #include "tools/owner/bag_reader.h"
 
@@ -22,7 +22,7 @@ namespace {
 namespace ros_side = bearing_calibration_ros;
 
 BagReader openBag(const std::string& bag, const BagSetup& setup) {
-  return {bag, setup.topics, setup.calibration.wheel_source};
+  return {bag, setup.topics, setup.calibration.wheels.source};
 }
 
 /// The running estimate, often enough to be drawn and never too long to be kept.
@@ -108,7 +108,7 @@ class Replay {
 
   void add(const sensor_msgs::JointStateConstPtr& joints, const ros::Time& received) {
     const Timing timing(&outcome_->times.estimation);
-    const ros_side::WheelJoints& wheels = setup_.calibration.joints;
+    const ros_side::WheelJoints& wheels = setup_.calibration.wheels.joints;
     if (const auto angles = ros_side::anglesFromMessage(*joints, wheels)) {
       calibrator_.addAngles(*angles, ros_side::stampFromRos(received));
     } else {
@@ -227,7 +227,7 @@ BagSetup readBagSetup(const std::vector<std::string>& config_files,
   for (const std::string& file : config_files) files.overlay(file);
   for (const std::string& assignment : assignments) files.set(assignment);
   return {ros_side::readCalibrationNodeConfig(files.reader("calibration")),
-          ros_side::readDetectionNodeConfig(files.reader("detection")), topics};
+          ros_side::readConfig<ros_side::DetectionNodeConfig>(files.reader("detection")), topics};
 }
 
 BagOutcome calibrateBag(const BagJob& job, const BagSetup& setup,

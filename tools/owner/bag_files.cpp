@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "bearing_calibration/output/result_file.h"
-#include "bearing_calibration_ros/conversions.h"
-#include "bearing_calibration_ros/result_saving.h"
+#include "bearing_calibration_ros/result_messages.h"
+#include "bearing_calibration_ros/result_saver.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -11,7 +11,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "bearing_calibration_ros/tick_message.h"
+#include "bearing_calibration_ros/wheel_input.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration_ros/wheel_params.h"
+#include "bearing_calibration_ros/wheel_input.h"
 
 namespace bearing_calibration::core {
 

@@ -9,6 +9,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/owned_folder.h"
 #include "bearing_calibration/output/quality.h"
+#include "bearing_calibration_ros/result_messages.h"
 #include "tools/common/command_line.h"
 #include "tools/common/parallel.h"
 #include "tools/owner/bag_calibration.h"
@@ -210,8 +211,8 @@ void sayHowToReport(const std::vector<Done>& all, const std::string& output) {
 ExitStatus run(const CalibrateBagArguments& arguments) {
   const BagSetup setup =
       readBagSetup(arguments.config_files, arguments.assignments, arguments.topics);
-  if (const auto why = ros_side::whyNotWritable(arguments.output_folder)) {
-    throw boost::program_options::error("--output " + *why);
+  if (const auto why = ros_side::whyNotWritable(arguments.output_folder); !why.empty()) {
+    throw boost::program_options::error("--output " + why);
   }
   const std::vector<Done> all = runAll(arguments, setup);
   std::set<ExitStatus> statuses;

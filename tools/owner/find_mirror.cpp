@@ -136,7 +136,9 @@ BestCentre bestCentre(const MirrorRim& rim, const Arguments& arguments) {
   files.addNode("detection", bearing_calibration_ros::packagedConfig("detection.yaml"));
   for (const std::string& file : arguments.config_files) files.overlay(file);
   const ConicMirror mirror =
-      bearing_calibration_ros::readDetectionNodeConfig(files.reader("detection")).detector.mirror;
+      bearing_calibration_ros::readConfig<bearing_calibration_ros::DetectionNodeConfig>(
+          files.reader("detection"))
+          .detector.mirror;
   const MirrorMisalignment bend =
       mirrorMisalignment(mirror, arguments.light_height_m, arguments.light_distances_m.front(),
                          arguments.light_distances_m.back());
@@ -162,7 +164,8 @@ void print(const MirrorRim& rim, const BestCentre& best) {
   std::printf(
       "alignment:  # the centre above is %.2f of the way from the principal point to the rim's "
       "centre\n"
-      "  near_per_far: %.3f  # [m] so much more a misaligned mirror does to near lights, about that centre\n"
+      "  near_per_far: %.3f  # [m] so much more a misaligned mirror does to near lights, about "
+      "that centre\n"
       "  nearness_stddev: 0.001  # [rad m] beyond that, for a light's height known to 1 cm\n",
       best.bend->centre_part, best.bend->near_per_far_m);
 }

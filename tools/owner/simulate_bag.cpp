@@ -14,7 +14,6 @@
 #include "bearing_calibration/simulation/robot_simulator.h"
 #include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration_ros/conversions.h"
-#include "bearing_calibration_ros/detection_conversions.h"
 #include "bearing_calibration_ros/simulated_camera.h"
 #include "tools/common/command_line.h"
 #include "tools/owner/simulated_scene.h"

@@ -32,9 +32,9 @@ SimulationNodeConfig readSimulatedScene(const SceneArguments& arguments) {
                                      ? packagedConfig("simulation.yaml")
                                      : arguments.simulation_file};
   files.insert(files.end(), arguments.scene_files.begin(), arguments.scene_files.end());
-  XmlRpc::XmlRpcValue parameters = parametersFromFiles(files);
-  if (arguments.seed >= 0) parameters["world"]["seed"] = arguments.seed;
-  SimulationNodeConfig config = readSimulationNodeConfig(ParamReader(parameters, ""));
+  ParameterMap parameters = parametersFromFiles(files);
+  if (arguments.seed >= 0) parameters["world/seed"] = arguments.seed;
+  SimulationNodeConfig config = readConfig<SimulationNodeConfig>(ParamReader(parameters));
   if (config.driving.follows_commands) {
     throw std::runtime_error("trajectory/kind is cmd_vel: nobody gives commands here");
   }

@@ -8,8 +8,7 @@ CalibratorConfig defaultCalibration(const DriveGeometry& drive, const WheelNoise
   CalibratorConfig config;
   config.drive = drive;
   config.wheel_noise = noise;
-  config.max_wheels_apart_s = 0.2;
-  config.tick_history_s = 10.0;
+  config.wheel_times = {0.2, 10.0};
   config.bearings.min_stddev_rad = 1e-4;
   config.bearings.max_stddev_rad = 0.35;
   config.bearings.max_future_s = 0.2;

@@ -23,7 +23,7 @@ namespace bearing_calibration::core {
 /// thread-safe, wherever its fits run.
 class Calibrator {
  public:
-  /// @throws std::invalid_argument with every sentence of config.validate().
+  /// @throws std::invalid_argument with every sentence of errorsOf().
   explicit Calibrator(const CalibratorConfig& config, FitsRun fits_run = FitsRun::kAtOnce);
 
   InputOutcome addTicks(const WheelCounts& ticks, Stamp received);

@@ -1,9 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/input/bearing_input.h"
 #include "bearing_calibration/judge/convergence_config.h"
@@ -28,7 +27,7 @@ struct InitialisationConfig {
   double yaw_stddev_rad = 0.0;
 
   MountEstimate mount() const;
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Everything that the calibrator needs to know; a plain struct without defaults worth running:
@@ -36,8 +35,7 @@ struct InitialisationConfig {
 struct CalibratorConfig {
   DriveGeometry drive;
   WheelNoise wheel_noise;
-  double max_wheels_apart_s = 0.0;  ///< see WheelPairing; only for wheels that come one by one
-  double tick_history_s = 0.0;      ///< travel is remembered so long for bearings that arrive late
+  WheelTimes wheel_times;
   BearingInputConfig bearings;
   InitialisationConfig initialisation;
   /// Not among the parameters, for its values hold for every robot, but for batch.errors: those of
@@ -55,8 +53,7 @@ struct CalibratorConfig {
   /// Not among the parameters.
   double refit_growth = 0.02;
 
-  /// One sentence for each value that cannot be; empty when all is well.
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 }  // namespace bearing_calibration::core

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 namespace bearing_calibration::core {
 
@@ -14,6 +15,13 @@ std::string formatted(const char* format, Values... values) {
   std::snprintf(text.data(), text.size(), format, values...);
   text.pop_back();  // the closing zero
   return text;
+}
+
+/// "a, b, c", with the separator ", ".
+inline std::string joined(const std::vector<std::string>& texts, const std::string& separator) {
+  std::string all;
+  for (const std::string& text : texts) all += (all.empty() ? "" : separator) + text;
+  return all;
 }
 
 }  // namespace bearing_calibration::core

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/state.h"
 #include "bearing_calibration/optics/bearing.h"
 
@@ -36,8 +37,7 @@ struct ErrorPriors {
     return (stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>()).array() > 0.0).any();
   }
 
-  /// One sentence for each value that cannot be; empty when all is well.
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// The mount with what the sensor's nearness leaves open of it.
@@ -66,8 +66,7 @@ struct ErrorBlockInfo {
   std::string name;
   int begin = 0;
   int size = 0;
-  bool said_by_sensor = false;  ///< its prior comes with the bearings (SensorGeometry)
-  std::string when_held;        ///< what it means for the result when the data do not tell it
+  std::string when_held;  ///< what it means for the result when the data do not tell it
 };
 const std::vector<ErrorBlockInfo>& errorBlocks();
 

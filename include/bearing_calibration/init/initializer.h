@@ -2,9 +2,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/record/observation_record.h"
 #include "bearing_calibration/solve/batch_estimator.h"
@@ -43,7 +43,7 @@ struct InitializerConfig {
   BatchConfig batch;
   NoisePriors noise;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Why there is no start yet, from the first thing to change to the last.
@@ -96,7 +96,7 @@ NoiseLevels noiseToBeginWith(const std::vector<Observation>& observations,
 /// the light. Bounded in memory and time on an endless record.
 class Initializer {
  public:
-  /// @throws std::invalid_argument with every sentence of config.validate().
+  /// @throws std::invalid_argument with every sentence of errorsOf().
   explicit Initializer(const InitializerConfig& config);
 
   void add(const Observation& observation) { record_.add(observation); }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/input_outcome.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration::core {
@@ -23,7 +24,7 @@ struct BearingInputConfig {
   int max_waiting = 0;           ///< messages that may wait for ticks before the oldest is dropped
   double min_probability = 0.0;  ///< candidates of lower probability are not considered
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Whether a stamp can be that of a message received at `received`.

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <string>
-#include <vector>
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -10,7 +9,7 @@ struct ConvergenceConfig {
   double position_stddev_m = 0.0;  ///< x and y each
   double yaw_stddev_rad = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 }  // namespace bearing_calibration::core

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -22,8 +20,7 @@ struct DriveGeometry {
   double leftMetersPerTick() const { return metersPerTick(left_wheel_radius_m); }
   double rightMetersPerTick() const { return metersPerTick(right_wheel_radius_m); }
 
-  /// One sentence for each value that cannot be; empty when all is well.
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Random errors of the wheels' displacements, growing with the distance that each has rolled.
@@ -35,7 +32,17 @@ struct WheelNoise {
   /// variance of the displacement of the base's centre grows by this times the distance.
   double common_k_m = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
+  /// The same of a simulated robot, whose wheels may be exact.
+  void declareLevels(Parameters& params);
+};
+
+/// How long the wheels' readings are waited for and kept.
+struct WheelTimes {
+  double max_apart_s = 0.0;  ///< see WheelPairing; only for wheels that come one by one
+  double history_s = 0.0;    ///< travel is remembered so long for bearings that arrive late
+
+  void declare(Parameters& params);
 };
 
 }  // namespace bearing_calibration::core

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <string>
-#include <vector>
+
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -23,8 +23,7 @@ struct ConicMirror {
   double half_angle_rad = 0.0;  ///< tau, between the axis and the cone's surface
   double base_radius_m = 0.0;   ///< of the mirror's rim
 
-  /// One sentence for each value that cannot be; empty when all is well.
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Where the mirror's axis meets the image, and which way round the image is.

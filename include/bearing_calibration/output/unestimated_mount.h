@@ -1,7 +1,6 @@
 #pragma once
 
-#include <string>
-#include <vector>
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -15,8 +14,7 @@ struct UnestimatedMount {
   double pitch_rad = 0.0;
   double pitch_stddev_rad = 0.0;
 
-  /// One sentence for each value that cannot be; empty when all is well.
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 }  // namespace bearing_calibration::core

@@ -2,9 +2,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/judge/calibration_state.h"
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
@@ -19,7 +19,7 @@ struct DriveTimeouts {
   double bearings_s = 0.0;
   double estimate_s = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Everything that a drive needs to know but what one is asked for.
@@ -30,7 +30,7 @@ struct DriveConfig {
   Region region;
   DriveTimeouts timeouts;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// What is asked for.
@@ -44,7 +44,7 @@ struct DriveGoal {
   double max_time_s = 0.0;
   double max_path_m = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Why a drive has ended; the values are those of CalibrationDrive.action.
@@ -86,7 +86,7 @@ class CalibrationDriver {
  public:
   /// @param moving  the last command of a drive that this one replaces: it brakes first, and
   ///                the start is where it then stands
-  /// @throws std::invalid_argument with every sentence of validate().
+  /// @throws std::invalid_argument with every sentence of errorsOf().
   CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now,
                     const WheelSpeeds& moving = {});
 

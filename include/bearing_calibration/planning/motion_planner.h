@@ -2,9 +2,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/planning/motion_primitive.h"
 #include "bearing_calibration/planning/region.h"
@@ -17,7 +17,7 @@ struct SensingModel {
   double bearing_stddev_rad = 0.0;  ///< of one bearing
   double bearing_rate_hz = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Parameter group `planner`.
@@ -34,7 +34,7 @@ struct PlannerConfig {
   double region_margin_m = 0.0;   ///< planned ways keep this distance from the region's border
   double max_straight_m = 0.0;    ///< longest straight way between two decisions
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// The estimate as the filter will have it after a primitive: the mean moves as planned, the
@@ -61,7 +61,7 @@ struct PlannedPrimitive {
 /// best.
 class MotionPlanner {
  public:
-  /// @throws std::invalid_argument with every sentence of the parts' validate().
+  /// @throws std::invalid_argument with every sentence of the parts' errorsOf().
   MotionPlanner(const PlannerConfig& config, const WheelLimits& limits, const SensingModel& sensing,
                 const Region& region);
 

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 
@@ -14,7 +12,7 @@ struct WheelLimits {
   double max_speed_mps = 0.0;  ///< of each wheel
   double max_acceleration_mps2 = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// The motion primitive of a differential drive: turn on the spot, then go straight, from

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 #include <vector>
+
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -12,7 +13,7 @@ struct Region {
   /// Corners in either order [m]; at least three, or none for the disc. The start must lie inside.
   std::vector<Eigen::Vector2d> polygon_m;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 
   /// Least distance of a straight way to the border [m], negative when a part of it lies outside.
   double clearance(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/record/record_beginning.h"
 
@@ -19,7 +19,7 @@ struct ObservationRecordConfig {
   double still_turn_rad = 0.002;
   int repetitions = 20;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// A bounded record that forgets motion last: a standing robot costs no room, and when the room is
@@ -29,7 +29,7 @@ struct ObservationRecordConfig {
 template <class Entry>
 class ThinnedRecord {
  public:
-  /// @throws std::invalid_argument with every sentence of config.validate().
+  /// @throws std::invalid_argument with every sentence of errorsOf().
   explicit ThinnedRecord(const ObservationRecordConfig& config);
 
   void add(const Entry& entry);

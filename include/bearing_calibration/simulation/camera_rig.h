@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <optional>
-#include <string>
-#include <vector>
+
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -30,7 +30,7 @@ struct CameraRig {
   Eigen::Vector2d axis_lean = Eigen::Vector2d::Zero();
   Eigen::Vector2d apex_offset_m = Eigen::Vector2d::Zero();
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 
   /// From lens to image, by the thin lens equation.
   double imageDistance() const;
@@ -48,7 +48,7 @@ class ConeTracer {
     double throughput = 0.0;  ///< solid angle at the light per area of the aperture [sr/m^2]
   };
 
-  /// @throws std::invalid_argument with what rig.validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   explicit ConeTracer(const CameraRig& rig);
 
   /// The ray from `light_m` over the mirror to the point `aperture_m` of the lens; none when the

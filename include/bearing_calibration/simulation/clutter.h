@@ -1,9 +1,9 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/simulation/panorama.h"
 #include "bearing_calibration/simulation/random_numbers.h"
 
@@ -20,7 +20,7 @@ struct ClutterConfig {
   int holders = 3;  ///< of the mirror, spread evenly around it
   Interval holder_half_width_rad{radiansFromDegrees(0.6), radiansFromDegrees(1.2)};
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// What lies on the far surroundings.

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/simulation/clutter.h"
 #include "bearing_calibration/simulation/image_sensor.h"
 #include "bearing_calibration/simulation/light.h"
@@ -31,13 +31,13 @@ struct RendererConfig {
   int rays_per_light = 4096;
   std::uint64_t seed = 1;  ///< of the noise
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Images of lights and surroundings as the camera of a CameraRig takes them.
 class ImageRenderer {
  public:
-  /// @throws std::invalid_argument with what config.validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   ImageRenderer(const RendererConfig& config, const RadianceFunction& surroundings);
 
   /// The expected photo-electrons of each pixel, without noise and saturation.

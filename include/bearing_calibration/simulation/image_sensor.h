@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/geometry/pose2.h"
 
 namespace bearing_calibration::core {
@@ -15,7 +16,7 @@ struct Shutter {
   double exposure_s = 0.0;  ///< of each row; 0 freezes every motion
   double row_time_s = 0.0;  ///< from one row's exposure to the next one's; 0 is a global shutter
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
   bool isInstant() const { return exposure_s <= 0.0 && row_time_s <= 0.0; }
 };
 
@@ -39,7 +40,7 @@ struct PixelConfig {
   double full_well_electrons = 12000.0;
   double read_noise_electrons = 12.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Values of pixels with these expected photo-electrons: photon (shot) noise and read noise, both
@@ -63,7 +64,7 @@ struct ImageEncoding {
   double red_response = 1.0;
   double blue_response = 1.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
   /// Of the sensor's pixel to white light; 1 for a grey sensor.
   double responseAt(int column, int row) const;
 };

@@ -25,7 +25,7 @@ struct SpotMoments {
 /// in the sensor frame; flux is in units of brightness times steradian.
 class LightSpot {
  public:
-  /// @throws std::invalid_argument with what rig.validate() says, and unless rays > 0.
+  /// @throws std::invalid_argument with what errorsOf() says, and unless rays > 0.
   LightSpot(const CameraRig& rig, int rays);
 
   const ConeTracer& tracer() const { return tracer_; }

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <functional>
 #include <opencv2/core/mat.hpp>
-#include <string>
-#include <vector>
+
+#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 
@@ -54,7 +54,7 @@ struct RoomLook {
   double contrast = 0.5;     ///< of the differences around, 0 to 1
   std::uint64_t seed = 1;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 RadianceFunction roomRadiance(const RoomLook& look);
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
@@ -27,14 +27,14 @@ struct EncoderConfig {
   std::int64_t left_start_ticks = 0;  ///< counts before the first motion
   std::int64_t right_start_ticks = 0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Two encoders that count what the wheels roll, with the errors of Chong and Kleeman (paper,
 /// eq. 22): the displacement reported is the true one plus N(0, K |displacement|).
 class WheelEncoders {
  public:
-  /// @throws std::invalid_argument with what validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   WheelEncoders(const EncoderConfig& config, std::uint64_t seed);
 
   /// `turned`: what each wheel's rim has turned by (the way over ground unless it slips).
@@ -73,12 +73,12 @@ struct BearingSensorConfig {
   double harmonic_cos_rad = 0.0;  ///< of the azimuth's error: cos, sin of the azimuth times these
   double harmonic_sin_rad = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 class BearingSensor {
  public:
-  /// @throws std::invalid_argument with what validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   BearingSensor(const BearingSensorConfig& config, std::uint64_t seed);
 
   /// One candidate for each light that is seen, with all the noise.

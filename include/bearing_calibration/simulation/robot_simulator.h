@@ -2,9 +2,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration/optics/bearing.h"
@@ -37,7 +37,7 @@ struct RobotFaults {
   std::vector<TimeSpan> lost_ticks;      ///< readings that never arrive; the counters count on
   std::vector<double> counter_resets_s;  ///< moments at which the driver counts from zero again
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// A differential-drive robot with a bearing sensor.
@@ -56,13 +56,13 @@ struct RobotConfig {
   RobotFaults faults;
   std::uint64_t seed = 1;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// The true motion of a robot and what its encoders and its bearing sensor make of it.
 class RobotSimulator {
  public:
-  /// @throws std::invalid_argument with what config.validate() says, or without a trajectory.
+  /// @throws std::invalid_argument with what errorsOf() says, or without a trajectory.
   RobotSimulator(const RobotConfig& config, std::vector<Light> lights, Trajectory trajectory);
 
   /// Moves on by one step.

@@ -2,9 +2,9 @@
 
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/simulation/clutter.h"
 #include "bearing_calibration/simulation/image_renderer.h"
 #include "bearing_calibration/simulation/light.h"
@@ -18,7 +18,7 @@ struct LedRing {
   double radius_m = 0.02;
   double brightness_spread = 0.1;  ///< relative standard deviation among the LEDs
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// `light` as a horizontal ring of points around its position, equally bright together on average;
@@ -32,7 +32,7 @@ struct SceneConfig {
   RoomLook room;
   ClutterConfig clutter;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// What the camera is shown of it.
@@ -42,7 +42,7 @@ struct Scene {
   std::vector<MirrorHolder> holders;
 };
 
-/// The same seed gives the same scene. @throws std::invalid_argument with what validate() says.
+/// The same seed gives the same scene. @throws std::invalid_argument with what errorsOf() says.
 Scene drawScene(const SceneConfig& config, std::uint64_t seed);
 
 /// A light somewhere among clutter drawn for the purpose, seen by a sensor that stands still: the

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
 
 namespace bearing_calibration::core {
@@ -68,13 +69,13 @@ struct TrajectoryConfig {
   double random_variance_m = 0.01;  ///< k: variance of a wheel's step over its mean [m^2/m]
   std::uint64_t seed = 1;           ///< of the random trajectory
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Names of the kinds in their order, as used in configuration files.
 const std::vector<std::string>& trajectoryNames();
 
-/// @throws std::invalid_argument with what validate() says, or for a separation that is not > 0.
+/// @throws std::invalid_argument with what errorsOf() says, or for a separation that is not > 0.
 Trajectory makeTrajectory(const TrajectoryConfig& config, double wheel_separation_m);
 
 }  // namespace bearing_calibration::core

@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/record/record_beginning.h"
@@ -31,7 +31,7 @@ struct BatchConfig {
   bool widen_for_correlation = true;
   ErrorPriors errors;  ///< those of the robot that are estimated with the mount
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// What is supposed about slips before a fit: it looks for further ones by itself.
@@ -80,7 +80,7 @@ RecordStart surestStart(const BatchEstimate& fit);
 /// section "Batch").
 class BatchEstimator {
  public:
-  /// @throws std::invalid_argument with every sentence of config.validate().
+  /// @throws std::invalid_argument with every sentence of errorsOf().
   explicit BatchEstimator(const BatchConfig& config);
 
   /// @param observations in the order of time; the motion of the first is used with a beginning

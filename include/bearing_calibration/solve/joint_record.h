@@ -15,7 +15,7 @@ struct LandmarkSolution {
   BatchEstimate fit;          ///< over them
   StateEstimate average;  ///< with its rivals (see averageOverSlips) and all levels of noise, at
                           ///< the last observation
-  NoiseLevels noise;  ///< against the stated one
+  NoiseLevels noise;      ///< against the stated one
 };
 
 /// The answer whose mount is known best.

@@ -7,8 +7,8 @@ namespace bearing_calibration::core {
 /// An estimate without what its linearisation seems to know of the metric scale. Bearings and wheel
 /// readings are the same for a world in which all lengths are so many times larger: mount, lights
 /// and the wheels with their separation. So only what was known beforehand tells the scale. But
-/// parts of a record that are linearised at slightly different scales seem to tell it together: over
-/// hours the scale would drift, and its standard deviation with it would be too small (the
+/// parts of a record that are linearised at slightly different scales seem to tell it together:
+/// over hours the scale would drift, and its standard deviation with it would be too small (the
 /// observability constraint of Huang, Mourikis and Roumeliotis, 2010).
 /// @param at  where what follows will be linearised
 /// @param priors  that the estimate contains

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/optics/bearing.h"
 
@@ -34,8 +34,7 @@ struct NoisePriors {
   bool any() const { return bearing_stddev > 0.0 || wheel_stddev > 0.0; }
   /// Whether levels are so far from what was stated that a fault of the robot is as likely.
   bool isSurprisedBy(const NoiseLevels& levels) const;
-  /// One sentence for each value that cannot be; empty when all is well.
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Time in which a correlation of neighbouring bearings' noise falls to 1/e; 0 for none.

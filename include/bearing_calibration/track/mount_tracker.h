@@ -3,9 +3,9 @@
 #include <boost/circular_buffer.hpp>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/track/association.h"
@@ -23,7 +23,7 @@ struct FilterConfig {
   double recovery_bearing_stddev_rad = 0.0;  ///< across the line of sight, as an angle
   double recovery_distance_stddev_m = 0.0;   ///< along and across the line of sight
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// What the filter made of the latest images.

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
 
 namespace bearing_calibration::core {
@@ -20,14 +20,14 @@ struct BlinkConfig {
       0.0;                    ///< of a bearing: how far a light moves between two observations
   std::int32_t light_id = 0;  ///< given to the light that blinks
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Tells the light that blinks at a known rate: follows every candidate by its azimuth, keeps its
 /// brightness, 0 while it is not seen, and compares the changes with the rate.
 class BlinkIdentifier {
  public:
-  /// @throws std::invalid_argument with what config.validate() says.
+  /// @throws std::invalid_argument with what errorsOf() says.
   explicit BlinkIdentifier(const BlinkConfig& config);
 
   /// Gives the light that blinks its light_id; all others get the probability 0: they are not the

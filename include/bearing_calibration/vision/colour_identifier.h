@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/vision/detection.h"
 #include "bearing_calibration/vision/detector_config.h"
@@ -28,7 +28,7 @@ struct ColourConfig {
   std::vector<ColouredLight> lights;
   double tolerance = 0.0;  ///< largest distance between the parts of two like colours
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// The colours of an image's lights over their surroundings; nothing where one is too dim or too

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/optics/conic_mirror.h"
 
@@ -90,8 +90,7 @@ struct DetectorConfig {
   double defocus_sigma_px = 0.0;  ///< Gaussian blur of a sharp image before detection; 0 is off
   int max_candidates = 0;         ///< spots that are measured in one image
 
-  /// One sentence for each value that cannot be; empty when all is well.
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 }  // namespace bearing_calibration::core

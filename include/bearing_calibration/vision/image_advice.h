@@ -30,7 +30,7 @@ struct Advice {
 /// Judges focus and exposure by what the detector saw in an image.
 class ImageAdviser {
  public:
-  /// @throws std::invalid_argument with all the sentences of config.validate().
+  /// @throws std::invalid_argument with every sentence of errorsOf().
   explicit ImageAdviser(const DetectorConfig& config);
 
   /// The first thing to change; none when the light is seen as it should be.

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/vision/detection.h"
 #include "bearing_calibration/vision/detector_config.h"
@@ -32,7 +32,7 @@ struct ShutterConfig {
   /// moment than the stamp says [rad/s].
   double max_turn_rate_radps = 0.0;
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Mid-exposure of a row (fractions are allowed).

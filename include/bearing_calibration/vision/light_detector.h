@@ -38,7 +38,7 @@ class LightDetector {
   /// What is as likely as this is not looked for elsewhere.
   static constexpr double kLikely = 0.5;
 
-  /// @throws std::invalid_argument with all the sentences of config.validate().
+  /// @throws std::invalid_argument with every sentence of errorsOf().
   explicit LightDetector(const DetectorConfig& config);
 
   /// @param image CV_8UC1 or CV_16UC1 of the configured size.

@@ -2,9 +2,8 @@
 
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <string>
-#include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/vision/detection.h"
 #include "bearing_calibration/vision/detector_config.h"
@@ -86,7 +85,7 @@ struct SearchConfig {
   double max_turn_rate_radps = 0.0;   ///< of the bearing: widens the region with the age
   double max_radius_rate_pxps = 0.0;  ///< of the image radius since the light was seen
 
-  std::vector<std::string> validate() const;
+  void declare(Parameters& params);
 };
 
 /// Where the light is expected in an image of `stamp`; nothing without a useful prediction, the

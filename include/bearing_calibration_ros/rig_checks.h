@@ -1,13 +1,16 @@
 #pragma once
 
+#include <bearing_calibration/FindMirror.h>
 #include <sensor_msgs/CameraInfo.h>
 
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
 #include <string>
 
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration_ros/namespaces.h"
 
+/// Whether camera and mirror are those of the configuration.
 namespace bearing_calibration_ros {
 
 /// The images that a camera_info is about, as they are delivered. Its own numbers are those of the
@@ -25,5 +28,10 @@ DeliveredImage deliveredImage(const sensor_msgs::CameraInfo& info);
 
 /// What of it the configuration contradicts, in a sentence; empty when nothing does.
 std::string contradiction(const DeliveredImage& image, const core::DetectorConfig& detector);
+
+/// The answer to ~find_mirror for a grey image of 8 or 16 bits.
+msg::FindMirrorResponse findMirror(const cv::Mat& image, const core::DetectorConfig& config);
+/// The answer when there is nothing to look at, or nothing was found.
+msg::FindMirrorResponse noMirror(const std::string& why);
 
 }  // namespace bearing_calibration_ros

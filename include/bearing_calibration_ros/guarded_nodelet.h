@@ -1,0 +1,94 @@
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <nodelet/nodelet.h>
+#include <ros/time.h>
+
+#include <exception>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "bearing_calibration_ros/thrown.h"
+
+namespace bearing_calibration_ros {
+
+/// Lets a message of each kind through once in a while. Unlike the *_THROTTLE macros it knows kinds
+/// apart, so that one fault does not hide another, and it goes by a clock that always runs: with
+/// simulated time those say nothing before /clock begins.
+class LogThrottle {
+ public:
+  explicit LogThrottle(double period_s) : period_(period_s) {}
+
+  bool isDue(const std::string& kind, ros::SteadyTime now = ros::SteadyTime::now()) {
+    const auto [last, is_first] = last_.try_emplace(kind, now);
+    if (!is_first && now - last->second < period_) return false;
+    last->second = now;
+    return true;
+  }
+  void restart() { last_.clear(); }
+
+ private:
+  ros::WallDuration period_;
+  std::map<std::string, ros::SteadyTime> last_;
+};
+
+/// What the nodelets share: one that cannot start says why, and an exception
+/// ends at its callback, so that the manager and its other nodelets live on.
+class GuardedNodelet : public nodelet::Nodelet {
+ protected:
+  static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
+
+  /// Sets everything up. Whatever it throws is said, and the nodelet is not loaded.
+  virtual void start() = 0;
+  /// Is told what a callback has thrown.
+  virtual void onError(const std::string& callback, const std::string& error) {
+    if (throttle_.isDue(callback)) NODELET_ERROR("%s: %s", callback.c_str(), error.c_str());
+  }
+
+  /// Does the work of a callback. @returns what it threw, in words; empty when all went well
+  template <typename Work>
+  std::string guarded(const std::string& callback, Work work) {
+    const std::string error = thrownBy(work);
+    if (!error.empty()) onError(callback, error);
+    return error;
+  }
+
+  void say(bool is_good, const std::string& sentence) {
+    if (is_good) {
+      NODELET_INFO("%s", sentence.c_str());
+    } else {
+      NODELET_WARN("%s", sentence.c_str());
+    }
+  }
+  /// Says that messages are of another frame than the one they are taken for.
+  void checkFrame(const std::string& topic, const std::string& frame, const std::string& expected) {
+    if (frame.empty() || frame == expected || !throttle_.isDue("frame")) return;
+    NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were", topic.c_str(),
+                 frame.c_str(), expected.c_str());
+  }
+
+  /// Diagnostics with one status, which `fill` fills in.
+  std::unique_ptr<diagnostic_updater::Updater> makeDiagnostics(
+      const std::string& name, const diagnostic_updater::TaskFunction& fill) {
+    auto diagnostics = std::make_unique<diagnostic_updater::Updater>(
+        getNodeHandle(), getPrivateNodeHandle(), getName());
+    diagnostics->setHardwareID("none");
+    diagnostics->add(name, fill);
+    return diagnostics;
+  }
+
+  LogThrottle throttle_{kWarningPeriod_s};
+
+ private:
+  void onInit() final {
+    try {
+      start();
+    } catch (const std::exception& error) {
+      NODELET_FATAL("not started: %s", error.what());
+      throw;  // tells the nodelet loader, which says nothing by itself
+    }
+  }
+};
+
+}  // namespace bearing_calibration_ros

@@ -1,0 +1,165 @@
+#include "bearing_calibration_ros/wheel_input.h"
+
+#include <ros/serialization.h>
+#include <std_msgs/Header.h>
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration_ros/conversions.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+std::optional<double> positionOf(const std::string& joint, const sensor_msgs::JointState& message) {
+  const auto found = std::find(message.name.begin(), message.name.end(), joint);
+  const auto index = static_cast<std::size_t>(found - message.name.begin());
+  if (found == message.name.end() || index >= message.position.size()) return std::nullopt;
+  return message.position[index];
+}
+
+/// What lies at the beginning of the message of one wheel.
+struct CountLayout {
+  bool has_header = false;
+  bool is_signed = false;
+  unsigned bits = 0;
+};
+
+std::optional<CountLayout> layoutOf(const std::string& definition) {
+  CountLayout layout;
+  std::istringstream lines(definition);
+  for (std::string line; std::getline(lines, line);) {
+    line = line.substr(0, line.find('#'));
+    if (line.find('=') != std::string::npos) continue;  // a constant
+    std::istringstream words(line);
+    std::string type, name;
+    if (!(words >> type >> name)) continue;
+    const bool is_header = type == "Header" || type == "std_msgs/Header";
+    if (is_header && !layout.has_header) {
+      layout.has_header = true;
+      continue;
+    }
+    if (name != "data") return std::nullopt;
+    for (const unsigned bits : {8U, 16U, 32U, 64U}) {
+      layout.bits = bits;
+      layout.is_signed = type == "int" + std::to_string(bits);
+      if (layout.is_signed || type == "uint" + std::to_string(bits)) return layout;
+    }
+    return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+/// Of the type of a message. Its definition is read once: topics of wheels have a type or two.
+const std::optional<CountLayout>& layoutOf(const topic_tools::ShapeShifter& message) {
+  thread_local std::map<std::string, std::optional<CountLayout>> layouts;  // by definition
+  const auto [known, is_new] = layouts.try_emplace(message.getMessageDefinition());
+  if (is_new) known->second = layoutOf(known->first);
+  return known->second;
+}
+
+/// An integer of a message, which has its low bytes first.
+std::int64_t readInteger(const CountLayout& layout, ros::serialization::IStream* stream) {
+  std::uint64_t value = 0;
+  for (unsigned shift = 0; shift < layout.bits; shift += 8U) {
+    std::uint8_t byte = 0;
+    stream->next(byte);
+    value |= static_cast<std::uint64_t>(byte) << shift;
+  }
+  const bool is_negative = layout.is_signed && (value >> (layout.bits - 1U)) != 0U;
+  if (is_negative && layout.bits < 64U) value |= ~std::uint64_t{0} << layout.bits;
+  return static_cast<std::int64_t>(value);
+}
+
+}  // namespace
+
+void WheelInput::declare(core::Parameters& params) {
+  params.choice("wheels/source", {"ticks", "joint_states", "separate_ticks"}, source);
+  params.read("wheels/left_joint", joints.left);
+  params.read("wheels/right_joint", joints.right);
+  params.that(
+      joints.left != joints.right,
+      "wheels/left_joint must not be wheels/right_joint, but both are '" + joints.left + "'");
+}
+
+core::WheelCounts countsFromMessage(const msg::WheelTicks& message) {
+  return {stampFromRos(message.header.stamp), message.left, message.right};
+}
+
+std::optional<core::WheelAngles> anglesFromMessage(const sensor_msgs::JointState& message,
+                                                   const WheelJoints& joints) {
+  const std::optional<double> left = positionOf(joints.left, message);
+  const std::optional<double> right = positionOf(joints.right, message);
+  if (!left || !right) return std::nullopt;
+  return core::WheelAngles{stampFromRos(message.header.stamp), *left, *right};
+}
+
+bool namesEither(const sensor_msgs::JointState& message, const WheelJoints& joints) {
+  return std::any_of(message.name.begin(), message.name.end(), [&](const std::string& name) {
+    return name == joints.left || name == joints.right;
+  });
+}
+
+std::string jointNames(const sensor_msgs::JointState& message) {
+  return core::joined(message.name, ", ");
+}
+
+bool isWheelCount(const std::string& message_definition) {
+  return layoutOf(message_definition).has_value();
+}
+
+core::WheelCount countFromMessage(const topic_tools::ShapeShifter& message,
+                                  const ros::Time& received) {
+  const std::optional<CountLayout>& layout = layoutOf(message);
+  if (!layout) {
+    throw std::invalid_argument("a message of type " + message.getDataType() +
+                                " is no wheel's count: it has no integer 'data' in the first "
+                                "place or after its header");
+  }
+  std::vector<std::uint8_t> bytes(message.size());
+  ros::serialization::OStream writer(bytes.data(), message.size());
+  message.write(writer);
+  ros::serialization::IStream reader(bytes.data(), message.size());
+  std_msgs::Header header;
+  header.stamp = received;
+  if (layout->has_header) reader.next(header);
+  return {stampFromRos(header.stamp), readInteger(*layout, &reader)};
+}
+
+std::vector<std::string> wheelTopics(WheelSource source) {
+  switch (source) {
+    case WheelSource::kTicks:
+      return {"wheel_ticks"};
+    case WheelSource::kJointStates:
+      return {"joint_states"};
+    case WheelSource::kSeparateTicks:
+      return {"left_ticks", "right_ticks"};
+  }
+  return {};
+}
+
+std::vector<ros::Subscriber> subscribeToWheels(ros::NodeHandle& node_handle, WheelSource source,
+                                               std::uint32_t queue, const WheelHandlers& handlers) {
+  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
+  const std::vector<std::string> topics = wheelTopics(source);
+  if (source == WheelSource::kTicks) {
+    return {node_handle.subscribe<msg::WheelTicks>(topics[0], queue, handlers.ticks, {}, hints)};
+  }
+  if (source == WheelSource::kJointStates) {
+    return {node_handle.subscribe<sensor_msgs::JointState>(topics[0], queue, handlers.joint_states,
+                                                           {}, hints)};
+  }
+  std::vector<ros::Subscriber> subscribers;
+  for (const core::WheelSide side : {core::WheelSide::kLeft, core::WheelSide::kRight}) {
+    const boost::function<void(const WheelCountEvent&)> callback =
+        [side, handle = handlers.wheel](const WheelCountEvent& event) { handle(side, event); };
+    subscribers.push_back(node_handle.subscribe<topic_tools::ShapeShifter, const WheelCountEvent&>(
+        topics[side == core::WheelSide::kLeft ? 0 : 1], queue, callback, {}, hints));
+  }
+  return subscribers;
+}
+
+}  // namespace bearing_calibration_ros
