@@ -98,7 +98,7 @@ AzimuthModel azimuthFromCartesian(const Vector5& state) {
 
 ExpectedAngle expectAzimuth(const StateLayout& layout, const StateVector& state, int light,
                             const OdometryWindow& nearby) {
-  const ErrorVector errors = errorsOf(layout, state);
+  const ErrorVector errors = robotErrorsOf(layout, state);
   const Ideal ideal = seeIdeally(cartesianOf(layout, state, light), errors, nearby, layout.errors);
   const auto azimuth = bend<CorrectedAzimuth<kErrorCount>>(ideal, errors, layout.errors);
   return angleOf(layout, light, ideal, wrapAngle(azimuth.azimuth_rad), azimuth.J_azimuth_ideal,
@@ -107,7 +107,7 @@ ExpectedAngle expectAzimuth(const StateLayout& layout, const StateVector& state,
 
 ExpectedAngle expectElevation(const StateLayout& layout, const StateVector& state, int light,
                               const OdometryWindow& nearby) {
-  const ErrorVector errors = errorsOf(layout, state);
+  const ErrorVector errors = robotErrorsOf(layout, state);
   const Ideal ideal = seeIdeally(cartesianOf(layout, state, light), errors, nearby, layout.errors);
   const auto elevation = bend<CorrectedElevation<kErrorCount>>(ideal, errors, layout.errors);
   return angleOf(layout, light, ideal, elevation.elevation_rad, elevation.J_elevation_ideal,

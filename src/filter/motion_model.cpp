@@ -53,7 +53,7 @@ LinearMotion lineariseMotion(const StateLayout& layout, const ErrorVector& error
 
 LinearMotion lineariseMotion(const StateLayout& layout, const StateVector& before,
                              const OdometryIncrement& measured) {
-  const ErrorVector errors = errorsOf(layout, before);
+  const ErrorVector errors = robotErrorsOf(layout, before);
   const Corrected corrected = correct(measured, errors, layout.errors);
   const Pose2 end_from_start = corrected.start_from_end.inverse();
   LightPositions lights_at_end(2, layout.lights);

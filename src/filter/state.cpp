@@ -13,7 +13,7 @@ Vector5 cartesianOf(const StateLayout& layout, const StateVector& state, int lig
   return cartesian;
 }
 
-ErrorVector errorsOf(const StateLayout& layout, const StateVector& state) {
+ErrorVector robotErrorsOf(const StateLayout& layout, const StateVector& state) {
   ErrorVector errors = ErrorVector::Zero();
   errors.head(layout.errors) = state.segment(kMountSize, layout.errors);
   return errors;
@@ -48,7 +48,7 @@ CartesianEstimate StateEstimate::cartesian(int light) const {
 
 ErrorEstimate StateEstimate::errors() const {
   const int K = layout.errors;
-  ErrorEstimate errors{errorsOf(layout, mean)};
+  ErrorEstimate errors{robotErrorsOf(layout, mean)};
   errors.covariance.topLeftCorner(K, K) = covariance.block(kMountSize, kMountSize, K, K);
   return errors;
 }

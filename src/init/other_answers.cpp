@@ -42,7 +42,7 @@ std::vector<OtherAnswer> findOtherAnswers(const std::vector<Observation>& all,
                                           const InitializerConfig& config) {
   constexpr int kMostRefined = 3;
   const std::vector<Observation> observations = thinned(all, kObservationsOfSearch);
-  const ErrorVector errors = errorsOf(found.last.layout, found.last.mean);
+  const ErrorVector errors = robotErrorsOf(found.last.layout, found.last.mean);
   const std::vector<PosedObservation> posed = poseWithout(observations, errors);
   const FixedPathWeight weight{posed.size() / 2};
   const auto fitFrom = [&](const Vector5& state_at_first) {

@@ -203,7 +203,7 @@ class Pursuit {
 
 RecordStart::RecordStart(const StateEstimate& estimate, std::size_t at)
     : mount(estimate.mount().mean),
-      errors(errorsOf(estimate.layout, estimate.mean)),
+      errors(robotErrorsOf(estimate.layout, estimate.mean)),
       lights_in_base(
           estimate.mean.tail(2 * estimate.layout.lights).reshaped(2, estimate.layout.lights)),
       observation(at) {}

@@ -202,7 +202,7 @@ void Smoother::goBackward() {
     pass_.beginning_cost = future.r().dot(beginning_->covariance * future.r());
   }
   pass_.path.mount = pass_.last.mean.head<kMountSize>();
-  pass_.path.errors = errorsOf(layout_, pass_.last.mean);
+  pass_.path.errors = robotErrorsOf(layout_, pass_.last.mean);
 }
 
 }  // namespace

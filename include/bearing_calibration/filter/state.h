@@ -62,7 +62,7 @@ struct ErrorEstimate {
 
 /// One light with the mount out of a state, and the errors.
 Vector5 cartesianOf(const StateLayout& layout, const StateVector& state, int light);
-ErrorVector errorsOf(const StateLayout& layout, const StateVector& state);
+ErrorVector robotErrorsOf(const StateLayout& layout, const StateVector& state);
 
 /// Mean and covariance of mount, errors and any number of lights: the one state of everything that
 /// estimates.
