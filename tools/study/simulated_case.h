@@ -58,10 +58,10 @@ struct ImperfectRobot {
   double scale = 0.0;                ///< of both wheels together, less 1
   double max_random_offset_s = 0.0;  ///< added to the offset: uniform from 0 to this
   double random_ratio_stddev = 0.0;  ///< added to the ratio
-  double random_scale_stddev = 0.0;  ///< added to the scale
   double random_separation_stddev = 0.0;  ///< of the true wheel separation over the believed one
   double tilt_rad = 0.0;                  ///< of the sensor, in a direction drawn at random
   double harmonic_rad = 0.0;              ///< of the mirror, its phase drawn at random
+  double random_scale_stddev = 0.0;       ///< added to the scale
 };
 
 /// Makes the robot of a case an imperfect one.
