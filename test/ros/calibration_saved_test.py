@@ -54,8 +54,18 @@ class CalibrationSavedTest(unittest.TestCase):
         def saved():
             with open(self.path) as file:
                 return yaml.safe_load(file)
-        wait_until(lambda: abs(saved()['base_from_camera']['x'] - last.x_m) < 1e-6,
-                   'the newest estimate is in it')
+
+        def worst(x_stddev, y_stddev, yaw_stddev):
+            targets = rospy.get_param('/calibration/converged')
+            return max(max(x_stddev, y_stddev) / targets['position_stddev'],
+                       yaw_stddev / targets['yaw_stddev'])
+
+        def is_newest_or_better():  # a converged result is never replaced by a worse one
+            stddev = saved()['stddev']
+            return (abs(saved()['base_from_camera']['x'] - last.x_m) < 1e-6 or
+                    worst(stddev['x'], stddev['y'], stddev['yaw'])
+                    < worst(last.x_stddev_m, last.y_stddev_m, last.yaw_stddev_rad))
+        wait_until(is_newest_or_better, 'the newest estimate is in it, or a better one')
 
         again = self.restarted('again', self.folder)
         fresh = World(rospy.Time.now().to_sec() - 1000.0, seed=2)
