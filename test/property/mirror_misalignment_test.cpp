@@ -1,7 +1,5 @@
 // What a leaning and decentred mirror does to bearings, against a rim that is projected point by
 // point and the coefficients that the ray trace confirms (conic_mirror_test).
-#include "bearing_calibration/optics/conic_mirror.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -10,6 +8,7 @@
 #include <random>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/optics/conic_mirror.h"
 #include "support/default_rig.h"
 
 namespace bearing_calibration::core {

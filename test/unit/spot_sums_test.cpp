@@ -1,11 +1,11 @@
-#include "bearing_calibration/vision/spot_meter.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
+
+#include "bearing_calibration/vision/spot_meter.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -1,8 +1,8 @@
-#include "bearing_calibration/odometry/wheel_readings.h"
-
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "bearing_calibration/odometry/wheel_readings.h"
 
 namespace bearing_calibration::core {
 namespace {
