@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/init/start_obstacle.h"
 #include "bearing_calibration/judge/lights_agreement.h"
 #include "bearing_calibration/solve/mount_displacement.h"
 #include "bearing_calibration/solve/record_weights.h"
@@ -13,8 +14,6 @@
 namespace bearing_calibration::core {
 namespace {
 
-/// A turn known worse than this is beyond what a linearised filter can follow.
-constexpr double kUnknownTurnStddev_rad = 0.5;
 constexpr std::size_t kNoLight = std::numeric_limits<std::size_t>::max();
 
 /// Slips and outliers of each light have been decided by its own fit: what fits worse together is
@@ -23,12 +22,6 @@ BatchConfig withoutSlips(BatchConfig config) {
   config.huber_sigmas = 0.0;
   config.slip_gain = 0.0;
   return config;
-}
-
-bool fitsWell(const BatchEstimate& fit, const InitializerConfig& config) {
-  const double n = fit.degrees_of_freedom;
-  return fit.converged && n > 0 &&
-         fit.chi_square < n + config.max_chi_square_sigmas * std::sqrt(2.0 * n);
 }
 
 /// What the suppositions about slips in one light's record differ by (see averageOverSlips).
@@ -67,7 +60,7 @@ void JointCalibration::add(const LightsImage& image) {
   }
   is_review_due_ = shows_any && reviews_.isDue(record_);
   if (!joint_) return;
-  if (image.motion.covariance(2, 2) > kUnknownTurnStddev_rad * kUnknownTurnStddev_rad) {
+  if (image.motion.isTurnUnknown()) {
     joint_.reset();
     return;
   }

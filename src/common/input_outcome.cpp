@@ -8,13 +8,13 @@
 namespace bearing_calibration::core {
 namespace {
 
-struct Words {
+struct StatusWords {
   InputStatus status;
   const char* name;
   const char* sentence;  ///< a printf format of the value
 };
 
-constexpr Words kWords[] = {
+constexpr StatusWords kStatusWords[] = {
     {InputStatus::kAccepted, "accepted", "accepted"},
     {InputStatus::kIgnoredPaused, "ignored while paused", "the calibration is paused: ignored"},
     {InputStatus::kVarianceRaised, "variance raised to that of bearings/min_stddev",
@@ -67,14 +67,16 @@ constexpr Words kWords[] = {
 };
 
 constexpr bool areInOrder() {
-  for (std::size_t i = 0; i < std::size(kWords); ++i) {
-    if (kWords[i].status != static_cast<InputStatus>(i)) return false;
+  for (std::size_t i = 0; i < std::size(kStatusWords); ++i) {
+    if (kStatusWords[i].status != static_cast<InputStatus>(i)) return false;
   }
-  return std::size(kWords) == kInputStatusCount;
+  return std::size(kStatusWords) == kInputStatusCount;
 }
 static_assert(areInOrder(), "one row for each status, in the order of the enumeration");
 
-const Words& wordsOf(InputStatus status) { return kWords[static_cast<std::size_t>(status)]; }
+const StatusWords& wordsOf(InputStatus status) {
+  return kStatusWords[static_cast<std::size_t>(status)];
+}
 
 std::uint32_t sumFrom(InputStatus first, const InputCounts& counts) {
   return std::accumulate(counts.by_status.begin() + static_cast<std::ptrdiff_t>(first),

@@ -1,7 +1,6 @@
 #include "bearing_calibration/filter/lasting_estimate.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "bearing_calibration/common/symmetric.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -20,11 +19,11 @@ Knowledge positivePart(const Eigen::MatrixXd& information, const Eigen::VectorXd
                        const Eigen::VectorXd& unit) {
   constexpr double kRounding = 1e-9;
   const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (scaled + scaled.transpose()));
-  const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(0.0);
-  Eigen::VectorXd along = solver.eigenvectors().transpose() * unit.cwiseProduct(pull);
+  const SymmetricEigen axes = eigenOf(0.5 * (scaled + scaled.transpose()));
+  const Eigen::VectorXd values = axes.values.cwiseMax(0.0);
+  Eigen::VectorXd along = axes.vectors.transpose() * unit.cwiseProduct(pull);
   along = (values.array() > kRounding).select(along, 0.0);
-  const Eigen::MatrixXd directions = unit.cwiseInverse().asDiagonal() * solver.eigenvectors();
+  const Eigen::MatrixXd directions = unit.cwiseInverse().asDiagonal() * axes.vectors;
   return {directions * along, directions * values.cwiseSqrt().asDiagonal()};
 }
 
@@ -76,8 +75,7 @@ void addEarlier(const StateEstimate& earlier, const ErrorPriors& priors, StateEs
   const Eigen::MatrixXd known = earlier.covariance(places, places);
   Eigen::VectorXd off = off_all(places);
   off.head<kMountSize>() = mountDifference(earlier.mount().mean, estimate->mount().mean);
-  Eigen::MatrixXd information =
-      known.ldlt().solve(Eigen::MatrixXd::Identity(known.rows(), known.cols()));
+  Eigen::MatrixXd information = inverseOf(known);
   Eigen::VectorXd pull = information * off;
   for (Eigen::Index i = kMountSize; i < known.rows(); ++i) {
     const int place = places[static_cast<std::size_t>(i)];
@@ -92,7 +90,7 @@ void addEarlier(const StateEstimate& earlier, const ErrorPriors& priors, StateEs
   const Eigen::MatrixXd half = P_H * measured.root;
   const Eigen::MatrixXd S = Eigen::MatrixXd::Identity(half.cols(), half.cols()) +
                             measured.root.transpose() * half(places, Eigen::all);
-  P -= (half * S.ldlt().solve(half.transpose())).eval();
+  P -= half * solved(S, half.transpose());
   symmetrise(&P);
   estimate->mean += P(Eigen::all, places) * measured.pull;
   estimate->wrapYaw();

@@ -6,7 +6,9 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/parameters.h"
+#include "bearing_calibration/common/symmetric.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -28,14 +30,6 @@ constexpr double kBlock_m = 10.0;
 /// A displacement looks like a slip at first, and is given up as one. So a jump there is more
 /// likely, and there are few of them: about so many independent looks at one, as the record grows.
 constexpr double kIndependentDisplacementsAtSlip = 10.0;
-constexpr int kMountDegrees = 3;
-
-template <class... Numbers>
-std::string format(const char* pattern, Numbers... numbers) {
-  char text[256];
-  std::snprintf(text, sizeof(text), pattern, numbers...);
-  return text;
-}
 
 /// Gain that a jump may have by chance in a record of this way. The false alarms are shared out
 /// over blocks of way, 1/2 for the first, 1/6, 1/12 and so on, which is 1 in all.
@@ -43,12 +37,12 @@ double largestGainByChance(double way_m) {
   const double block = 1.0 + std::floor(way_m / kBlock_m);
   const double share = 1.0 / (block * (block + 1.0));
   return chiSquareQuantile(1.0 - kDisplacementFalseAlarm * share / kIndependentDisplacements,
-                           kMountDegrees);
+                           kMountSize);
 }
 
 double largestGainAtSlip() {
   return chiSquareQuantile(1.0 - kDisplacementFalseAlarm / kIndependentDisplacementsAtSlip,
-                           kMountDegrees);
+                           kMountSize);
 }
 
 const DisplacementTest& larger(const DisplacementTest& a, const DisplacementTest& b) {
@@ -89,7 +83,7 @@ std::size_t middleByMotion(const std::vector<Observation>& record) {
 /// Whether both halves of the record tell all of the mount.
 bool bothHalvesTell(const std::vector<Observation>& record, const BatchEstimate& settled) {
   return testDisplacement(settled.mount_displacements[middleByMotion(record)]).directions >=
-         kMountDegrees;
+         kMountSize;
 }
 
 /// Mean of so many NIS that a consistent filter does not exceed.
@@ -102,13 +96,13 @@ std::optional<std::string> inconsistency(const Consistency& recent) {
   const int images = recent.fused + recent.not_fused;
   if (images < kFewestImages) return std::nullopt;
   if (recent.fused < kSmallestFusedShare * images) {
-    return format(
+    return formatted(
         "%d of the last %d bearings do not fit the motion: is the light hidden, did it "
         "move, does a wheel slip, are the wheels' parameters right?",
         recent.not_fused, images);
   }
   if (recent.fused > 0 && recent.nis_mean > largestNisMean(recent.fused)) {
-    return format(
+    return formatted(
         "the bearings scatter %.1f times as much as they should: check the latency, the "
         "wheels' parameters, or raise bearings/extra_stddev",
         std::sqrt(recent.nis_mean));
@@ -181,10 +175,10 @@ void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Obse
 /// moment. What it then says counts when it goes on saying so.
 bool ConvergenceJudge::staysWhereItWas(const MountEstimate& mount, double motion_m) {
   constexpr double kFalseAlarm = 1e-4;
-  static const double kLargest = chiSquareQuantile(1.0 - kFalseAlarm, kMountDegrees);
+  static const double kLargest = chiSquareQuantile(1.0 - kFalseAlarm, kMountSize);
   if (claimed_) {
     const Eigen::Vector3d leap = mountDifference(mount.mean, claimed_->mean);
-    if (leap.dot(claimed_->covariance.ldlt().solve(leap)) <= kLargest) {
+    if (chiSquareOf(leap, claimed_->covariance) <= kLargest) {
       leapt_since_m_.reset();
     } else if (!leapt_since_m_) {
       leapt_since_m_ = motion_m;
@@ -239,19 +233,19 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
 
 Judgement ConvergenceJudge::mountMoved(const DisplacementTest& jump) {
   return {CalibrationState::kInconsistent,
-          format("the mount seems to have moved by %.3f m and %.1f deg since it was calibrated: "
-                 "call ~reset to calibrate anew",
-                 jump.jump.head<2>().norm(), degreesFromRadians(jump.jump.z())),
+          formatted("the mount seems to have moved by %.3f m and %.1f deg since it was calibrated: "
+                    "call ~reset to calibrate anew",
+                    jump.jump.head<2>().norm(), degreesFromRadians(jump.jump.z())),
           Fault::kMountMoved};
 }
 
 Judgement ConvergenceJudge::stillConverging(const StateEstimate& estimate) {
   const Eigen::Vector3d stddev = estimate.mount().covariance.diagonal().cwiseSqrt();
   return {CalibrationState::kConverging,
-          format("position known to %.3f m and yaw to %.2f deg: keep driving straight lines and "
-                 "turns; the light is %.1f m away, nearer is better",
-                 stddev.head<2>().maxCoeff(), degreesFromRadians(stddev.z()),
-                 estimate.cartesian().range())};
+          formatted("position known to %.3f m and yaw to %.2f deg: keep driving straight lines and "
+                    "turns; the light is %.1f m away, nearer is better",
+                    stddev.head<2>().maxCoeff(), degreesFromRadians(stddev.z()),
+                    estimate.cartesian().range())};
 }
 
 }  // namespace bearing_calibration::core

@@ -1,19 +1,18 @@
 #include "bearing_calibration/judge/lights_agreement.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-constexpr double kMountDegrees = 3.0;
 /// Of calling one of several sound lights a contradicting one.
 constexpr double kFalseAlarm = 1e-4;
 /// The covariance of a difference is twice the sum of both at most, however they hang together.
@@ -23,7 +22,7 @@ constexpr double kShared = 2.0;
 /// allowed for.
 double limitFor(std::size_t lights) {
   const double pairs = std::max(1.0, 0.5 * static_cast<double>(lights * (lights - 1)));
-  return kShared * chiSquareQuantile(1.0 - kFalseAlarm / pairs, kMountDegrees);
+  return kShared * chiSquareQuantile(1.0 - kFalseAlarm / pairs, kMountSize);
 }
 
 /// What speaks against one light.
@@ -77,12 +76,12 @@ double contradiction(const MountEstimate& own, const MountEstimate& joint) {
   const Eigen::Vector3d standardised = root.matrixL().solve(mountDifference(own.mean, joint.mean));
   const Eigen::Matrix3d half = root.matrixL().solve(joint.covariance);
   const Eigen::Matrix3d ratio = root.matrixL().solve(half.transpose());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (ratio + ratio.transpose()));
+  const SymmetricEigen axes = eigenOf(0.5 * (ratio + ratio.transpose()));
   double chi_square = 0.0;
   for (int i = 0; i < 3; ++i) {
-    const double gain = 1.0 - solver.eigenvalues()(i);
+    const double gain = 1.0 - axes.values(i);
     if (gain < kLeastGain) continue;
-    chi_square += std::pow(solver.eigenvectors().col(i).dot(standardised), 2) / gain;
+    chi_square += std::pow(axes.vectors.col(i).dot(standardised), 2) / gain;
   }
   return chi_square;
 }
@@ -95,18 +94,18 @@ Eigen::Matrix3d leastSpread(const std::vector<Eigen::Matrix3d>& spreads,
   for (const Eigen::Matrix3d& spread : spreads) {
     const Eigen::Matrix3d half = root.matrixL().solve(spread);
     const Eigen::Matrix3d ratio = root.matrixL().solve(half.transpose());
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (ratio + ratio.transpose()));
-    const Eigen::Vector3d positive = solver.eigenvalues().cwiseMax(0.0);
+    const SymmetricEigen axes = eigenOf(0.5 * (ratio + ratio.transpose()));
+    const Eigen::Vector3d positive = axes.values.cwiseMax(0.0);
     if (positive.sum() >= least_size) continue;
     least_size = positive.sum();
-    const Eigen::Matrix3d directions = root.matrixL() * solver.eigenvectors();
+    const Eigen::Matrix3d directions = root.matrixL() * axes.vectors;
     least = directions * positive.asDiagonal() * directions.transpose();
   }
   return least;
 }
 
 double largestContradiction(std::size_t lights, double probability) {
-  return chiSquareQuantile(1.0 - probability / static_cast<double>(lights), kMountDegrees);
+  return chiSquareQuantile(1.0 - probability / static_cast<double>(lights), kMountSize);
 }
 
 }  // namespace bearing_calibration::core

@@ -6,6 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/filter/motion_model.h"
 
 namespace bearing_calibration::core {
@@ -13,7 +14,6 @@ namespace {
 
 /// Share of the prior's variance that data leave which say as much as it does.
 constexpr double kAsMuchAsBefore = 0.5;
-constexpr double kMillimetres = 1e3;
 
 constexpr int kSize = kMountSize + kErrorCount;
 using Covariance = Eigen::Matrix<double, kSize, kSize>;
@@ -38,8 +38,7 @@ BlockStatus statusOf(const ErrorBlockInfo& block, const ErrorPriors& priors,
       precision.asDiagonal() *
       estimate.covariance.block(block.begin, block.begin, block.size, block.size) *
       precision.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(whitened, Eigen::EigenvaluesOnly);
-  return statusOf(stddev.maxCoeff() > 0.0, solver.eigenvalues().maxCoeff());
+  return statusOf(stddev.maxCoeff() > 0.0, eigenOf(whitened).values.maxCoeff());
 }
 
 void addNote(const std::string& note, BlockReport* report) {
@@ -59,7 +58,7 @@ void noteTilt(const ErrorPriors& priors, const ErrorEstimate& estimate, double t
   const double rho_stddev_m = height_m * (is_held ? priors.stddev(kTilt) : tilt_stddev_rad);
   if (!(rho_stddev_m > 0.0)) return;
   addNote(formatted("rho is uncertain by %.1f mm, the light's height times the possible tilt%s",
-                    kMillimetres * rho_stddev_m,
+                    kMillimetresPerMetre * rho_stddev_m,
                     is_held ? "" : ", which x_stddev and y_stddev leave out"),
           report);
 }
@@ -69,7 +68,7 @@ void noteNearness(const ErrorPriors& priors, BlockReport* report) {
   if (!(priors.nearness_stddev_m > 0.0)) return;
   addNote(formatted("x and y are uncertain by %.1f mm that no bearing tells: find_mirror with the "
                     "lens' principal point takes most of it away",
-                    kMillimetres * priors.nearness_stddev_m),
+                    kMillimetresPerMetre * priors.nearness_stddev_m),
           report);
 }
 
@@ -87,8 +86,8 @@ BlockReport reportFactor(const char* name, const char* number, double prior_stdd
 
 /// The axis of the largest deviation of a place: unit vector times that.
 Eigen::Vector2d worstAxis(const Eigen::Matrix2d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()(1))) * solver.eigenvectors().col(1);
+  const SymmetricEigen axes = eigenOf(covariance);
+  return std::sqrt(std::max(0.0, axes.values(1))) * axes.vectors.col(1);
 }
 
 /// Mount and errors, with the wheel separation taken as it is where the wheels' scales are looked
@@ -236,11 +235,11 @@ std::vector<std::string> qualityInWords(const CalibrationResult& result) {
   const MountQuality quality = qualityOf(*result.estimate);
   std::vector<std::string> words = {
       formatted("a light %.0f m ahead is placed within %.1f mm (68 %%) along any axis", kAhead_m,
-                kMillimetres * quality.light_ahead_stddev_m),
+                kMillimetresPerMetre * quality.light_ahead_stddev_m),
       formatted("the position is known least along %.0f deg (0: forward, 90: left), to %.1f mm "
                 "(68 %%)",
                 degreesFromRadians(quality.worst_direction_rad),
-                kMillimetres * quality.worst_stddev_m)};
+                kMillimetresPerMetre * quality.worst_stddev_m)};
   if (quality.most_correlated) {
     const MountQuality::Pair& pair = *quality.most_correlated;
     words.push_back(formatted("%s and %s correlate most (%+.2f): %s", nameOf(pair.first).c_str(),

@@ -84,17 +84,17 @@ right_wheel_radius_multiplier: {right_radius}
 )"},
 }};
 
-using Words = std::map<std::string, std::string>;
+using Values = std::map<std::string, std::string>;
 
 /// A form with each {word} replaced by its value.
-std::string filled(const std::string& form, const Words& words) {
+std::string filled(const std::string& form, const Values& values) {
   std::string text;
   for (std::size_t i = 0; i < form.size(); ++i) {
     const std::size_t end = form[i] == '{' ? form.find('}', i) : std::string::npos;
     const auto word =
-        end == std::string::npos ? words.end() : words.find(form.substr(i + 1, end - i - 1));
+        end == std::string::npos ? values.end() : values.find(form.substr(i + 1, end - i - 1));
     const bool is_xacros = i > 0 && form[i - 1] == '$';
-    if (word == words.end() || is_xacros) {
+    if (word == values.end() || is_xacros) {
       text += form[i];
     } else {
       text += word->second;
@@ -113,13 +113,13 @@ std::string escapedForXml(std::string text) {
 
 /// One sentence for people, without anything that ends a comment in XML or YAML.
 std::string summaryOf(const SavedCalibration& calibration) {
-  constexpr double kMillimetres = 1e3;
   const Eigen::Vector3d stddev = calibration.mount().covariance.diagonal().cwiseSqrt();
   return formatted(
       "%s, %s: x +-%.1f mm, y +-%.1f mm, yaw +-%.2f deg (one standard deviation); z, roll and "
       "pitch are configured, not estimated.",
       nameOf(calibration.result.state), calibration.provenance.written_at.c_str(),
-      kMillimetres * stddev.x(), kMillimetres * stddev.y(), degreesFromRadians(stddev.z()));
+      kMillimetresPerMetre * stddev.x(), kMillimetresPerMetre * stddev.y(),
+      degreesFromRadians(stddev.z()));
 }
 
 /// To the micrometre and microradian: finer than anything that is built.
@@ -129,9 +129,9 @@ std::string fine(double value) {
 }
 
 /// The rows of a transform, numbers separated by commas, as NAME_0 to NAME_3.
-void addRows(const std::string& name, const Eigen::Isometry3d& transform, Words* words) {
+void addRows(const std::string& name, const Eigen::Isometry3d& transform, Values* values) {
   for (int row = 0; row < 4; ++row) {
-    std::string& text = (*words)[name + "_" + std::to_string(row)];
+    std::string& text = (*values)[name + "_" + std::to_string(row)];
     for (int column = 0; column < 4; ++column) {
       text += (column == 0 ? "" : ", ") + shortestText(transform.matrix()(row, column));
     }
@@ -151,7 +151,7 @@ std::string multiplierOf(const SavedCalibration& calibration, const char* block,
   return shortestText(value) + (value == std::floor(value) ? ".0" : "") + "  # " + why;
 }
 
-Words wordsOf(const SavedCalibration& calibration) {
+Values valuesOf(const SavedCalibration& calibration) {
   const Eigen::Vector3d& mount = calibration.mount().mean;
   const UnestimatedMount& rest = calibration.unestimated;
   const Eigen::Isometry3d base_from_camera =
@@ -159,23 +159,23 @@ Words wordsOf(const SavedCalibration& calibration) {
       Eigen::AngleAxisd(mount.z(), Eigen::Vector3d::UnitZ()) *
       Eigen::AngleAxisd(rest.pitch_rad, Eigen::Vector3d::UnitY()) *
       Eigen::AngleAxisd(rest.roll_rad, Eigen::Vector3d::UnitX());
-  Words words = {{"summary", summaryOf(calibration)},
-                 {"base", calibration.base_frame},
-                 {"camera", calibration.sensor_frame},
-                 {"parent", escapedForXml(calibration.base_frame)},
-                 {"child", escapedForXml(calibration.sensor_frame)},
-                 {"x", fine(mount.x())},
-                 {"y", fine(mount.y())},
-                 {"z", fine(rest.z_m)},
-                 {"roll", fine(rest.roll_rad)},
-                 {"pitch", fine(rest.pitch_rad)},
-                 {"yaw", fine(mount.z())},
-                 {"separation", multiplierOf(calibration, WheelSeparation::kName, 0)},
-                 {"left_radius", multiplierOf(calibration, WheelScales::kName, 0)},
-                 {"right_radius", multiplierOf(calibration, WheelScales::kName, 1)}};
-  addRows("camera_from_base", base_from_camera.inverse(), &words);
-  addRows("base_from_camera", base_from_camera, &words);
-  return words;
+  Values values = {{"summary", summaryOf(calibration)},
+                   {"base", calibration.base_frame},
+                   {"camera", calibration.sensor_frame},
+                   {"parent", escapedForXml(calibration.base_frame)},
+                   {"child", escapedForXml(calibration.sensor_frame)},
+                   {"x", fine(mount.x())},
+                   {"y", fine(mount.y())},
+                   {"z", fine(rest.z_m)},
+                   {"roll", fine(rest.roll_rad)},
+                   {"pitch", fine(rest.pitch_rad)},
+                   {"yaw", fine(mount.z())},
+                   {"separation", multiplierOf(calibration, WheelSeparation::kName, 0)},
+                   {"left_radius", multiplierOf(calibration, WheelScales::kName, 0)},
+                   {"right_radius", multiplierOf(calibration, WheelScales::kName, 1)}};
+  addRows("camera_from_base", base_from_camera.inverse(), &values);
+  addRows("base_from_camera", base_from_camera, &values);
+  return values;
 }
 
 }  // namespace
@@ -183,8 +183,8 @@ Words wordsOf(const SavedCalibration& calibration) {
 std::vector<FileText> formsOf(const SavedCalibration& calibration) {
   std::vector<FileText> files;
   if (!mayBeTrusted(calibration.result.state)) return files;
-  const Words words = wordsOf(calibration);
-  for (const Form& form : kForms) files.push_back({form.name, filled(form.text, words)});
+  const Values values = valuesOf(calibration);
+  for (const Form& form : kForms) files.push_back({form.name, filled(form.text, values)});
   return files;
 }
 

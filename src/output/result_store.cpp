@@ -12,7 +12,6 @@
 namespace bearing_calibration::core {
 namespace {
 
-constexpr int kMountDegrees = 3;  // x, y and yaw
 constexpr char kResultName[] = "result.yaml";
 
 int rankOf(CalibrationState state) {
@@ -34,7 +33,7 @@ std::string whyBothAreKept(const SavedCalibration& old, const SavedCalibration& 
       whyOfAnotherRobot(old, fresh.base_frame, fresh.sensor_frame, fresh.provenance.drive);
   if (!why.empty()) return why;
   if (reset_between) return "the calibration was reset since";
-  static const double kLargest = chiSquareQuantile(1.0 - kContradictionFalseAlarm, kMountDegrees);
+  static const double kLargest = chiSquareQuantile(1.0 - kContradictionFalseAlarm, kMountSize);
   const double chi_square = disagreement(old.mount(), fresh.mount());
   if (chi_square <= kLargest) return {};
   return formatted("it contradicts this one: chi-square %.1f of their difference, above %.1f",

@@ -2,7 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/output/result_file.h"
 
 // A file's fields are listed once, by a function that a YamlWriter and a YamlReader go through:
@@ -133,8 +134,7 @@ class YamlReader {
     const double rounding = kRounding * matrix.cwiseAbs().maxCoeff();
     return matrix.allFinite() && matrix.diagonal().minCoeff() > 0.0 &&
            (matrix - matrix.transpose()).cwiseAbs().maxCoeff() <= rounding &&
-           Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix).eigenvalues().minCoeff() >=
-               -rounding;
+           eigenOf(matrix).values.minCoeff() >= -rounding;
   }
 
   template <class Value>

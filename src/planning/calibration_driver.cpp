@@ -10,11 +10,11 @@
 namespace bearing_calibration::core {
 namespace {
 
-struct Words {
+struct DriveEndWords {
   const char* name;
   const char* sentence;
 };
-constexpr std::array<Words, 18> kWords{{
+constexpr std::array<DriveEndWords, 18> kDriveEndWords{{
     {"DRIVING", "the robot drives"},
     {"CONVERGED", "the calibration has converged"},
     {"CANCELLED", "the drive was cancelled"},
@@ -64,8 +64,10 @@ void DriveGoal::declare(Parameters& params) {
   params.between("max_path_m", max_path_m, kLeastPath_m, kMostPath_m);
 }
 
-const char* nameOf(DriveEnd end) { return kWords.at(static_cast<std::size_t>(end)).name; }
-const char* describe(DriveEnd end) { return kWords.at(static_cast<std::size_t>(end)).sentence; }
+const char* nameOf(DriveEnd end) { return kDriveEndWords.at(static_cast<std::size_t>(end)).name; }
+const char* describe(DriveEnd end) {
+  return kDriveEndWords.at(static_cast<std::size_t>(end)).sentence;
+}
 
 CalibrationDriver::CalibrationDriver(const DriveConfig& config, const DriveGoal& goal, Stamp now,
                                      const WheelSpeeds& moving)

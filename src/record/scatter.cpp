@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/filter/state.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-constexpr int kMountDegrees = 3;
 constexpr double kProbability = 0.99;
 /// The mean gain that one honest drive of a hundred exceeds. Of a whole record its 99 % quantile,
 /// that of the sum over j of chi-squares of 3 degrees over j (j + 1), is 7.27, as of a chi-square
@@ -15,7 +15,7 @@ constexpr double kProbability = 0.99;
 /// degree, as bridges that are cut so have it: 6.1 after 7 of them, 4.7 after 30.
 double largestMeanByChance(int parts_given_away) {
   const double degrees = 9.0 + parts_given_away;
-  return kMountDegrees * chiSquareQuantile(kProbability, degrees) / degrees;
+  return kMountSize * chiSquareQuantile(kProbability, degrees) / degrees;
 }
 
 /// The largest gain that one honest drive of a hundred exceeds, by DeLong's formula (1981) for the
@@ -44,7 +44,7 @@ double Scatter::meanGain() const {
 
 double Scatter::widening() const {
   const bool by_mean = meanGain() > largestMeanByChance(parts_given_away);
-  return std::max(by_mean ? meanGain() / kMountDegrees : 1.0, largest_gain / kLargestGainByChance);
+  return std::max(by_mean ? meanGain() / kMountSize : 1.0, largest_gain / kLargestGainByChance);
 }
 
 }  // namespace bearing_calibration::core

@@ -11,8 +11,6 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-namespace {
-
 /// One of the two straight pieces of a light's path, seen from the mirror.
 struct PathPiece {
   PathPiece(const Vector3d& end, const Vector3d& mirror_point)
@@ -20,6 +18,8 @@ struct PathPiece {
   double length;
   Vector3d direction;  ///< from its outer end to the mirror
 };
+
+namespace {
 
 /// Second derivative of |M - X| when M moves along a and b: (a.b - (u.a)(u.b)) / |M - X|.
 double lengthCurvature(const PathPiece& piece, const Vector3d& a, const Vector3d& b) {

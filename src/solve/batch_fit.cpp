@@ -1,12 +1,12 @@
 #include "bearing_calibration/solve/batch_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "bearing_calibration/common/cancellation.h"
+#include "bearing_calibration/common/symmetric.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -93,8 +93,8 @@ bool BatchFit::step() {
   const StateMatrix covariance = pass.last.covariance(places, places);
   const Eigen::Vector3d mount_change = change.head<kMountSize>();
   const Eigen::Matrix3d mount_covariance = covariance.topLeftCorner<kMountSize, kMountSize>();
-  last_step_ = change.dot(covariance.ldlt().solve(change));
-  last_mount_step_ = mount_change.dot(mount_covariance.ldlt().solve(mount_change));
+  last_step_ = chiSquareOf(change, covariance);
+  last_mount_step_ = chiSquareOf(mount_change, mount_covariance);
   cost_ = cost;
   path_ = pass.path;
   pass_ = std::move(pass);

@@ -1,13 +1,10 @@
 #include "bearing_calibration/solve/disturbance.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <cmath>
 
 namespace bearing_calibration::core {
 namespace {
-
-using LightMoves = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3>;
 
 /// What a jump takes off the cost, along the directions in which it is told.
 template <int D>
@@ -21,6 +18,16 @@ double gainOf(const Eigen::Matrix<double, D, 1>& pull,
     gain += std::pow(solver.eigenvectors().col(i).dot(pull), 2) / solver.eigenvalues()(i);
   }
   return gain;
+}
+
+/// W with W^T squares W = I, where they are positive.
+Eigen::Matrix3d inverseRoot(const Eigen::Matrix3d& squares) {
+  constexpr double kRounding = 1e-12;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(squares);
+  const Eigen::Array3d values = solver.eigenvalues();
+  const Eigen::Array3d scale = (values > kRounding * values.maxCoeff()).select(values.rsqrt(), 0.0);
+  return solver.eigenvectors() * scale.matrix().asDiagonal();
 }
 
 }  // namespace
@@ -46,9 +53,9 @@ void Disturbance::passMotion(const LinearMotion& motion) {
   const int errors = layout_.errors;
   if (errors > 0) {
     const auto J = motion.J_lights_errors.transpose();
-    r_.segment(kMountSize, errors).noalias() += J * r_.tail(size);
-    N_.middleRows(kMountSize, errors).noalias() += J * N_.bottomRows(size);
-    N_.middleCols(kMountSize, errors).noalias() += N_.rightCols(size) * motion.J_lights_errors;
+    r_.segment(kMountSize, errors) += J.lazyProduct(r_.tail(size));
+    N_.middleRows(kMountSize, errors) += J.lazyProduct(N_.bottomRows(size));
+    N_.middleCols(kMountSize, errors) += N_.rightCols(size).lazyProduct(motion.J_lights_errors);
   }
   const Eigen::Matrix2d& R = motion.R_end_start;
   for (int light = 0; light < layout_.lights; ++light) {
@@ -68,11 +75,14 @@ double Disturbance::slipGain(const LinearMotion& motion, double range_m2) const 
   const int size = 2 * layout_.lights;
   if (layout_.lights == 1)
     return gainOf<2>(r_.tail<2>(), N_.bottomRightCorner<2, 2>(), least_information);
-  // One light can go anywhere, several only as the base takes them.
-  const LightMoves moves = Eigen::HouseholderQR<LightMoves>(motion.J_lights_error).householderQ() *
-                           LightMoves::Identity(size, 3);
-  return gainOf<3>(moves.transpose() * r_.tail(size),
-                   moves.transpose() * N_.bottomRightCorner(size, size) * moves, least_information);
+  // One light can go anywhere, several only as the base takes them: along the columns of J.
+  const auto& J = motion.J_lights_error;
+  const Eigen::Matrix3d orthonormal = inverseRoot(J.transpose().lazyProduct(J));
+  const Eigen::Vector3d pull = J.transpose().lazyProduct(r_.tail(size));
+  const auto N_J = N_.bottomRightCorner(size, size).lazyProduct(J).eval();
+  return gainOf<3>(orthonormal.transpose() * pull,
+                   orthonormal.transpose() * J.transpose().lazyProduct(N_J) * orthonormal,
+                   least_information);
 }
 
 }  // namespace bearing_calibration::core

@@ -5,6 +5,8 @@
 #include <array>
 #include <vector>
 
+#include "bearing_calibration/common/symmetric.h"
+
 namespace bearing_calibration::core {
 namespace {
 
@@ -44,8 +46,7 @@ StateEstimate withoutLearntScale(const StateEstimate& estimate, const StateVecto
   const Eigen::VectorXd unit = P.diagonal().cwiseSqrt();
   const Eigen::VectorXd per_unit = unit.cwiseInverse();
   const Eigen::MatrixXd correlation = per_unit.asDiagonal() * P * per_unit.asDiagonal();
-  const Eigen::MatrixXd information =
-      correlation.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  const Eigen::MatrixXd information = inverseOf(correlation);
   const Eigen::VectorXd growth =
       per_unit.cwiseProduct(Eigen::VectorXd(growthAt(estimate.layout, at)(places)));
 
@@ -65,7 +66,7 @@ StateEstimate withoutLearntScale(const StateEstimate& estimate, const StateVecto
   data.diagonal() -= prior;
   Eigen::MatrixXd projected = across.transpose() * data * across;
   projected.diagonal() += prior;
-  const Eigen::MatrixXd covariance = projected.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  const Eigen::MatrixXd covariance = inverseOf(projected);
   const Eigen::VectorXd shift = -(covariance * by_prior) * growth.dot(pull);
 
   StateEstimate known = estimate;

@@ -25,11 +25,10 @@ DisplacementTest testDisplacement(const MountDisplacement& jump) {
 }
 
 Scatter scatterOf(const std::vector<MountDisplacement>& jumps, std::size_t begin, std::size_t end) {
-  constexpr int kMountDegrees = 3;
   Scatter scatter;
   for (std::size_t i = begin; i < end; ++i) {
     const DisplacementTest test = testDisplacement(jumps[i]);
-    if (test.directions < kMountDegrees) continue;
+    if (test.directions < kMountSize) continue;
     scatter.gain_sum += test.gain;
     scatter.largest_gain = std::max(scatter.largest_gain, test.gain);
     ++scatter.observations;

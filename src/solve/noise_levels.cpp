@@ -16,10 +16,6 @@ double median(std::vector<double>* values) {
   return *middle;
 }
 
-double secondsBetween(const Observation& before, const Observation& after) {
-  return secondsFromDuration(after.stamp - before.stamp);
-}
-
 }  // namespace
 
 NoiseLevels NoiseLevels::atMost() const {

@@ -1,12 +1,11 @@
 #include "bearing_calibration/solve/noise_review.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/solve/noise_record.h"
 
 namespace bearing_calibration::core {
@@ -52,7 +51,7 @@ class Levels {
     for (int i = 0; i < kMostSteps; ++i) {
       const Score here = scoreAt(unknowns);
       if (here.cost < likeliest.cost) likeliest = {unknowns, covarianceOf(here), here.cost};
-      const NoiseUnknowns step = (-here.information.ldlt().solve(here.gradient))
+      const NoiseUnknowns step = NoiseUnknowns(-solved(here.information, here.gradient))
                                      .cwiseMax(-kLongestStep)
                                      .cwiseMin(kLongestStep);
       if (!(step.cwiseAbs().maxCoeff() >= kSettled)) break;
@@ -115,8 +114,7 @@ class Levels {
   }
 
   NoiseUnknownsMatrix covarianceOf(const Score& score) const {
-    NoiseUnknownsMatrix covariance =
-        score.information.ldlt().solve(NoiseUnknownsMatrix::Identity());
+    NoiseUnknownsMatrix covariance = inverseOf(score.information);
     for (int k = 0; k < kNoiseUnknowns; ++k) {
       if (!looksFor(k)) covariance(k, k) = 0.0;
     }
@@ -133,9 +131,9 @@ class Levels {
 /// Mean and covariance over the levels, by two points of them for each unknown.
 StateEstimate averageOver(const NoiseRecord& record, const Likeliest& levels, bool gives_up_slips) {
   constexpr int kPoints = 2 * kNoiseUnknowns;
+  const SymmetricEigen axes = eigenOf(kNoiseUnknowns * levels.covariance);
   const NoiseUnknownsMatrix root =
-      std::sqrt(static_cast<double>(kNoiseUnknowns)) *
-      Eigen::SelfAdjointEigenSolver<NoiseUnknownsMatrix>(levels.covariance).operatorSqrt();
+      axes.vectors * axes.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * axes.vectors.transpose();
   const StateEstimate middle = record.filter(levels.unknowns, gives_up_slips).last;
   StateEstimate average = StateEstimate::zero(middle.layout);
   for (int i = 0; i < kPoints; ++i) {
@@ -198,13 +196,13 @@ StateEstimate withItsNoise(StateEstimate estimate, const BatchEstimate& fit,
   // in standard deviations of the fit, so that metres and radians can be compared
   const StateVector unit = before.diagonal().cwiseSqrt();
   const StateVector per_unit = (unit.array() > 0.0).select(unit.cwiseInverse(), 0.0);
-  const Eigen::SelfAdjointEigenSolver<StateMatrix> solver(
-      per_unit.asDiagonal() * (review.average.covariance - before) * per_unit.asDiagonal());
-  const StateMatrix directions = unit.asDiagonal() * solver.eigenvectors();
+  const SymmetricEigen axes =
+      eigenOf(per_unit.asDiagonal() * (review.average.covariance - before) * per_unit.asDiagonal());
+  const StateMatrix directions = unit.asDiagonal() * axes.vectors;
   estimate.mean += review.average.mean - fit.last.mean;
   estimate.wrapYaw();
   estimate.covariance +=
-      directions * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * directions.transpose();
+      directions * axes.values.cwiseMax(0.0).asDiagonal() * directions.transpose();
   return estimate;
 }
 

@@ -1,9 +1,9 @@
 #include "bearing_calibration/solve/observability.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/solve/smoother.h"
 
 namespace bearing_calibration::core {
@@ -35,8 +35,7 @@ MotionSummary summariseMotion(const std::vector<Observation>& observations) {
   }
   summary.extent_m = (high - low).norm();
   summary.extent_noise_m = std::sqrt(variance_m2);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(directions, Eigen::EigenvaluesOnly);
-  summary.second_curvature_m = std::max(0.0, solver.eigenvalues()(0));
+  summary.second_curvature_m = std::max(0.0, eigenOf(directions).values(0));
   return summary;
 }
 
@@ -46,9 +45,9 @@ WeakestDirection weakestDirection(const CartesianEstimate& estimate) {
   Vector5 scale = Vector5::Ones();
   scale(CartesianIndex::kSensorYaw) = weakest.lever_m;
   const Matrix5 lengths = scale.asDiagonal() * estimate.covariance * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix5> solver(lengths);
-  weakest.direction = solver.eigenvectors().col(4);
-  weakest.stddev_m = std::sqrt(std::max(0.0, solver.eigenvalues()(4)));
+  const SymmetricEigen axes = eigenOf(lengths);
+  weakest.direction = axes.vectors.col(4);
+  weakest.stddev_m = std::sqrt(std::max(0.0, axes.values(4)));
   return weakest;
 }
 

@@ -76,7 +76,7 @@ class LightTracker {
 };
 
 /// What a tracker made of one observation.
-struct Point {
+struct TrailPoint {
   std::size_t observation = 0;
   Eigen::Vector2d light;
   bool seen = false;
@@ -90,7 +90,7 @@ class Trail {
   void move(const OdometryIncrement& motion) { tracker_.move(motion); }
 
   /// @param is_own  of this light, and not of another one
-  const Point& follow(std::size_t index, const Observation& observation, bool is_own) {
+  const TrailPoint& follow(std::size_t index, const Observation& observation, bool is_own) {
     const bool seen = !is_own || tracker_.look(observation);
     if (is_own) {
       own_.push_back(points_.size());
@@ -115,7 +115,7 @@ class Trail {
   }
 
   const LightTracker& tracker() const { return tracker_; }
-  const std::vector<Point>& points() const { return points_; }
+  const std::vector<TrailPoint>& points() const { return points_; }
   /// Of the points, where the last so many observations of this light begin.
   std::size_t beginOfLast(std::size_t observations) const {
     return own_[own_.size() - observations];
@@ -125,7 +125,7 @@ class Trail {
 
  private:
   LightTracker tracker_;
-  std::vector<Point> points_;
+  std::vector<TrailPoint> points_;
   std::vector<std::size_t> own_;  ///< of the points, those that this light is seen at
   int seen_ = 0;
   int far_off_ = 0;
@@ -166,9 +166,11 @@ class Pursuit {
   static constexpr int kLostAfter = 5;  // 20 % outliers: so many in a row are one in 3000
   static constexpr int kSure = 40;      // observations: so long no other light is taken for it
 
-  bool isOwn(const Point& point) const { return observations_[point.observation].light == light_; }
+  bool isOwn(const TrailPoint& point) const {
+    return observations_[point.observation].light == light_;
+  }
 
-  void note(const Point& point) {
+  void note(const TrailPoint& point) {
     track_->path.points[point.observation].lights_in_base.col(light_) = point.light;
     if (isOwn(point)) track_->is_plausible[point.observation] = point.seen;
   }
@@ -183,10 +185,10 @@ class Pursuit {
   /// After a slip.
   void moveOn() {
     for (std::size_t i = lost_; i < place_.points().size(); ++i) {
-      const Point& point = place_.points()[i];
+      const TrailPoint& point = place_.points()[i];
       if (isOwn(point)) track_->is_plausible[point.observation] = true;
     }
-    for (const Point& point : anew_->points()) note(point);
+    for (const TrailPoint& point : anew_->points()) note(point);
     place_ = std::move(*anew_);
     anew_.reset();
   }

@@ -54,10 +54,6 @@ class LagCorrelation {
   bool has_last_ = false;
 };
 
-double secondsBetween(const Observation& before, const Observation& after) {
-  return secondsFromDuration(after.stamp - before.stamp);
-}
-
 /// Where the image after that of each observation begins.
 std::vector<std::size_t> nextImages(const std::vector<Observation>& observations) {
   std::vector<std::size_t> next(observations.size(), observations.size());

@@ -13,8 +13,6 @@ namespace bearing_calibration::core {
 namespace {
 
 constexpr double kNotFused = -1.0;
-/// A turn known worse than this is beyond what a linearised filter can follow.
-constexpr double kUnknownTurnStddev_rad = 0.5;
 constexpr double kLostBelowFusedShare = 0.3;
 constexpr int kLostWindow = MountTracker::kWindow / 2;
 
@@ -40,7 +38,7 @@ MountTracker::MountTracker(const FilterConfig& config, const StateEstimate& star
 
 void MountTracker::move(const OdometryIncrement& motion) {
   OdometryIncrement known = motion;
-  if (motion.covariance(2, 2) > kUnknownTurnStddev_rad * kUnknownTurnStddev_rad) {
+  if (motion.isTurnUnknown()) {
     motion_unknown_ = true;
     known.covariance.setZero();  // the light is placed anew at the next look
   }

@@ -14,8 +14,8 @@ namespace {
 // The spot ends at two standard deviations; an interpolated mosaic smears it by a pixel, which the
 // surroundings' ring leaves out.
 constexpr double kSpotReach = 2.2;
-constexpr double kRingBegin = 3.2;
-constexpr double kRingEnd = 4.5;
+constexpr double kColourRingBegin = 3.2;
+constexpr double kColourRingEnd = 4.5;
 constexpr int kLeastPixels = 5;
 constexpr std::size_t kLeastRingPixels = 12;
 // Of all channels together, on average over the spot's pixels that are not full: less is noise.
@@ -42,7 +42,7 @@ std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot
   const Eigen::Matrix2d information =
       axes * variances_px2.cwiseInverse().asDiagonal() * axes.transpose();
   const double largest_px = std::sqrt(variances_px2.maxCoeff());
-  const int reach_px = static_cast<int>(std::ceil(kRingEnd * largest_px));
+  const int reach_px = static_cast<int>(std::ceil(kColourRingEnd * largest_px));
   const cv::Rect box =
       cv::Rect(cvRound(spot.centre_px.x()) - reach_px, cvRound(spot.centre_px.y()) - reach_px,
                2 * reach_px + 1, 2 * reach_px + 1) &
@@ -56,7 +56,7 @@ std::optional<ColourParts> colourOf(const cv::Mat& bgr, const LightEllipse& spot
       const Eigen::Vector2d offset = Eigen::Vector2d(u, v) - spot.centre_px;
       const double distance = std::sqrt(offset.dot(information * offset));
       const Eigen::Vector3d level(row[u][0], row[u][1], row[u][2]);
-      if (distance >= kRingBegin && distance <= kRingEnd) {
+      if (distance >= kColourRingBegin && distance <= kColourRingEnd) {
         ring.push_back(row[u]);
       } else if (distance <= kSpotReach && level.maxCoeff() < saturation_level) {
         levels += level;

@@ -17,8 +17,8 @@ constexpr double kDimPart = 0.2;
 // Leaves room for a light twice as near.
 constexpr double kGoodPart = 0.7;
 // A spot that may be the light out of focus is round enough: wider than the gates.
-constexpr double kLeastFill = 0.8;
-constexpr double kMostFill = 1.15;
+constexpr double kLeastRoundFill = 0.8;
+constexpr double kMostRoundFill = 1.15;
 
 // A spot that differs more from a point light's is another focus' rather.
 constexpr double kOutOfFocus = 0.25;
@@ -98,8 +98,8 @@ std::optional<Advice> onExposure(const ImageSensor& sensor, const LightEllipse& 
 /// Whether another focus may be all that keeps the spot from being the light.
 bool mayBeOutOfFocus(const DetectorConfig& config, const Detection& spot) {
   const LightEllipse& ellipse = spot.ellipse;
-  const bool round = ellipse.fill > kLeastFill - ellipse.fill_tolerance &&
-                     ellipse.fill < kMostFill + ellipse.fill_tolerance;
+  const bool round = ellipse.fill > kLeastRoundFill - ellipse.fill_tolerance &&
+                     ellipse.fill < kMostRoundFill + ellipse.fill_tolerance;
   return config.gates.mirror && spot.rejection != Rejection::kMaskEdge && round &&
          imageRadiusOf(config, ellipse) <= conicMirrorOptics(config).largest_radius_px &&
          misfitOf(config, ellipse) > kOutOfFocus;

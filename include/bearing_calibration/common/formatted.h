@@ -7,6 +7,9 @@
 
 namespace bearing_calibration::core {
 
+/// Lengths are printed in millimetres.
+inline constexpr double kMillimetresPerMetre = 1e3;
+
 /// printf into a string, of any length.
 template <typename... Values>
 std::string formatted(const char* format, Values... values) {

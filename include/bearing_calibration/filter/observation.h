@@ -21,6 +21,10 @@ struct Observation {
   int light = 0;                                      ///< which one of a record's lights
 };
 
+inline double secondsBetween(const Observation& before, const Observation& after) {
+  return secondsFromDuration(after.stamp - before.stamp);
+}
+
 /// Residual of an observation [rad]: measured minus expected.
 /// @param state  its light with the mount, at its stamp
 double residualOf(const Observation& observation, const Vector5& state, const ErrorVector& errors);

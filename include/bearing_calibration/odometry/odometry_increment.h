@@ -31,6 +31,12 @@ struct OdometryIncrement {
   /// motion as it would be with other wheels, without integrating it again. Its last entry is minus
   /// the whole turn, not wrapped.
   Eigen::Matrix3d J_pose_wheels = Eigen::Matrix3d::Zero();
+
+  /// The turn is known too badly for a linearised filter to follow.
+  bool isTurnUnknown() const {
+    constexpr double kUnknownStddev_rad = 0.5;
+    return covariance(2, 2) > kUnknownStddev_rad * kUnknownStddev_rad;
+  }
 };
 
 /// One arc of constant curvature with its Jacobian.
