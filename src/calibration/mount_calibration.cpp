@@ -20,6 +20,7 @@ constexpr Pace kDiagnoses{std::chrono::seconds(20), 1.0};  // up to a second
 MountCalibration::MountCalibration(const CalibratorConfig& config, FitsRun fits_run)
     : config_(config),
       fits_run_(fits_run),
+      picker_(config.max_lights == 1),
       initializer_(config.initializer),
       search_(config),
       record_fit_(config.initializer) {}
@@ -39,7 +40,7 @@ AssociationOutcome MountCalibration::process(const BearingSet& image,
     follow(ours, nearby, &outcome);
   }
   if (!started_) start(ours, nearby, &outcome);
-  if (outcome.kind == AssociationOutcome::Kind::kTaken) last_seen_ = image.stamp;
+  if (outcome.kind == Association::Kind::kFound) last_seen_ = image.stamp;
   return outcome;
 }
 
@@ -58,13 +59,19 @@ std::vector<Bearing> MountCalibration::ofThisLight(const std::vector<Bearing>& c
 void MountCalibration::start(const BearingSet& image, const OdometryWindow& nearby,
                              AssociationOutcome* outcome) {
   const Stamp stamp = image.stamp;
-  const std::optional<Bearing> light = picker_.pick(image.candidates);
-  if (!light) return;
-  outcome->note(AssociationOutcome::Kind::kTaken, *light);
-  noteLight(*light);
-  remember(stamp, *light, nearby);
+  const Association choice = picker_.pick(image.candidates);
+  if (choice.kind == Association::Kind::kNothingSeen) return;
+  const Bearing& light = image.candidates[choice.candidate];
+  outcome->note(choice.kind, light);
+  if (choice.kind != Association::Kind::kFound) {
+    outcome->lost_light = picker_.isLost();
+    if (outcome->lost_light) startAnew();
+    return;
+  }
+  noteLight(light);
+  remember(stamp, light, nearby);
   if (!tracker_) ++bearings_used_;
-  if (!search_.hasAttempted() && !tracker_) startFromGuess(*light);
+  if (!search_.hasAttempted() && !tracker_) startFromGuess(light);
   is_work_due_ = search_.isDue(initializer_.record());
   if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();
 }
@@ -124,11 +131,7 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
   const Association association = tracker_->associate(withNoise(candidates, noise_), nearby);
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
-  outcome->note(found ? AssociationOutcome::Kind::kTaken
-                : association.kind == Association::Kind::kAmbiguous
-                    ? AssociationOutcome::Kind::kAmbiguous
-                    : AssociationOutcome::Kind::kGated,
-                candidates[association.candidate]);
+  outcome->note(association.kind, candidates[association.candidate]);
   ++(found ? bearings_used_ : bearings_gated_);
   if (found) noteLight(candidates[association.candidate]);
   if (started_) {

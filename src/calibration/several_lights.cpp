@@ -40,14 +40,16 @@ AssociationOutcome SeveralLights::process(const BearingSet& image, const Odometr
   std::vector<Bearing> left = image.candidates;
   LightsImage seen{image.stamp, motion, nearby, {}};
   AssociationOutcome first = AssociationOutcome::of(image.stamp, motion, nearby);
+  is_ambiguous_ = false;
   for (std::size_t i = 0; i < lights_.size(); ++i) {
     const AssociationOutcome outcome = show(i, image, &left, &seen);
     if (i == 0) first = outcome;
+    if (outcome.kind == Association::Kind::kAmbiguous) is_ambiguous_ = true;
   }
   const bool is_empty = lights_.empty();
-  welcome(image, &left, &seen);
+  if (!is_ambiguous_) welcome(image, &left, &seen);
   if (is_empty && !lights_.empty() && seen.lights[0].isSeen()) {
-    first.kind = AssociationOutcome::Kind::kTaken;
+    first.kind = Association::Kind::kFound;
     first.observation.azimuth_rad = seen.lights[0].azimuth_rad;
     first.observation.azimuth_variance_rad2 = seen.lights[0].azimuth_variance_rad2;
   }
@@ -100,7 +102,7 @@ AssociationOutcome SeveralLights::show(std::size_t light, const BearingSet& imag
     joint_.forget(light);
     ++new_starts_;
   }
-  if (outcome.kind != AssociationOutcome::Kind::kTaken) return outcome;
+  if (outcome.kind != Association::Kind::kFound) return outcome;
   seen->lights.at(light) = {outcome.observation.azimuth_rad,
                             outcome.observation.azimuth_variance_rad2};
   const auto taken = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {

@@ -109,6 +109,11 @@ void SeveralLights::describe(CalibrationResult* result) const {
   const bool is_verdict = result->state == CalibrationState::kConverged ||
                           result->state == CalibrationState::kConverging;
   if (against && is_verdict) take(*against, result);
+  if (is_ambiguous_ && result->state == CalibrationState::kWaitingForLight) {
+    result->advice =
+        "the lights are seen too close to each other to be distinguished: drive to where they "
+        "are apart, or cover all but one";
+  }
   if (restarted_) sayRestarted(result);
 }
 

@@ -75,7 +75,7 @@ class Walk {
   }
 
   Verdict verdictOf(const AssociationOutcome& outcome, bool kept) const {
-    if (outcome.kind == AssociationOutcome::Kind::kNothingSeen) return Verdict::kNothingSeen;
+    if (outcome.kind == Association::Kind::kNothingSeen) return Verdict::kNothingSeen;
     if (!isJudged()) return Verdict::kUnjudged;
     if (!kept) return Verdict::kThinned;
     const auto& rejected = batch_.rejected;
@@ -85,7 +85,7 @@ class Walk {
   }
 
   double residualOf(const AssociationOutcome& outcome) const {
-    if (!isJudged() || next_ == 0 || outcome.kind == AssociationOutcome::Kind::kNothingSeen)
+    if (!isJudged() || next_ == 0 || outcome.kind == Association::Kind::kNothingSeen)
       return kNone;
     const Vector5 state = moved(batch_.path.state(next_ - 1), corrected(since_kept_));
     return ::bearing_calibration::core::residualOf(outcome.observation, state, batch_.path.errors);
@@ -118,7 +118,7 @@ void OfflineReport::add(const AssociationOutcome& outcome) {
   }
   outcomes_.push_back(outcome);
   motion_since_observation_ = append(motion_since_observation_, outcome.observation.motion);
-  if (outcome.kind == AssociationOutcome::Kind::kNothingSeen) return;
+  if (outcome.kind == Association::Kind::kNothingSeen) return;
   Observation observation = outcome.observation;
   observation.motion = motion_since_observation_;
   record_.add(observation);

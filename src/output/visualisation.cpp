@@ -27,7 +27,7 @@ std::array<Eigen::Vector2d, 2> rayOf(double azimuth_rad, const CartesianEstimate
 Visualiser::Visualiser(double sigmas) : sigmas_(sigmas), path_(kPathSpacing_m, kPathPoints) {}
 
 void Visualiser::see(const AssociationOutcome& outcome) {
-  if (outcome.kind == AssociationOutcome::Kind::kTaken) last_fused_ = outcome.observation;
+  if (outcome.kind == Association::Kind::kFound) last_fused_ = outcome.observation;
 }
 
 Visualisation Visualiser::draw(const CalibrationResult& result, const Pose2& start_from_base_now) {

@@ -2,41 +2,100 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "bearing_calibration/common/angle.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-/// A light nearer than this to where it was expected is the same one: the change of direction that
-/// the base's translation makes between two images is smaller.
+/// An only light nearer than this to where it was expected is the one that was seen before.
 constexpr double kSameLight_rad = 0.35;
+/// Largest NIS: of noise that is stated at half of what it is, 2.5 standard deviations.
+constexpr double kGate = 25.0;
+/// A light at this distance changes its azimuth by up to 1 rad/m.
+constexpr double kNear_m = 1.0;
+/// Of the sensor from the base's centre: so far it moves as the base turns by 1 rad.
+constexpr double kLever_m = 0.3;
+/// A light is followed from where no other is so near, as long as it is known so well where to
+/// look.
+constexpr double kApart_rad = 0.1;
+
+/// The candidate of the highest probability; of several lights one that no other is near.
+std::optional<std::size_t> likeliest(const std::vector<Bearing>& candidates, bool must_be_apart) {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const bool is_alone =
+        std::none_of(candidates.begin(), candidates.end(), [&](const Bearing& other) {
+          const double apart_rad = wrapAngle(other.azimuth_rad - candidates[i].azimuth_rad);
+          return &other != &candidates[i] && std::abs(apart_rad) < kApart_rad;
+        });
+    if (must_be_apart && !is_alone) continue;
+    if (!best || candidates[i].probability > candidates[*best].probability) best = i;
+  }
+  return best;
+}
 
 }  // namespace
 
 void LightPicker::move(const OdometryIncrement& motion) {
-  if (expected_azimuth_rad_) *expected_azimuth_rad_ -= motion.start_from_end.yaw_rad;
+  if (!direction_) return;
+  const double way_m = motion.start_from_end.position_m.x();
+  Eigen::Matrix2d F = Eigen::Matrix2d::Identity();
+  F(0, 1) = way_m;
+  direction_->mean = F * direction_->mean;
+  direction_->mean.x() -= motion.start_from_end.yaw_rad;
+  const double swing = kLever_m / kNear_m * motion.rotation_rad;
+  const double change = (motion.rotation_rad + motion.distance_m / kNear_m) / kNear_m;
+  direction_->covariance = F * direction_->covariance * F.transpose();
+  direction_->covariance(0, 0) += motion.covariance(2, 2) + swing * swing;
+  direction_->covariance(1, 1) += change * change;
 }
 
-std::optional<Bearing> LightPicker::pick(const std::vector<Bearing>& candidates) {
-  if (candidates.empty()) return std::nullopt;
-  const auto distance = [this](const Bearing& candidate) {
-    return std::abs(wrapAngle(candidate.azimuth_rad - *expected_azimuth_rad_));
-  };
-  auto chosen = candidates.end();
-  if (expected_azimuth_rad_) {
-    chosen = std::min_element(
-        candidates.begin(), candidates.end(),
-        [&](const Bearing& a, const Bearing& b) { return distance(a) < distance(b); });
-    if (distance(*chosen) > kSameLight_rad) chosen = candidates.end();
+Association LightPicker::pick(const std::vector<Bearing>& candidates) {
+  const bool had_light = std::exchange(has_light_, false);
+  if (candidates.empty()) return {};
+  Association choice;
+  if (direction_) {
+    choice = associate({direction_->mean.x(), direction_->covariance(0, 0)}, candidates, kGate);
   }
-  if (chosen == candidates.end()) {
-    chosen = std::max_element(
-        candidates.begin(), candidates.end(),
-        [](const Bearing& a, const Bearing& b) { return a.probability < b.probability; });
+  if (!direction_ || (choice.kind == Association::Kind::kGated && is_only_light_)) {
+    choice = nearestOrLikeliest(choice, candidates);
+  } else if (choice.kind == Association::Kind::kFound && !had_light && isLost()) {
+    choice.kind = Association::Kind::kAmbiguous;
   }
-  expected_azimuth_rad_ = chosen->azimuth_rad;
-  return *chosen;
+  has_light_ = choice.kind == Association::Kind::kFound;
+  if (has_light_) take(candidates[choice.candidate], choice.innovation);
+  return choice;
+}
+
+Association LightPicker::nearestOrLikeliest(Association nearest,
+                                            const std::vector<Bearing>& candidates) const {
+  const bool is_near = direction_ && std::abs(nearest.innovation.residual) <= kSameLight_rad;
+  if (!is_near) {
+    const auto best = likeliest(candidates, !is_only_light_);
+    if (!best) return {Association::Kind::kAmbiguous, 0, {}};
+    nearest.candidate = *best;
+  }
+  nearest.kind = Association::Kind::kFound;
+  return nearest;
+}
+
+void LightPicker::take(const Bearing& light, const Innovation& innovation) {
+  const bool is_new = !direction_ || !(innovation.nis() <= kGate);
+  if (is_new) {
+    direction_ = Direction{{light.azimuth_rad, 0.0}, Eigen::Matrix2d::Zero()};
+    direction_->covariance.diagonal() << light.azimuth_variance_rad2, 1.0 / (kNear_m * kNear_m);
+    return;
+  }
+  const Eigen::Vector2d gain = direction_->covariance.col(0) / innovation.variance;
+  direction_->mean += gain * innovation.residual;
+  direction_->covariance -= innovation.variance * gain * gain.transpose();
+}
+
+bool LightPicker::isLost() const {
+  return !is_only_light_ && !has_light_ && direction_ &&
+         direction_->covariance(0, 0) > kApart_rad * kApart_rad;
 }
 
 }  // namespace bearing_calibration::core

@@ -108,7 +108,7 @@ TEST(OfflineReport, WithoutAnEstimateNothingIsJudged) {
 TEST(OfflineReport, ALostLightStartsItAnew) {
   OfflineReport review(calibratorConfig().initializer);
   AssociationOutcome outcome;
-  outcome.kind = AssociationOutcome::Kind::kTaken;
+  outcome.kind = Association::Kind::kFound;
   outcome.observation.azimuth_variance_rad2 = 1e-4;
   for (int i = 0; i < 3; ++i) {
     outcome.observation.stamp = stampFromSeconds(1.0 + i);

@@ -92,7 +92,7 @@ CalibrationResult knownResult() {
 
 AssociationOutcome takenOutcome(double azimuth_rad, Stamp stamp) {
   AssociationOutcome outcome;
-  outcome.kind = AssociationOutcome::Kind::kTaken;
+  outcome.kind = Association::Kind::kFound;
   outcome.observation.azimuth_rad = azimuth_rad;
   outcome.observation.stamp = stamp;
   return outcome;
@@ -139,7 +139,7 @@ TEST(Visualisation, TheRayStaysWhereItWasSeenWhileTheRobotDrivesOn) {
   visualiser.see(takenOutcome(0.3, result.stamp));
   const auto seen = visualiser.draw(result, result.start_from_base).ray_in_start;
   AssociationOutcome gated = takenOutcome(1.0, stampFromNanoseconds(6));
-  gated.kind = AssociationOutcome::Kind::kGated;
+  gated.kind = Association::Kind::kGated;
   visualiser.see(gated);
   result.stamp = gated.observation.stamp;
   result.start_from_base = {{3.0, 3.0}, 0.0};

@@ -43,15 +43,15 @@ std::string plansCsv(const BagOutcome& outcome, Stamp start) {
   return csv.str();
 }
 
-const char* nameOf(AssociationOutcome::Kind kind) {
+const char* nameOf(Association::Kind kind) {
   switch (kind) {
-    case AssociationOutcome::Kind::kNothingSeen:
+    case Association::Kind::kNothingSeen:
       return "nothing seen";
-    case AssociationOutcome::Kind::kTaken:
+    case Association::Kind::kFound:
       return "taken";
-    case AssociationOutcome::Kind::kGated:
+    case Association::Kind::kGated:
       return "gated";
-    case AssociationOutcome::Kind::kAmbiguous:
+    case Association::Kind::kAmbiguous:
       return "ambiguous";
   }
   return "";
@@ -90,7 +90,7 @@ void beginGroup(YAML::Emitter& out, const char* key) {
 /// Where the light stood, in the base's frame at the first image.
 void emitLight(YAML::Emitter& out, const Review& review) {
   for (auto image = review.images.rbegin(); image != review.images.rend(); ++image) {
-    if (image->outcome.kind == AssociationOutcome::Kind::kNothingSeen) continue;
+    if (image->outcome.kind == Association::Kind::kNothingSeen) continue;
     const Eigen::Vector2d light =
         image->first_from_base * review.estimate->cartesian().lightInBase();
     beginGroup(out, "light_in_first_base");

@@ -67,6 +67,7 @@ class SeveralLights {
   int new_starts_ = 0;
   std::optional<StateEstimate> earlier_;
   std::vector<MountCalibration> lights_;
+  bool is_ambiguous_ = false;  ///< the last image: a candidate may be more than one light
   JointCalibration joint_;
   std::optional<Judgement> mount_moved_;  ///< what the lights say of a mount that has moved
   bool restarted_ = false;                ///< because it had

@@ -1,23 +1,17 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <limits>
 
 #include "bearing_calibration/filter/observation.h"
-#include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration/track/association.h"
 
 namespace bearing_calibration::core {
 
 /// What became of one image in a calibration: for reports, beside the estimate.
 struct AssociationOutcome {
-  enum class Kind : std::uint8_t {
-    kNothingSeen,
-    kTaken,      ///< fused, or collected before there is a filter
-    kGated,      ///< outside the gate of the filter
-    kAmbiguous,  ///< two candidates were about as likely
-  };
-  Kind kind = Kind::kNothingSeen;
+  /// A light that is found is fused, or collected before there is a filter.
+  Association::Kind kind = Association::Kind::kNothingSeen;
   /// On the encoders' clock; the motion is since the image before. The bearing is that of the
   /// likeliest candidate; NaN where nothing was seen.
   Observation observation;
@@ -32,7 +26,7 @@ struct AssociationOutcome {
     return outcome;
   }
 
-  void note(Kind what, const Bearing& light) {
+  void note(Association::Kind what, const Bearing& light) {
     kind = what;
     observation.azimuth_rad = light.azimuth_rad;
     observation.azimuth_variance_rad2 = light.azimuth_variance_rad2;

@@ -1,24 +1,41 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
 #include "bearing_calibration/odometry/odometry_increment.h"
-#include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration/track/association.h"
 
 namespace bearing_calibration::core {
 
-/// Chooses the light among an image's candidates while nothing is known yet: the one nearest to
-/// where the last choice has turned to with the base, or else the one of the highest probability.
+/// Chooses the light among an image's candidates while neither mount nor light is known: follows
+/// its azimuth, and how that changes with the way, by a Kalman filter.
 class LightPicker {
  public:
+  /// @param is_only_light  no candidate is another light: what is seen far from where the light is
+  ///   expected is the light all the same, the nearest or else the one of the highest probability
+  explicit LightPicker(bool is_only_light) : is_only_light_(is_only_light) {}
+
   /// The base has moved since the last look.
   void move(const OdometryIncrement& motion);
-  /// None when there is no candidate.
-  std::optional<Bearing> pick(const std::vector<Bearing>& candidates);
+  Association pick(const std::vector<Bearing>& candidates);
+  /// The light was hidden, or near another, for so long that nobody knows which one it is.
+  bool isLost() const;
 
  private:
-  std::optional<double> expected_azimuth_rad_;
+  Association nearestOrLikeliest(Association nearest, const std::vector<Bearing>& candidates) const;
+  void take(const Bearing& light, const Innovation& innovation);
+
+  /// Azimuth [rad], and its change as the base drives ahead [rad/m].
+  struct Direction {
+    Eigen::Vector2d mean;
+    Eigen::Matrix2d covariance;
+  };
+
+  bool is_only_light_;
+  std::optional<Direction> direction_;
+  bool has_light_ = false;  ///< in the last image
 };
 
 }  // namespace bearing_calibration::core
