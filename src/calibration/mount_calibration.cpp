@@ -128,13 +128,16 @@ void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nea
                               AssociationOutcome* outcome) {
   const Stamp stamp = image.stamp;
   const std::vector<Bearing>& candidates = image.candidates;
-  const Association association = tracker_->associate(withNoise(candidates, noise_), nearby);
+  // without numbers, what does not fit is of another light, and no slip
+  const bool may_be_others = config_.max_lights > 1 && !light_id_;
+  const Association association =
+      tracker_->associate(withNoise(candidates, noise_), nearby, may_be_others);
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
   outcome->note(association.kind, candidates[association.candidate]);
   ++(found ? bearings_used_ : bearings_gated_);
   if (found) noteLight(candidates[association.candidate]);
-  if (started_) {
+  if (started_ && (found || !may_be_others)) {
     remember(stamp, candidates[association.candidate], nearby);
     is_work_due_ = isFitDue() || (wantsDiagnosis() && diagnoses_.isDue(initializer_.record()));
     if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();

@@ -47,9 +47,9 @@ void MountTracker::move(const OdometryIncrement& motion) {
 }
 
 Association MountTracker::associate(const std::vector<Bearing>& candidates,
-                                    const OdometryWindow& nearby) {
+                                    const OdometryWindow& nearby, bool may_be_others) {
   if (candidates.empty()) return {};
-  if (motion_unknown_) return placeAnew(candidates);
+  if (motion_unknown_) return placeAnew(candidates, may_be_others);
   const Association association = fuseLight(candidates, nearby, fusion_, &filter_);
   if (former_) {
     const Association found = former_->associate(candidates, nearby, fusion_, association);
@@ -66,7 +66,7 @@ Association MountTracker::associate(const std::vector<Bearing>& candidates,
     return association;
   }
   recent_nis_.push_back(kNotFused);
-  if (association.kind == Association::Kind::kGated &&
+  if (!may_be_others && association.kind == Association::Kind::kGated &&
       ++gated_in_a_row_ >= config_.recovery_after) {
     gated_in_a_row_ = 0;
     lookAnew();
@@ -76,8 +76,8 @@ Association MountTracker::associate(const std::vector<Bearing>& candidates,
 
 /// After an unknown turn the light may be in any direction: the only one that is seen is the light.
 /// Of several nobody knows which: nothing is fused, until it has been so for too long.
-Association MountTracker::placeAnew(const std::vector<Bearing>& candidates) {
-  if (candidates.size() > 1) {
+Association MountTracker::placeAnew(const std::vector<Bearing>& candidates, bool may_be_others) {
+  if (candidates.size() > 1 || may_be_others) {
     recent_nis_.push_back(kNotFused);
     if (!isLost()) return {};
     motion_unknown_ = false;  // in vain: it is not searched for any longer

@@ -307,7 +307,7 @@ TEST(FitsBeside, ADisplacedMountIsCalibratedAnewWhereTheOwnerWantsIt) {
 
 TEST(FitsBeside, AnErrorOfAFitIsThrownWhereTheInputsCome) {
   std::vector<Frame> frames = framesOf(danceWith(1, 40.0));
-  for (Frame& frame : frames) frame.image.candidates.at(0).azimuth_variance_rad2 = -1.0;
+  for (Frame& frame : frames) frame.image.candidates.at(0).azimuth_variance_rad2 = -1e-12;
   FitsBeside fits(configFor(1), FitsRun::kBeside);
   int errors = 0;
   for (const Frame& frame : frames) {

@@ -137,6 +137,31 @@ TEST(SeveralLights, AreToldApartWithoutNumbers) {
   EXPECT_LT(told.worst_claim, kWrongChiSquare);
 }
 
+// Lights that pass each other, and slips after which each is seen elsewhere: where one could be
+// another it is not taken for it.
+TEST(SeveralLights, AreNotMixedUpWithoutNumbers) {
+  for (const auto& [seed, slips] : {std::pair(105, 0), std::pair(13, 3)}) {
+    SimulatedCase simulated = danceWith(4, static_cast<std::uint64_t>(seed));
+    simulated.robot.sensor.identifies_lights = false;
+    addSlips(simulated, slips, static_cast<std::uint64_t>(seed));
+    const SimulatedRecord record = simulate(simulated).record;
+    simulated.duration_s = 70.0;
+    const Told told = calibrate(simulated, record, 4);
+    EXPECT_LT(told.worst_claim, kWrongChiSquare) << seed;
+    EXPECT_LT(told.first_claim_s, simulated.duration_s) << seed;
+  }
+}
+
+TEST(SeveralLights, ThatAreSeenTooCloseTogetherAreSaidToBe) {
+  SimulatedCase simulated = danceWith(2, 104);
+  simulated.duration_s = 20.0;
+  simulated.robot.sensor.identifies_lights = false;
+  const Told told = calibrate(simulated, simulate(simulated).record, 2);
+  EXPECT_EQ(told.result.state, CalibrationState::kWaitingForLight);
+  EXPECT_NE(told.result.advice.find("too close to each other"), std::string::npos)
+      << told.result.advice;
+}
+
 /// The record as it would be if one of the lights moved at a constant velocity.
 SimulatedRecord withMovingLight(const SimulatedCase& simulated, std::size_t light,
                                 const Eigen::Vector2d& velocity_mps) {

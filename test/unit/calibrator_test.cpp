@@ -304,22 +304,29 @@ TEST(AnUnknownTurn, OfSeveralCandidatesNoneIsTaken) {
   const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
   constexpr int kImages = 30;
   for (int i = 0; i < kImages; ++i) {
-    EXPECT_NE(tracker.associate(both, {}).kind, Association::Kind::kFound);
+    EXPECT_NE(tracker.associate(both, {}, false).kind, Association::Kind::kFound);
     EXPECT_TRUE(tracker.isSearching());
   }
   expectTheMountAsBefore(tracker);
-  tracker.associate({bearingOf(1.5)}, {});
+  tracker.associate({bearingOf(1.5)}, {}, false);
   EXPECT_FALSE(tracker.isSearching());
   expectTheMountAsBefore(tracker);
   const Eigen::Vector2d light = tracker.filter().estimate().cartesian().lightInBase();
   EXPECT_NEAR(std::atan2(light.y(), light.x() - 0.1), 1.5, 1e-9);
 }
 
+TEST(AnUnknownTurn, TheOnlyCandidateIsNotTakenWhereItMayBeAnotherLight) {
+  MountTracker tracker = afterAnUnknownTurn();
+  EXPECT_NE(tracker.associate({bearingOf(1.5)}, {}, true).kind, Association::Kind::kFound);
+  EXPECT_TRUE(tracker.isSearching());
+  expectTheMountAsBefore(tracker);
+}
+
 TEST(AnUnknownTurn, WithSeveralCandidatesForEverIsLostInTheEnd) {
   MountTracker tracker = afterAnUnknownTurn();
   const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
   for (int i = 0; i < MountTracker::kWindow; ++i) {
-    tracker.associate(both, {});
+    tracker.associate(both, {}, false);
     if (tracker.isLost()) break;
   }
   EXPECT_TRUE(tracker.isLost());
