@@ -40,12 +40,23 @@ std::size_t observationsUntil(const ObservationRun& run, double time_s) {
   return count;
 }
 
-/// At an image's stamp.
-const Vector5& trueStateAt(const ObservationRun& run, Stamp stamp) {
+/// At an image's stamp. Of several lights without numbers it is that of the nearest one to where
+/// the estimate has its light.
+Vector5 trueStateAt(const SimulatedCase& simulated, const ObservationRun& run, Stamp stamp,
+                    const Eigen::Vector2d& light_in_base) {
   const auto image =
       std::lower_bound(run.at_images.begin(), run.at_images.end(), stamp,
                        [](const TrueState& state, Stamp wanted) { return state.stamp < wanted; });
-  return image->cartesian;
+  Vector5 truth = image->cartesian;
+  if (simulated.lights.size() == 1 || simulated.robot.sensor.identifies_lights) return truth;
+  const Pose2 base_from_world = image->world_from_base.inverse();
+  for (const Light& light : simulated.lights) {
+    const Eigen::Vector2d place = base_from_world * light.position_m;
+    if ((place - light_in_base).norm() < (truth.head<2>() - light_in_base).norm()) {
+      truth.head<2>() = place;
+    }
+  }
+  return truth;
 }
 
 void fillErrors(const CartesianEstimate& estimate, const Vector5& truth, Snapshot& snapshot) {
@@ -272,7 +283,9 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
     snapshot.claims = result.state == CalibrationState::kConverged;
     snapshot.words = nameOf(result.state);
     if (result.cartesian_state) {
-      fillErrors(*result.cartesian_state, trueStateAt(run, result.stamp), snapshot);
+      fillErrors(*result.cartesian_state,
+                 trueStateAt(simulated, run, result.stamp, result.cartesian_state->lightInBase()),
+                 snapshot);
       fillRobotErrors(result.robot_errors, trueErrors(simulated), snapshot);
     }
     noteClaim(snapshot, trial);

@@ -245,6 +245,7 @@ ObservationRun runFromRecord(const SimulatedCase& simulated, SimulatedRecord rec
     const Eigen::Vector2d light = world_from_base.inverse() * simulated.lights.front().position_m;
     run.at_images.emplace_back();
     run.at_images.back().stamp = look.stamp;
+    run.at_images.back().world_from_base = world_from_base;
     run.at_images.back().cartesian << light, robot.base_from_sensor.position_m,
         robot.base_from_sensor.yaw_rad;
     if (std::isnan(look.azimuth_rad)) continue;

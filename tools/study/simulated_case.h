@@ -86,6 +86,7 @@ ErrorVector trueErrors(const SimulatedCase& simulated);
 struct TrueState {
   Stamp stamp;
   Vector5 cartesian = Vector5::Zero();
+  Pose2 world_from_base;
 };
 
 /// What an estimator gets of a run, and the truth.
