@@ -97,10 +97,11 @@ AssociationOutcome SeveralLights::show(std::size_t light, const BearingSet& imag
   BearingSet offered{image.stamp, {}};
   std::copy_if(left->begin(), left->end(), std::back_inserter(offered.candidates),
                [&](const Bearing& candidate) { return isOffered(candidate, lights_[light]); });
+  const bool was_found = lights_[light].isFound();
   const AssociationOutcome outcome = lights_[light].process(offered, seen->motion, seen->nearby);
   if (outcome.lost_light) {
     joint_.forget(light);
-    ++new_starts_;
+    if (was_found) ++new_starts_;
   }
   if (outcome.kind != Association::Kind::kFound) return outcome;
   seen->lights.at(light) = {outcome.observation.azimuth_rad,

@@ -33,7 +33,7 @@ class SeveralLights {
   bool isWorkDue() const;
   /// Does it. To be called before the next image only: what fits say is of the last one.
   void work();
-  /// How often process() has given up all that it had of a light.
+  /// How often process() has given up all that it had of a light that was found.
   int newStarts() const { return new_starts_; }
 
   /// Where the light would be seen; none where there are several: all of the image is looked at.
