@@ -85,8 +85,7 @@ class Walk {
   }
 
   double residualOf(const AssociationOutcome& outcome) const {
-    if (!isJudged() || next_ == 0 || outcome.kind == Association::Kind::kNothingSeen)
-      return kNone;
+    if (!isJudged() || next_ == 0 || outcome.kind == Association::Kind::kNothingSeen) return kNone;
     const Vector5 state = moved(batch_.path.state(next_ - 1), corrected(since_kept_));
     return ::bearing_calibration::core::residualOf(outcome.observation, state, batch_.path.errors);
   }
