@@ -20,7 +20,6 @@ constexpr Pace kDiagnoses{std::chrono::seconds(20), 1.0};  // up to a second
 MountCalibration::MountCalibration(const CalibratorConfig& config, FitsRun fits_run)
     : config_(config),
       fits_run_(fits_run),
-      picker_(config.max_lights == 1),
       initializer_(config.initializer),
       search_(config),
       record_fit_(config.initializer) {}
@@ -58,18 +57,17 @@ std::vector<Bearing> MountCalibration::ofThisLight(const std::vector<Bearing>& c
 /// Nothing is known yet, or only a guess that a filter works on meanwhile.
 void MountCalibration::start(const BearingSet& image, const OdometryWindow& nearby,
                              AssociationOutcome* outcome) {
-  const Stamp stamp = image.stamp;
-  const Association choice = picker_.pick(image.candidates);
+  const Association choice = picker_.pick(image.candidates, mayBeOthers());
   if (choice.kind == Association::Kind::kNothingSeen) return;
   const Bearing& light = image.candidates[choice.candidate];
   outcome->note(choice.kind, light);
   if (choice.kind != Association::Kind::kFound) {
-    outcome->lost_light = picker_.isLost();
+    outcome->lost_light = mayBeOthers() && picker_.isLost();
     if (outcome->lost_light) startAnew();
     return;
   }
   noteLight(light);
-  remember(stamp, light, nearby);
+  remember(image.stamp, light, nearby);
   if (!tracker_) ++bearings_used_;
   if (!search_.hasAttempted() && !tracker_) startFromGuess(light);
   is_work_due_ = search_.isDue(initializer_.record());
@@ -126,19 +124,16 @@ void MountCalibration::startFromGuess(const Bearing& light) {
 
 void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nearby,
                               AssociationOutcome* outcome) {
-  const Stamp stamp = image.stamp;
   const std::vector<Bearing>& candidates = image.candidates;
-  // without numbers, what does not fit is of another light, and no slip
-  const bool may_be_others = config_.max_lights > 1 && !light_id_;
   const Association association =
-      tracker_->associate(withNoise(candidates, noise_), nearby, may_be_others);
+      tracker_->associate(withNoise(candidates, noise_), nearby, mayBeOthers());
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
   outcome->note(association.kind, candidates[association.candidate]);
   ++(found ? bearings_used_ : bearings_gated_);
   if (found) noteLight(candidates[association.candidate]);
-  if (started_ && (found || !may_be_others)) {
-    remember(stamp, candidates[association.candidate], nearby);
+  if (started_ && (found || !mayBeOthers())) {
+    remember(image.stamp, candidates[association.candidate], nearby);
     is_work_due_ = isFitDue() || (wantsDiagnosis() && diagnoses_.isDue(initializer_.record()));
     if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();
     if (!started_) return;  // the mount has moved

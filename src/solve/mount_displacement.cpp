@@ -2,6 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "bearing_calibration/filter/state.h"
+
 namespace bearing_calibration::core {
 
 DisplacementTest testDisplacement(const MountDisplacement& jump) {

@@ -52,16 +52,16 @@ void LightPicker::move(const OdometryIncrement& motion) {
   direction_->covariance(1, 1) += change * change;
 }
 
-Association LightPicker::pick(const std::vector<Bearing>& candidates) {
+Association LightPicker::pick(const std::vector<Bearing>& candidates, bool may_be_others) {
   const bool had_light = std::exchange(has_light_, false);
   if (candidates.empty()) return {};
   Association choice;
   if (direction_) {
     choice = associate({direction_->mean.x(), direction_->covariance(0, 0)}, candidates, kGate);
   }
-  if (!direction_ || (choice.kind == Association::Kind::kGated && is_only_light_)) {
-    choice = nearestOrLikeliest(choice, candidates);
-  } else if (choice.kind == Association::Kind::kFound && !had_light && isLost()) {
+  if (!direction_ || (choice.kind == Association::Kind::kGated && !may_be_others)) {
+    choice = nearestOrLikeliest(choice, candidates, may_be_others);
+  } else if (may_be_others && choice.kind == Association::Kind::kFound && !had_light && isLost()) {
     choice.kind = Association::Kind::kAmbiguous;
   }
   has_light_ = choice.kind == Association::Kind::kFound;
@@ -70,10 +70,11 @@ Association LightPicker::pick(const std::vector<Bearing>& candidates) {
 }
 
 Association LightPicker::nearestOrLikeliest(Association nearest,
-                                            const std::vector<Bearing>& candidates) const {
+                                            const std::vector<Bearing>& candidates,
+                                            bool may_be_others) const {
   const bool is_near = direction_ && std::abs(nearest.innovation.residual) <= kSameLight_rad;
   if (!is_near) {
-    const auto best = likeliest(candidates, !is_only_light_);
+    const auto best = likeliest(candidates, may_be_others);
     if (!best) return {Association::Kind::kAmbiguous, 0, {}};
     nearest.candidate = *best;
   }
@@ -94,8 +95,7 @@ void LightPicker::take(const Bearing& light, const Innovation& innovation) {
 }
 
 bool LightPicker::isLost() const {
-  return !is_only_light_ && !has_light_ && direction_ &&
-         direction_->covariance(0, 0) > kApart_rad * kApart_rad;
+  return !has_light_ && direction_ && direction_->covariance(0, 0) > kApart_rad * kApart_rad;
 }
 
 }  // namespace bearing_calibration::core

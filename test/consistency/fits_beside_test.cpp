@@ -305,6 +305,8 @@ TEST(FitsBeside, ADisplacedMountIsCalibratedAnewWhereTheOwnerWantsIt) {
             kWrong);
 }
 
+// A fit refuses a variance below 0, which no input lets in; what follows the light does not mind
+// one so small.
 TEST(FitsBeside, AnErrorOfAFitIsThrownWhereTheInputsCome) {
   std::vector<Frame> frames = framesOf(danceWith(1, 40.0));
   for (Frame& frame : frames) frame.image.candidates.at(0).azimuth_variance_rad2 = -1e-12;

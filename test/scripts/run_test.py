@@ -157,7 +157,10 @@ class Build(CopyOfTheScripts):
             self.skipTest('ninja is not installed: its commands cannot be listed')
         self.call(self.path('scripts', 'build'), '--to-use')
         to_use = self.commandsOfThePrograms()
-        self.assertTrue([name for name in to_use if 'bearing_calibration_core.dir' in name])
+        for library in ['core', 'vision', 'simulation', 'nodelets']:
+            folder = 'CMakeFiles/bearing_calibration_%s.dir/' % library
+            self.assertTrue([name for name in to_use if name.startswith(folder)], library)
+        self.assertGreater(len([name for name in to_use if name.startswith('tools/')]), 10)
         calls = self.call(self.path('scripts', 'build'), '--werror', 'all', 'tests')
         self.assertEqual([call[0:2] for call in calls], [['cmake', '-S'], ['cmake', '--build']])
         self.assertEqual(self.commandsOfThePrograms(), to_use)

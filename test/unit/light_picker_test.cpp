@@ -46,14 +46,14 @@ struct Followed {
 Followed follow(const Passing& passing) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise(0.0, kNoise_rad);
-  LightPicker picker(false);
+  LightPicker picker;
   Followed followed;
   for (int image = 0; image < passing.images && !followed.is_lost; ++image) {
     picker.move(step(image == 0 ? 0.0 : passing.turn_rad));
     const std::vector<Bearing> candidates = {
         bearingAt(passing.azimuth(image, 1.0) + noise(random)),
         bearingAt(passing.azimuth(image, -1.0) + noise(random))};
-    const Association choice = picker.pick(candidates);
+    const Association choice = picker.pick(candidates, true);
     followed.is_lost = picker.isLost();
     if (choice.kind != Association::Kind::kFound) continue;
     ++followed.found;
@@ -78,9 +78,10 @@ TEST(LightPicker, GivesUpALightThatAnotherPassesSlowly) {
 }
 
 TEST(LightPicker, BeginsWhereNoOtherLightIsNear) {
-  LightPicker picker(false);
-  EXPECT_EQ(picker.pick({bearingAt(1.0), bearingAt(1.05)}).kind, Association::Kind::kAmbiguous);
-  const Association choice = picker.pick({bearingAt(1.0), bearingAt(1.05), bearingAt(2.0)});
+  LightPicker picker;
+  EXPECT_EQ(picker.pick({bearingAt(1.0), bearingAt(1.05)}, true).kind,
+            Association::Kind::kAmbiguous);
+  const Association choice = picker.pick({bearingAt(1.0), bearingAt(1.05), bearingAt(2.0)}, true);
   EXPECT_EQ(choice.kind, Association::Kind::kFound);
   EXPECT_EQ(choice.candidate, 2U);
 }
@@ -89,19 +90,20 @@ TEST(LightPicker, BeginsWhereNoOtherLightIsNear) {
 // what is seen afterwards is not taken for it.
 TEST(LightPicker, TakesNoOtherLightForTheOneThatWasHidden) {
   for (const bool others_are_seen : {true, false}) {
-    LightPicker picker(false);
-    picker.pick({bearingAt(1.0)});
+    LightPicker picker;
+    picker.pick({bearingAt(1.0)}, true);
     for (int image = 0; image < 4; ++image) {
       picker.move(step(0.0));
       EXPECT_NE(
           picker
-              .pick(others_are_seen ? std::vector<Bearing>{bearingAt(2.5)} : std::vector<Bearing>{})
+              .pick(others_are_seen ? std::vector<Bearing>{bearingAt(2.5)} : std::vector<Bearing>{},
+                    true)
               .kind,
           Association::Kind::kFound);
       EXPECT_FALSE(picker.isLost());
     }
     for (int image = 0; image < 10; ++image) picker.move(step(0.0));
-    EXPECT_NE(picker.pick({bearingAt(1.5)}).kind, Association::Kind::kFound);
+    EXPECT_NE(picker.pick({bearingAt(1.5)}, true).kind, Association::Kind::kFound);
     EXPECT_TRUE(picker.isLost());
   }
 }
@@ -109,10 +111,10 @@ TEST(LightPicker, TakesNoOtherLightForTheOneThatWasHidden) {
 // An only light that is somewhere else is seen there: the wheels have slipped, or it was not the
 // light before.
 TEST(LightPicker, TakesTheOnlyLightWhereverItIs) {
-  LightPicker picker(true);
-  picker.pick({bearingAt(1.0)});
+  LightPicker picker;
+  picker.pick({bearingAt(1.0)}, false);
   for (int image = 0; image < 100; ++image) {
-    EXPECT_EQ(picker.pick({bearingAt(image % 2 == 0 ? -1.0 : 1.0)}).kind,
+    EXPECT_EQ(picker.pick({bearingAt(image % 2 == 0 ? -1.0 : 1.0)}, false).kind,
               Association::Kind::kFound);
     EXPECT_FALSE(picker.isLost());
   }

@@ -83,6 +83,8 @@ class MountCalibration {
   void describe(CalibrationResult* result) const;
 
  private:
+  /// Without numbers, what does not fit this light is of another one, and no slip.
+  bool mayBeOthers() const { return config_.max_lights > 1 && !light_id_; }
   std::vector<Bearing> ofThisLight(const std::vector<Bearing>& candidates) const;
   void start(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
   void attemptStart();

@@ -13,18 +13,19 @@ namespace bearing_calibration::core {
 /// its azimuth, and how that changes with the way, by a Kalman filter.
 class LightPicker {
  public:
-  /// @param is_only_light  no candidate is another light: what is seen far from where the light is
-  ///   expected is the light all the same, the nearest or else the one of the highest probability
-  explicit LightPicker(bool is_only_light) : is_only_light_(is_only_light) {}
-
   /// The base has moved since the last look.
   void move(const OdometryIncrement& motion);
-  Association pick(const std::vector<Bearing>& candidates);
-  /// The light was hidden, or near another, for so long that nobody knows which one it is.
+  /// @param may_be_others  candidates may be other lights. Where none is, what is seen far from
+  /// where
+  ///   the light is expected is the light all the same, the nearest or else the likeliest
+  Association pick(const std::vector<Bearing>& candidates, bool may_be_others);
+  /// The light was hidden, or near another, for so long that among others nobody knows which one it
+  /// is.
   bool isLost() const;
 
  private:
-  Association nearestOrLikeliest(Association nearest, const std::vector<Bearing>& candidates) const;
+  Association nearestOrLikeliest(Association nearest, const std::vector<Bearing>& candidates,
+                                 bool may_be_others) const;
   void take(const Bearing& light, const Innovation& innovation);
 
   /// Azimuth [rad], and its change as the base drives ahead [rad/m].
@@ -33,7 +34,6 @@ class LightPicker {
     Eigen::Matrix2d covariance;
   };
 
-  bool is_only_light_;
   std::optional<Direction> direction_;
   bool has_light_ = false;  ///< in the last image
 };
