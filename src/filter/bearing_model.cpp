@@ -128,9 +128,9 @@ void apply(const ScalarUpdate& update, StateEstimate* estimate) {
   StateMatrix& P = estimate->covariance;
   estimate->mean += K * update.innovation.residual;
   // (I - K H) P (I - K H)^T + K R K^T, multiplied out: in the square of the states, not their cube
-  P.noalias() -= K.lazyProduct((update.innovation.variance * K).transpose());
+  for (Eigen::Index i = 0; i < K.size(); ++i) P.col(i) -= update.innovation.variance * K(i) * K;
   const StateVector left = update.variance * K - P.lazyProduct(update.H);
-  P.noalias() += left.lazyProduct(K.transpose());
+  for (Eigen::Index i = 0; i < K.size(); ++i) P.col(i) += K(i) * left;
   symmetrise(&P);
 }
 

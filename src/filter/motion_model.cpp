@@ -84,17 +84,19 @@ void propagate(const LinearMotion& motion, StateEstimate* estimate) {
     P.bottomRows(size).noalias() +=
         motion.J_lights_errors.lazyProduct(P.middleRows(kMountSize, layout.errors));
   }
+  auto P_lights = P.bottomRightCorner(size, size);
   for (int i = 0; i < layout.lights; ++i) {
-    const int light = layout.lightAt(i);
-    P.middleCols<2>(light) = (P.middleCols<2>(light) * motion.R_end_start.transpose()).eval();
+    auto columns = P_lights.middleCols<2>(2 * i);
+    columns = (columns * motion.R_end_start.transpose()).eval();
   }
   if (layout.errors > 0) {
-    P.rightCols(size).noalias() +=
-        P.middleCols(kMountSize, layout.errors).lazyProduct(motion.J_lights_errors.transpose());
+    P_lights.noalias() += P.block(at, kMountSize, size, layout.errors)
+                              .lazyProduct(motion.J_lights_errors.transpose());
   }
   const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3> J_noise =
       motion.J_lights_error * motion.covariance;
-  P.block(at, at, size, size).noalias() += J_noise.lazyProduct(motion.J_lights_error.transpose());
+  P_lights.noalias() += J_noise.lazyProduct(motion.J_lights_error.transpose());
+  P.topRightCorner(at, size) = P.bottomLeftCorner(size, at).transpose();
 }
 
 void propagate(const OdometryIncrement& measured, StateEstimate* estimate) {

@@ -112,7 +112,10 @@ StateEstimate widened(StateEstimate estimate, double widening) {
 }
 
 void symmetrise(StateMatrix* covariance) {
-  *covariance = (0.5 * (*covariance + covariance->transpose())).eval();
+  StateMatrix& P = *covariance;
+  for (Eigen::Index i = 0; i < P.rows(); ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) P(i, j) = P(j, i) = 0.5 * (P(i, j) + P(j, i));
+  }
 }
 
 MountEstimate mountFromCartesian(const CartesianEstimate& cartesian) {

@@ -100,6 +100,7 @@ void RobotSimulator::step() {
   const WheelDisplacement ground = trajectory_(config_.step_s);
   world_from_base_ = world_from_base_ * arcFromWheels(ground, wheel_separation_m_).start_from_end;
   encoders_.roll(turned(ground));
+  for (Light& light : lights_) light.position_m += config_.step_s * light.velocity_mps;
   const double before_s = timeSeconds();
   ++steps_;
   for (double reset_s : config_.faults.counter_resets_s) {

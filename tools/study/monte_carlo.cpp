@@ -39,6 +39,7 @@ struct Arguments {
   int slips = 0;
   double occlusion = 0.0;
   int lights = 1;
+  double moving_light_mps = 0.0;
   bool unidentified = false;
   ImperfectRobot imperfect;
   double light_height_m = 0.0;
@@ -84,6 +85,8 @@ options::options_description describeOptions(Arguments* arguments) {
   add("lights", options::value(&arguments->lights)->default_value(1), "that share the mount");
   add("unidentified", options::bool_switch(&arguments->unidentified),
       "nobody says which of several lights is which");
+  add("moving-light", options::value(&arguments->moving_light_mps)->default_value(0.0),
+      "the last of several lights moves as fast [m/s]");
   ImperfectRobot& robot = arguments->imperfect;
   add("errors", "look for time offset, wheel scales and separation");
   add("offset", options::value(&robot.time_offset_s)->default_value(0.0),
@@ -165,6 +168,7 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   simulated.lights.front().height_m = arguments.light_height_m;
   if (arguments.lights > 1) {
     addLights(simulated, arguments.lights, seed);
+    simulated.lights.back().velocity_mps.x() = arguments.moving_light_mps;
     simulated.robot.sensor.identifies_lights = !arguments.unidentified;
   }
   addSlips(simulated, arguments.slips, seed);

@@ -14,6 +14,7 @@ struct Light {
   double height_m = 0.0;    ///< over the sensor's origin (the apex of an aligned mirror)
   double brightness = 1.0;  ///< radiant intensity; 1 is what the camera's exposure is set for
   double radius_m = 0.0;    ///< 0 is a point
+  Eigen::Vector2d velocity_mps = Eigen::Vector2d::Zero();  ///< of one that is moved
 
   Eigen::Vector3d place_m() const { return {position_m.x(), position_m.y(), height_m}; }
 };
