@@ -5,7 +5,7 @@
 repository="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # Hidden from rospack by the leading dot: the repository is the package, and the build folder holds
 # things that look like packages too.
-build_folder="$repository/.build/release"
+build_folder="$repository/.build/${sanitize:-release}"
 noetic_setup=/opt/ros/noetic/setup.bash
 
 say() { printf '\n== %s\n' "$*" >&2; }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "bearing_calibration/track/hidden_turn.h"
+
 namespace bearing_calibration::core {
 namespace {
 
@@ -38,8 +40,8 @@ AssociationOutcome SeveralLights::process(const BearingSet& image, const Odometr
     return outcome;
   }
   std::vector<Bearing> left = image.candidates;
-  LightsImage seen{image.stamp, motion, nearby, {}};
-  AssociationOutcome first = AssociationOutcome::of(image.stamp, motion, nearby);
+  LightsImage seen{image.stamp, withHiddenTurn(motion, image, nearby), nearby, {}};
+  AssociationOutcome first = AssociationOutcome::of(image.stamp, seen.motion, nearby);
   is_ambiguous_ = false;
   for (std::size_t i = 0; i < lights_.size(); ++i) {
     const AssociationOutcome outcome = show(i, image, &left, &seen);
@@ -65,6 +67,27 @@ MountCalibration SeveralLights::newLight() const {
   MountCalibration light(config, fits_run_);
   if (earlier_) light.resume(*earlier_);
   return light;
+}
+
+/// The motion with what a slip has hidden of it, where that shows at once. Only of lights without
+/// numbers: each of the others is looked for anew by itself.
+OdometryIncrement SeveralLights::withHiddenTurn(const OdometryIncrement& motion,
+                                                const BearingSet& image,
+                                                const OdometryWindow& nearby) const {
+  constexpr double kSlid_m = 0.1;
+  constexpr double kTurned_rad = 0.05;
+  std::vector<AzimuthPrediction> expected;
+  for (const MountCalibration& light : lights_) {
+    if (!light.isFound() || light.lightId() != kUnknownLight) continue;
+    if (const auto azimuth = light.predictAzimuthAfter(motion, nearby))
+      expected.push_back(*azimuth);
+  }
+  const std::optional<double> turn_rad = hiddenTurn(expected, image.candidates);
+  if (!turn_rad) return motion;
+  OdometryIncrement slip;
+  slip.start_from_end.yaw_rad = *turn_rad;
+  slip.covariance.diagonal() << kSlid_m * kSlid_m, kSlid_m * kSlid_m, kTurned_rad * kTurned_rad;
+  return append(motion, slip);
 }
 
 bool SeveralLights::isWorkDue() const {

@@ -152,6 +152,26 @@ TEST(SeveralLights, AreNotMixedUpWithoutNumbers) {
   }
 }
 
+// A slip turns the base by a quarter of a radian, and all lights against what they are expected at:
+// nothing that was seen of them is given up.
+TEST(SeveralLights, WithoutNumbersAreFollowedThroughASlip) {
+  SimulatedCase simulated = danceWith(4, 2);
+  simulated.duration_s = 60.0;
+  simulated.robot.sensor.identifies_lights = false;
+  simulated.robot.faults.slips = {{{40.0, 0.4}, WheelSlip::Wheel::kLeft, 0.7}};
+  const SimulatedRecord record = simulate(simulated).record;
+  CalibratorConfig config = testing::calibratorConfig();
+  config.max_lights = 4;
+  Calibrator calibrator(config);
+  int given_up = 0;
+  calibrator.observe([&](const AssociationOutcome& outcome) { given_up += outcome.lost_light; });
+  const CalibrationResult result = testing::play(record, &calibrator);
+  EXPECT_EQ(given_up, 0);
+  EXPECT_EQ(lightsInEstimate(result), 4) << result.advice;
+  EXPECT_LT(testing::mountChiSquare(*result.base_from_sensor, simulated.robot.base_from_sensor),
+            kWrongChiSquare);
+}
+
 TEST(SeveralLights, ThatAreSeenTooCloseTogetherAreSaidToBe) {
   SimulatedCase simulated = danceWith(2, 104);
   simulated.duration_s = 20.0;

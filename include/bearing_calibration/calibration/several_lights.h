@@ -47,6 +47,8 @@ class SeveralLights {
  private:
   bool isMany() const { return config_.max_lights > 1; }
   MountCalibration newLight() const;
+  OdometryIncrement withHiddenTurn(const OdometryIncrement& motion, const BearingSet& image,
+                                   const OdometryWindow& nearby) const;
   bool isOffered(const Bearing& candidate, const MountCalibration& light) const;
   bool isOwned(std::int32_t light_id) const;
   AssociationOutcome show(std::size_t light, const BearingSet& image, std::vector<Bearing>* left,
