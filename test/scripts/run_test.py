@@ -168,5 +168,42 @@ class Build(CopyOfTheScripts):
         self.assertEqual(self.commandsOfThePrograms(), to_use)
 
 
+class Sanitize(CopyOfTheScripts):
+    """What scripts/sanitize makes of a run of tests."""
+
+    def setUp(self):
+        super().setUp()
+        for name in ('install_dependencies', 'build'):
+            self.standIn(self.path('scripts', name))
+
+    def sanitize(self, ctest_does, kind='thread'):
+        self.standIn(self.path('stand_ins', 'ctest'), ctest_does)
+        return subprocess.run([self.path('scripts', 'sanitize'), kind], stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              universal_newlines=True, timeout=60)
+
+    def testTestsThatPassWithoutAFindingAreNothingFound(self):
+        done = self.sanitize('exit 0')
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn('Nothing found', done.stdout)
+        with open(self.path('.build', 'thread', 'devel', 'lib', 'nodelet', 'nodelet')) as file:
+            self.assertRegex(file.read(), r'LD_PRELOAD=/\S+libtsan.so exec /\S+nodelet "\$@"')
+
+    def testAFindingFailsAlsoWhereAllTestsPass(self):
+        for kind, folder in (('thread', 'thread'), ('address', 'address,undefined')):
+            finding = self.path('.build', folder, 'findings', 'some.1')
+            done = self.sanitize('echo A RACE > "%s"' % finding, kind)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn('A RACE', done.stdout)
+
+    def testATestThatFailsFails(self):
+        self.assertNotEqual(self.sanitize('exit 8').returncode, 0)
+
+    def testAnotherKindIsRefused(self):
+        done = self.sanitize('exit 0', 'memory')
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn('usage', done.stdout)
+
+
 if __name__ == '__main__':
     unittest.main()
