@@ -47,9 +47,11 @@ std::string SeveralLights::noteOn(std::size_t light) const {
 }
 
 /// All lights with what their own calibrations say. While there is no joint one, the one speaks
-/// whose mount is known best.
+/// whose mount is known best; one that is not confirmed only where none is.
 void SeveralLights::summarise(CalibrationResult* result) const {
   const CalibrationResult empty = *result;
+  const bool any_sound = std::any_of(lights_.begin(), lights_.end(),
+                                     [](const MountCalibration& light) { return light.isSound(); });
   std::vector<LightSummary> summaries;
   std::size_t leader = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -62,8 +64,8 @@ void SeveralLights::summarise(CalibrationResult* result) const {
     gated += own.bearings_gated;
     summaries.push_back(own.lights.front());
     summaries.back().in_estimate = false;
-    const bool may_speak =
-        lights_[i].isFound() && lights_[i].judgement()->state != CalibrationState::kInconsistent;
+    const bool may_speak = lights_[i].isFound() && (lights_[i].isSound() || !any_sound) &&
+                           lights_[i].judgement()->state != CalibrationState::kInconsistent;
     const double size = may_speak ? own.base_from_sensor->covariance.trace() : least;
     if (i > 0 && !(size < least)) continue;
     least = may_speak ? size : least;

@@ -43,6 +43,13 @@ class Tables(unittest.TestCase):
         self.assertEqual(len(rows), 2)
         self.assertLess(float(rows[1][3]), 1.6)  # mm of rho, better than with one light
 
+    def testMonteCarloWithSlipsAndALightThatMoves(self):
+        done = run('monte_carlo', '--what', 'calibrator', '--world', 'paper', '--runs', '2',
+                   '--lights', '4', '--unidentified', '--slips', '3', '--moving-light', '0.02')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        row = next(line.split('|') for line in done.stdout.splitlines() if line.startswith('| 100'))
+        self.assertEqual(int(row[5]), 0)  # wrong
+
     def testMonteCarloNamesAWrongArgument(self):
         for option, value in (('--what', 'guess'), ('--world', 'moon')):
             done = run('monte_carlo', option, value)
