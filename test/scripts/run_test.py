@@ -187,7 +187,7 @@ class Sanitize(CopyOfTheScripts):
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn('Nothing found', done.stdout)
         with open(self.path('.build', 'thread', 'devel', 'lib', 'nodelet', 'nodelet')) as file:
-            self.assertRegex(file.read(), r'LD_PRELOAD=/\S+libtsan.so exec /\S+nodelet "\$@"')
+            self.assertRegex(file.read(), r'LD_PRELOAD="/\S+libtsan.so [^"]+" \\\n +exec /\S+nodelet "\$@"')
 
     def testAFindingFailsAlsoWhereAllTestsPass(self):
         finding = self.path('.build', 'thread', 'findings', 'of.1')
