@@ -15,9 +15,8 @@ class LightPicker {
  public:
   /// The base has moved since the last look.
   void move(const OdometryIncrement& motion);
-  /// @param may_be_others  candidates may be other lights. Where none is, what is seen far from
-  /// where
-  ///   the light is expected is the light all the same, the nearest or else the likeliest
+  /// @param may_be_others  candidates may be other lights; where none is, what is seen far from the
+  ///   expected place is the light all the same, the nearest or else the likeliest
   Association pick(const std::vector<Bearing>& candidates, bool may_be_others);
   /// The light was hidden, or near another, for so long that among others nobody knows which one it
   /// is.
