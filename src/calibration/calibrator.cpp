@@ -28,7 +28,7 @@ InputOutcome Calibrator::addReading(const Reading& reading, Stamp received) {
   noteStepBack();
   if (odometer_.travel() && (track_.empty() || odometer_.travel()->stamp > track_.newest())) {
     followTravel(*odometer_.travel());
-    fuseCovered();
+    while (const std::optional<Frame> frame = nextCovered()) report(estimation_->process(*frame));
   }
   return outcome;
 }
@@ -53,6 +53,7 @@ InputOutcome Calibrator::addWheel(WheelSide side, const WheelCount& count, Stamp
 
 InputOutcome Calibrator::addBearings(const BearingSet& bearings, Stamp received) {
   const InputOutcome outcome = accept(bearings, received);
+  while (const std::optional<Frame> frame = nextCovered()) report(estimation_->process(*frame));
   takeOverFit();
   return outcome;
 }
@@ -103,7 +104,6 @@ InputOutcome Calibrator::accept(const BearingSet& bearings, Stamp received) {
     waiting_.erase(waiting_.begin());
     countBearings({InputStatus::kQueueFull, static_cast<double>(config_.bearings.max_waiting)});
   }
-  fuseCovered();
   if (!worst.isBadInput()) countBearings({});
   return worst;
 }
@@ -214,30 +214,29 @@ void Calibrator::followTravel(const WheelTravel& travel) {
   track_.add(travel);
 }
 
-void Calibrator::fuseCovered() {
+/// The oldest image that waits, once the ticks cover it and no older one is to be expected.
+std::optional<Frame> Calibrator::nextCovered() {
   const Duration window = durationFromSeconds(config_.bearings.reorder_window_s);
   while (!waiting_.empty() && !track_.empty() &&
          waiting_.begin()->first + window <= track_.newest()) {
-    fuse(waiting_.extract(waiting_.begin()).mapped());
+    BearingSet image = waiting_.extract(waiting_.begin()).mapped();
+    const Stamp stamp = image.stamp;
+    if (last_fused_ && stamp <= *last_fused_) {
+      countBearings({InputStatus::kStampNotAfterLast, secondsFromDuration(*last_fused_ - stamp)});
+    } else if (!track_.covers(stamp)) {
+      countBearings({InputStatus::kTicksLost, secondsFromDuration(track_.oldest() - stamp)});
+    } else {
+      Frame frame{std::move(image), track_.motionTo(stamp), track_.travelAround(stamp)};
+      track_.anchorAt(stamp);
+      last_fused_ = stamp;
+      start_from_fused_ = start_from_fused_ * frame.motion.start_from_end;
+      return frame;
+    }
   }
+  return std::nullopt;
 }
 
-void Calibrator::fuse(const BearingSet& bearings) {
-  if (last_fused_ && bearings.stamp <= *last_fused_) {
-    countBearings(
-        {InputStatus::kStampNotAfterLast, secondsFromDuration(*last_fused_ - bearings.stamp)});
-    return;
-  }
-  if (!track_.covers(bearings.stamp)) {
-    countBearings({InputStatus::kTicksLost, secondsFromDuration(track_.oldest() - bearings.stamp)});
-    return;
-  }
-  const OdometryIncrement motion = track_.motionTo(bearings.stamp);
-  const OdometryWindow nearby = track_.travelAround(bearings.stamp);
-  track_.anchorAt(bearings.stamp);
-  last_fused_ = bearings.stamp;
-  start_from_fused_ = start_from_fused_ * motion.start_from_end;
-  const AssociationOutcome outcome = estimation_->process(bearings, motion, nearby);
+void Calibrator::report(const AssociationOutcome& outcome) const {
   if (observer_) observer_(outcome);
 }
 

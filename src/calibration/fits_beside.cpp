@@ -35,16 +35,15 @@ FitsReport FitsBeside::report() const {
   return {stage_ != Stage::kIdle, taken_, dropped_};
 }
 
-AssociationOutcome FitsBeside::process(const BearingSet& image, const OdometryIncrement& motion,
-                                       const OdometryWindow& nearby) {
-  if (fits_run_ == FitsRun::kAtOnce) return live_->process(image, motion, nearby);
+AssociationOutcome FitsBeside::process(const Frame& frame) {
+  if (fits_run_ == FitsRun::kAtOnce) return live_->process(frame);
   takeOver();
   const int starts = live_->newStarts();
-  const AssociationOutcome outcome = live_->process(image, motion, nearby);
+  const AssociationOutcome outcome = live_->process(frame);
   if (live_->newStarts() != starts) drop();
   const std::lock_guard<std::mutex> lock(mutex_);
   if (stage_ != Stage::kIdle) {
-    frames_.push_back({image, motion, nearby});
+    frames_.push_back(frame);
   } else if (live_->isWorkDue()) {
     begin();
   }
@@ -134,7 +133,7 @@ void FitsBeside::fit() {
 }
 
 /// @returns what the copy has to see next; none: it has ended
-std::vector<FitsBeside::Frame> FitsBeside::takeFrames() {
+std::vector<Frame> FitsBeside::takeFrames() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (frames_.size() <= kFewFrames) {
     stage_ = Stage::kEnded;
@@ -146,7 +145,7 @@ std::vector<FitsBeside::Frame> FitsBeside::takeFrames() {
 void FitsBeside::seeAll(const std::vector<Frame>& frames) {
   for (const Frame& frame : frames) {
     endIfCancelled();
-    copy_->process(frame.image, frame.motion, frame.nearby);
+    copy_->process(frame);
   }
 }
 

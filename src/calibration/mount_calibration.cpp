@@ -24,42 +24,29 @@ MountCalibration::MountCalibration(const CalibratorConfig& config, FitsRun fits_
       search_(config),
       record_fit_(config.initializer) {}
 
-AssociationOutcome MountCalibration::process(const BearingSet& image,
-                                             const OdometryIncrement& motion,
-                                             const OdometryWindow& nearby) {
+AssociationOutcome MountCalibration::process(const Frame& frame) {
   is_work_due_ = false;
-  const BearingSet ours{image.stamp, ofThisLight(image.candidates)};
-  motion_since_observation_ = append(motion_since_observation_, motion);
-  way_m_ += motionOf(motion.distance_m, motion.rotation_rad);
-  picker_.move(motion);
-  AssociationOutcome outcome = AssociationOutcome::of(image.stamp, motion, nearby);
-  search_.move(motion);
+  motion_since_observation_ = append(motion_since_observation_, frame.motion);
+  way_m_ += motionOf(frame.motion.distance_m, frame.motion.rotation_rad);
+  picker_.move(frame.motion);
+  search_.move(frame.motion);
+  AssociationOutcome outcome = AssociationOutcome::of(frame);
   if (tracker_) {
-    tracker_->move(withNoise(motion, noise_));
-    follow(ours, nearby, &outcome);
+    tracker_->move(withNoise(frame.motion, noise_));
+    const Association association =
+        tracker_->fuse(withNoise(frame.image.candidates, noise_), frame.nearby, mayBeOthers());
+    follow(association, frame, &outcome);
   }
-  if (!started_) start(ours, nearby, &outcome);
-  if (outcome.kind == Association::Kind::kFound) last_seen_ = image.stamp;
+  if (!started_) start(frame, &outcome);
+  if (outcome.kind == Association::Kind::kFound) last_seen_ = frame.image.stamp;
   return outcome;
 }
 
-/// Lights that a sensor tells apart are told apart here too; the first one seen is the one.
-std::vector<Bearing> MountCalibration::ofThisLight(const std::vector<Bearing>& candidates) const {
-  std::vector<Bearing> ours;
-  for (const Bearing& candidate : candidates) {
-    const bool other =
-        light_id_ && candidate.light_id != kUnknownLight && candidate.light_id != *light_id_;
-    if (!other) ours.push_back(candidate);
-  }
-  return ours;
-}
-
 /// Nothing is known yet, or only a guess that a filter works on meanwhile.
-void MountCalibration::start(const BearingSet& image, const OdometryWindow& nearby,
-                             AssociationOutcome* outcome) {
-  const Association choice = picker_.pick(image.candidates, mayBeOthers());
+void MountCalibration::start(const Frame& frame, AssociationOutcome* outcome) {
+  const Association choice = picker_.pick(frame.image.candidates, mayBeOthers());
   if (choice.kind == Association::Kind::kNothingSeen) return;
-  const Bearing& light = image.candidates[choice.candidate];
+  const Bearing& light = frame.image.candidates[choice.candidate];
   outcome->note(choice.kind, light);
   if (choice.kind != Association::Kind::kFound) {
     outcome->lost_light = mayBeOthers() && picker_.isLost();
@@ -67,7 +54,7 @@ void MountCalibration::start(const BearingSet& image, const OdometryWindow& near
     return;
   }
   noteLight(light);
-  remember(image.stamp, light, nearby);
+  remember(light, frame);
   if (!tracker_) ++bearings_used_;
   if (!search_.hasAttempted() && !tracker_) startFromGuess(light);
   is_work_due_ = search_.isDue(initializer_.record());
@@ -122,18 +109,17 @@ void MountCalibration::startFromGuess(const Bearing& light) {
       kUncorrelated);
 }
 
-void MountCalibration::follow(const BearingSet& image, const OdometryWindow& nearby,
+/// After the tracker has seen an image.
+void MountCalibration::follow(const Association& association, const Frame& frame,
                               AssociationOutcome* outcome) {
-  const std::vector<Bearing>& candidates = image.candidates;
-  const Association association =
-      tracker_->associate(withNoise(candidates, noise_), nearby, mayBeOthers());
   if (association.kind == Association::Kind::kNothingSeen) return;
   const bool found = association.kind == Association::Kind::kFound;
-  outcome->note(association.kind, candidates[association.candidate]);
+  const Bearing& light = frame.image.candidates[association.candidate];
+  outcome->note(association.kind, light);
   ++(found ? bearings_used_ : bearings_gated_);
-  if (found) noteLight(candidates[association.candidate]);
+  if (found) noteLight(light);
   if (started_ && (found || !mayBeOthers())) {
-    remember(image.stamp, candidates[association.candidate], nearby);
+    remember(light, frame);
     is_work_due_ = isFitDue() || (wantsDiagnosis() && diagnoses_.isDue(initializer_.record()));
     if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();
     if (!started_) return;  // the mount has moved
@@ -269,9 +255,9 @@ void MountCalibration::diagnose() {
 }
 
 /// Keeps an observation: for the initialiser before the start, for batch and judge after it.
-void MountCalibration::remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby) {
-  initializer_.add({stamp, motion_since_observation_, light.azimuth_rad,
-                    light.azimuth_variance_rad2, nearby, elevationOf(light)});
+void MountCalibration::remember(const Bearing& light, const Frame& frame) {
+  initializer_.add({frame.image.stamp, motion_since_observation_, light.azimuth_rad,
+                    light.azimuth_variance_rad2, frame.nearby, elevationOf(light)});
   motion_since_observation_ = {};
 }
 

@@ -32,24 +32,25 @@ void SeveralLights::resume(const StateEstimate& earlier) {
   for (MountCalibration& light : lights_) light.resume(earlier);
 }
 
-AssociationOutcome SeveralLights::process(const BearingSet& image, const OdometryIncrement& motion,
-                                          const OdometryWindow& nearby) {
-  if (!isMany()) {
-    const AssociationOutcome outcome = lights_.front().process(image, motion, nearby);
-    if (outcome.lost_light) ++new_starts_;
-    return outcome;
-  }
-  std::vector<Bearing> left = image.candidates;
-  LightsImage seen{image.stamp, withHiddenTurn(motion, image, nearby), nearby, {}};
-  AssociationOutcome first = AssociationOutcome::of(image.stamp, seen.motion, nearby);
+AssociationOutcome SeveralLights::process(const Frame& frame) {
+  std::vector<Bearing> left = frame.image.candidates;
+  Frame shown = frame;
+  shown.motion = withHiddenTurn(frame);
+  LightsImage seen{frame.image.stamp, shown.motion, frame.nearby, {}};
+  AssociationOutcome first = AssociationOutcome::of(shown);
   is_ambiguous_ = false;
   for (std::size_t i = 0; i < lights_.size(); ++i) {
-    const AssociationOutcome outcome = show(i, image, &left, &seen);
-    if (i == 0) first = outcome;
+    const bool was_found = lights_[i].isFound();
+    shown.image.candidates = offeredTo(lights_[i], left);
+    const AssociationOutcome outcome = lights_[i].process(shown);
+    take(i, outcome, &left, &seen);
+    if (was_found && outcome.lost_light) ++new_starts_;
     if (outcome.kind == Association::Kind::kAmbiguous) is_ambiguous_ = true;
+    if (i == 0) first = outcome;
   }
+  if (!isMany()) return first;
   const bool is_empty = lights_.empty();
-  if (!is_ambiguous_) welcome(image, &left, &seen);
+  if (!is_ambiguous_) welcome(shown, &left, &seen);
   if (is_empty && !lights_.empty() && seen.lights[0].isSeen()) {
     first.kind = Association::Kind::kFound;
     first.observation.azimuth_rad = seen.lights[0].azimuth_rad;
@@ -71,23 +72,21 @@ MountCalibration SeveralLights::newLight() const {
 
 /// The motion with what a slip has hidden of it, where that shows at once. Only of lights without
 /// numbers: each of the others is looked for anew by itself.
-OdometryIncrement SeveralLights::withHiddenTurn(const OdometryIncrement& motion,
-                                                const BearingSet& image,
-                                                const OdometryWindow& nearby) const {
+OdometryIncrement SeveralLights::withHiddenTurn(const Frame& frame) const {
   constexpr double kSlid_m = 0.1;
   constexpr double kTurned_rad = 0.05;
   std::vector<AzimuthPrediction> expected;
   for (const MountCalibration& light : lights_) {
     if (!light.isFound() || light.lightId() != kUnknownLight) continue;
-    if (const auto azimuth = light.predictAzimuthAfter(motion, nearby))
+    if (const auto azimuth = light.predictAzimuthAfter(frame.motion, frame.nearby))
       expected.push_back(*azimuth);
   }
-  const std::optional<double> turn_rad = hiddenTurn(expected, image.candidates);
-  if (!turn_rad) return motion;
+  const std::optional<double> turn_rad = hiddenTurn(expected, frame.image.candidates);
+  if (!turn_rad) return frame.motion;
   OdometryIncrement slip;
   slip.start_from_end.yaw_rad = *turn_rad;
   slip.covariance.diagonal() << kSlid_m * kSlid_m, kSlid_m * kSlid_m, kTurned_rad * kTurned_rad;
-  return append(motion, slip);
+  return append(frame.motion, slip);
 }
 
 bool SeveralLights::isWorkDue() const {
@@ -114,31 +113,30 @@ bool SeveralLights::isOffered(const Bearing& candidate, const MountCalibration& 
   return own_id == kUnknownLight && !isOwned(candidate.light_id);
 }
 
-/// Shows a light what the lights before it have left of an image, and takes away what it takes.
-AssociationOutcome SeveralLights::show(std::size_t light, const BearingSet& image,
-                                       std::vector<Bearing>* left, LightsImage* seen) {
-  BearingSet offered{image.stamp, {}};
-  std::copy_if(left->begin(), left->end(), std::back_inserter(offered.candidates),
-               [&](const Bearing& candidate) { return isOffered(candidate, lights_[light]); });
-  const bool was_found = lights_[light].isFound();
-  const AssociationOutcome outcome = lights_[light].process(offered, seen->motion, seen->nearby);
-  if (outcome.lost_light) {
-    joint_.forget(light);
-    if (was_found) ++new_starts_;
-  }
-  if (outcome.kind != Association::Kind::kFound) return outcome;
+/// What the lights before it have left of an image, without what is another one's by its number.
+std::vector<Bearing> SeveralLights::offeredTo(const MountCalibration& light,
+                                              const std::vector<Bearing>& left) const {
+  std::vector<Bearing> offered;
+  std::copy_if(left.begin(), left.end(), std::back_inserter(offered),
+               [&](const Bearing& candidate) { return isOffered(candidate, light); });
+  return offered;
+}
+
+/// What a light has taken of an image is not left for the next one.
+void SeveralLights::take(std::size_t light, const AssociationOutcome& outcome,
+                         std::vector<Bearing>* left, LightsImage* seen) {
+  if (outcome.lost_light) joint_.forget(light);
+  if (outcome.kind != Association::Kind::kFound) return;
   seen->lights.at(light) = {outcome.observation.azimuth_rad,
                             outcome.observation.azimuth_variance_rad2};
   const auto taken = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
     return isSame(candidate, outcome.observation);
   });
   if (taken != left->end()) left->erase(taken);
-  return outcome;
 }
 
 /// What no light has taken may be a further one.
-void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
-                            LightsImage* seen) {
+void SeveralLights::welcome(Frame frame, std::vector<Bearing>* left, LightsImage* seen) {
   const bool has_newcomer =
       std::any_of(lights_.begin(), lights_.end(), [](const MountCalibration& light) {
         return light.lightId() == kUnknownLight && !light.isFound();
@@ -148,7 +146,7 @@ void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
     const auto newcomer = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
       return candidate.light_id == kUnknownLight ? may_be_unknown : !isOwned(candidate.light_id);
     });
-    const auto place = placeForAnother(image.stamp);
+    const auto place = placeForAnother(frame.image.stamp);
     if (newcomer == left->end() || !place) return;
     if (newcomer->light_id == kUnknownLight) may_be_unknown = false;
     if (*place == lights_.size()) {
@@ -157,9 +155,9 @@ void SeveralLights::welcome(const BearingSet& image, std::vector<Bearing>* left,
       lights_[*place] = newLight();
       joint_.forget(*place);
     }
-    std::vector<Bearing> own = {*newcomer};
-    show(*place, image, &own, seen);
+    frame.image.candidates = {*newcomer};
     left->erase(newcomer);
+    take(*place, lights_[*place].process(frame), left, seen);
   }
 }
 

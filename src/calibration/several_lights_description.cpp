@@ -6,7 +6,7 @@
 namespace bearing_calibration::core {
 namespace {
 
-void take(const Judgement& judgement, CalibrationResult* result) {
+void say(const Judgement& judgement, CalibrationResult* result) {
   result->state = judgement.state;
   result->advice = judgement.advice;
   result->cause = judgement.cause;
@@ -95,7 +95,7 @@ void SeveralLights::takeJoint(CalibrationResult* result) const {
     if (rival.gap > result->rival.gap) result->rival = rival;
   }
   sayEstimate(estimate, result);
-  take(joint->judgement, result);
+  say(joint->judgement, result);
 }
 
 void SeveralLights::describe(CalibrationResult* result) const {
@@ -110,7 +110,7 @@ void SeveralLights::describe(CalibrationResult* result) const {
   const auto against = objection();
   const bool is_verdict = result->state == CalibrationState::kConverged ||
                           result->state == CalibrationState::kConverging;
-  if (against && is_verdict) take(*against, result);
+  if (against && is_verdict) say(*against, result);
   if (is_ambiguous_ && result->state == CalibrationState::kWaitingForLight) {
     result->advice =
         "the lights are seen too close to each other to be distinguished: drive to where they "

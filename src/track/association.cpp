@@ -45,16 +45,4 @@ Association associate(const AzimuthPrediction& prediction, const std::vector<Bea
   return nearest;
 }
 
-Association fuseLight(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
-                      const FusionConfig& fusion, LiveFilter* filter) {
-  const Association association =
-      associate(filter->predictAzimuth(nearby), candidates, fusion.gate);
-  if (association.kind == Association::Kind::kFound) {
-    Bearing light = candidates[association.candidate];
-    light.azimuth_variance_rad2 *= fusion.widening;
-    filter->update(light, nearby);
-  }
-  return association;
-}
-
 }  // namespace bearing_calibration::core

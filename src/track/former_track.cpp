@@ -14,12 +14,13 @@ constexpr int kPatience = 60;
 
 }  // namespace
 
-Association FormerTrack::associate(const std::vector<Bearing>& candidates,
-                                   const OdometryWindow& nearby, const FusionConfig& fusion,
-                                   const Association& present) {
+Association FormerTrack::fuse(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
+                              const FusionConfig& fusion, const Association& present) {
   ++images_;
-  const Association association = fuseLight(candidates, nearby, fusion, &filter_);
+  const Association association =
+      associate(filter_.predictAzimuth(nearby), candidates, fusion.gate);
   const bool found = association.kind == Association::Kind::kFound;
+  if (found) filter_.update(fusion.widened(candidates[association.candidate]), nearby);
   const bool expected_there_too =
       present.kind == Association::Kind::kFound && present.candidate == association.candidate &&
       present.innovation.variance < kVaguer * association.innovation.variance;

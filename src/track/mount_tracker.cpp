@@ -46,13 +46,16 @@ void MountTracker::move(const OdometryIncrement& motion) {
   if (former_) former_->move(known);
 }
 
-Association MountTracker::associate(const std::vector<Bearing>& candidates,
-                                    const OdometryWindow& nearby, bool may_be_others) {
+Association MountTracker::fuse(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
+                               bool may_be_others) {
   if (candidates.empty()) return {};
   if (motion_unknown_) return placeAnew(candidates, may_be_others);
-  const Association association = fuseLight(candidates, nearby, fusion_, &filter_);
+  const Association association =
+      associate(filter_.predictAzimuth(nearby), candidates, fusion_.gate);
+  const bool is_found = association.kind == Association::Kind::kFound;
+  if (is_found) filter_.update(fusion_.widened(candidates[association.candidate]), nearby);
   if (former_) {
-    const Association found = former_->associate(candidates, nearby, fusion_, association);
+    const Association found = former_->fuse(candidates, nearby, fusion_, association);
     if (former_->isBack()) {
       filter_ = former_->filter();
       former_.reset();
@@ -61,7 +64,7 @@ Association MountTracker::associate(const std::vector<Bearing>& candidates,
     }
     if (former_->isHistory()) former_.reset();
   }
-  if (association.kind == Association::Kind::kFound) {
+  if (is_found) {
     noteFused(association);
     return association;
   }

@@ -217,13 +217,7 @@ INSTANTIATE_TEST_SUITE_P(
         Interruption{"TakeUp", [](Calibrator* calibrator, Stamp) { calibrator->resume({}); }}),
     [](const auto& interruption) { return std::string(interruption.param.name); });
 
-/// Images with the motion before each, as SeveralLights is shown them.
-struct Frame {
-  BearingSet image;
-  OdometryIncrement motion;
-  OdometryWindow nearby;
-};
-
+/// As SeveralLights is shown them.
 std::vector<Frame> framesOf(const SimulatedRecord& record) {
   Calibrator calibrator(configFor(kMostLights), FitsRun::kBeside);
   std::vector<Frame> frames;
@@ -237,7 +231,7 @@ std::vector<Frame> framesOf(const SimulatedRecord& record) {
 
 /// Shows one, and waits for the fit that it makes due.
 AssociationOutcome showInPeace(const Frame& frame, FitsBeside* fits) {
-  const AssociationOutcome outcome = fits->process(frame.image, frame.motion, frame.nearby);
+  const AssociationOutcome outcome = fits->process(frame);
   waitFor([&] {
     fits->takeOver();
     return !fits->report().under_way;
@@ -368,7 +362,7 @@ SeveralLights withWorkDue(const std::vector<Frame>& frames, const CalibratorConf
   SeveralLights lights(config, FitsRun::kBeside);
   SeveralLights due = lights;
   for (const Frame& frame : frames) {
-    lights.process(frame.image, frame.motion, frame.nearby);
+    lights.process(frame);
     if (!lights.isWorkDue()) continue;
     due = lights;
     lights.work();
@@ -414,7 +408,7 @@ double meanOfFilter_s(const std::vector<Frame>& frames) {
   double all_s = 0.0;
   for (const Frame& frame : frames) {
     const double begin_s = ownCpuSeconds();
-    lights.process(frame.image, frame.motion, frame.nearby);
+    lights.process(frame);
     all_s += ownCpuSeconds() - begin_s;
     if (lights.isWorkDue()) lights.work();
   }

@@ -304,11 +304,11 @@ TEST(AnUnknownTurn, OfSeveralCandidatesNoneIsTaken) {
   const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
   constexpr int kImages = 30;
   for (int i = 0; i < kImages; ++i) {
-    EXPECT_NE(tracker.associate(both, {}, false).kind, Association::Kind::kFound);
+    EXPECT_NE(tracker.fuse(both, {}, false).kind, Association::Kind::kFound);
     EXPECT_TRUE(tracker.isSearching());
   }
   expectTheMountAsBefore(tracker);
-  tracker.associate({bearingOf(1.5)}, {}, false);
+  tracker.fuse({bearingOf(1.5)}, {}, false);
   EXPECT_FALSE(tracker.isSearching());
   expectTheMountAsBefore(tracker);
   const Eigen::Vector2d light = tracker.filter().estimate().cartesian().lightInBase();
@@ -317,7 +317,7 @@ TEST(AnUnknownTurn, OfSeveralCandidatesNoneIsTaken) {
 
 TEST(AnUnknownTurn, TheOnlyCandidateIsNotTakenWhereItMayBeAnotherLight) {
   MountTracker tracker = afterAnUnknownTurn();
-  EXPECT_NE(tracker.associate({bearingOf(1.5)}, {}, true).kind, Association::Kind::kFound);
+  EXPECT_NE(tracker.fuse({bearingOf(1.5)}, {}, true).kind, Association::Kind::kFound);
   EXPECT_TRUE(tracker.isSearching());
   expectTheMountAsBefore(tracker);
 }
@@ -326,7 +326,7 @@ TEST(AnUnknownTurn, WithSeveralCandidatesForEverIsLostInTheEnd) {
   MountTracker tracker = afterAnUnknownTurn();
   const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
   for (int i = 0; i < MountTracker::kWindow; ++i) {
-    tracker.associate(both, {}, false);
+    tracker.fuse(both, {}, false);
     if (tracker.isLost()) break;
   }
   EXPECT_TRUE(tracker.isLost());

@@ -40,6 +40,7 @@ struct Arguments {
   double occlusion = 0.0;
   int lights = 1;
   double moving_light_mps = 0.0;
+  double hide_in_turn_s = 0.0;
   bool unidentified = false;
   ImperfectRobot imperfect;
   double light_height_m = 0.0;
@@ -87,6 +88,8 @@ options::options_description describeOptions(Arguments* arguments) {
       "nobody says which of several lights is which");
   add("moving-light", options::value(&arguments->moving_light_mps)->default_value(0.0),
       "the last of several lights moves as fast [m/s]");
+  add("hide-in-turn", options::value(&arguments->hide_in_turn_s)->default_value(0.0),
+      "one of several lights is hidden for so long, then the next one [s]");
   ImperfectRobot& robot = arguments->imperfect;
   add("errors", "look for time offset, wheel scales and separation");
   add("offset", options::value(&robot.time_offset_s)->default_value(0.0),
@@ -169,7 +172,9 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   if (arguments.lights > 1) {
     addLights(simulated, arguments.lights, seed);
     simulated.lights.back().velocity_mps.x() = arguments.moving_light_mps;
-    simulated.robot.sensor.identifies_lights = !arguments.unidentified;
+    simulated.robot.sensor.identifies_lights = true;
+    simulated.are_lights_told = !arguments.unidentified;
+    simulated.hide_in_turn_s = arguments.hide_in_turn_s;
   }
   addSlips(simulated, arguments.slips, seed);
   addOcclusions(simulated, arguments.occlusion, seed);

@@ -48,7 +48,7 @@ Vector5 trueStateAt(const SimulatedCase& simulated, const ObservationRun& run, S
       std::lower_bound(run.at_images.begin(), run.at_images.end(), stamp,
                        [](const TrueState& state, Stamp wanted) { return state.stamp < wanted; });
   Vector5 truth = image->cartesian;
-  if (simulated.lights.size() == 1 || simulated.robot.sensor.identifies_lights) return truth;
+  if (simulated.lights.size() == 1 || simulated.are_lights_told) return truth;
   const Pose2 base_from_world = image->world_from_base.inverse();
   for (const Light& light : simulated.lights) {
     const Eigen::Vector2d place = base_from_world * light.position_m;
@@ -134,6 +134,15 @@ void compareWithWholeRecord(const SimulatedCase& simulated, const ObservationRun
   if (!whole.converged) return;
   const Eigen::Vector3d calibrated = snapshot.error.tail<3>() + truth.tail<3>();
   snapshot.off_whole_record = mountDifference(calibrated, whole.last.mount().mean);
+}
+
+/// An image as the calibrator is told of it.
+BearingSet toldOf(const SimulatedCase& simulated, const BearingSet& image) {
+  BearingSet told{image.stamp, withNoise(image.candidates, simulated.stated_noise)};
+  if (!simulated.are_lights_told) {
+    for (Bearing& light : told.candidates) light.light_id = kUnknownLight;
+  }
+  return told;
 }
 
 void noteClaim(const Snapshot& snapshot, Trial& trial) {
@@ -265,9 +274,7 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
   for (const WheelCounts& ticks : run.record.ticks) {
     spent_ms += millisecondsOf([&] {
       for (; bearings != run.record.bearings.end() && bearings->stamp <= ticks.stamp; ++bearings) {
-        calibrator.addBearings(
-            {bearings->stamp, withNoise(bearings->candidates, simulated.stated_noise)},
-            bearings->stamp);
+        calibrator.addBearings(toldOf(simulated, *bearings), bearings->stamp);
       }
       calibrator.addTicks(ticks, ticks.stamp);
     });

@@ -1,5 +1,6 @@
 #include "tools/study/simulated_case.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -208,6 +209,18 @@ std::vector<Observation> observationsFromRecord(const SimulatedRecord& record,
   return observations;
 }
 
+void hideInTurn(double each_s, std::size_t lights, SimulatedRecord* record) {
+  const Stamp start = record->ticks.front().stamp;
+  for (BearingSet& image : record->bearings) {
+    const double turns = secondsFromDuration(image.stamp - start) / each_s;
+    const auto hidden = static_cast<std::int32_t>(std::fmod(turns, lights));
+    std::vector<Bearing>& seen = image.candidates;
+    seen.erase(std::remove_if(seen.begin(), seen.end(),
+                              [hidden](const Bearing& light) { return light.light_id == hidden; }),
+               seen.end());
+  }
+}
+
 }  // namespace
 
 std::vector<Observation> observationsFromRecord(const SimulatedRecord& record,
@@ -225,7 +238,11 @@ ObservationRun simulate(const SimulatedCase& simulated) {
 
 ObservationRun simulateAlong(const SimulatedCase& simulated, Trajectory trajectory) {
   RobotSimulator simulator(simulated.robot, simulated.lights, std::move(trajectory));
-  return runFromRecord(simulated, record(&simulator, simulated.duration_s));
+  SimulatedRecord seen = record(&simulator, simulated.duration_s);
+  if (simulated.hide_in_turn_s > 0.0) {
+    hideInTurn(simulated.hide_in_turn_s, simulated.lights.size(), &seen);
+  }
+  return runFromRecord(simulated, std::move(seen));
 }
 
 ObservationRun runFromRecord(const SimulatedCase& simulated, SimulatedRecord record) {

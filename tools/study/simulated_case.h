@@ -19,6 +19,8 @@ struct SimulatedCase {
   std::vector<Light> lights;  ///< the first is the one that the mount is calibrated with
   TrajectoryConfig trajectory;
   double duration_s = 100.0;
+  double hide_in_turn_s = 0.0;    ///< so long each of several numbered lights is hidden, in turn
+  bool are_lights_told = true;    ///< the calibrator gets the numbers that the sensor gives
   NoiseLevels stated_noise;       ///< what the calibrator is told of the noise, times the true one
   bool fit_whole_record = false;  ///< what the calibrator forgets is measured, too
   NoisePriors noise_looked_for;   ///< by the calibrator

@@ -78,8 +78,8 @@ class Calibrator {
   void noteStepBack();
   InputOutcome countBearings(const InputOutcome& outcome);
   void followTravel(const WheelTravel& travel);
-  void fuseCovered();
-  void fuse(const BearingSet& bearings);
+  std::optional<Frame> nextCovered();
+  void report(const AssociationOutcome& outcome) const;
 
   CalibratorConfig config_;
   WheelPairing pairing_;

@@ -34,8 +34,7 @@ class FitsBeside {
   FitsReport report() const;
 
   /// See SeveralLights::process().
-  AssociationOutcome process(const BearingSet& image, const OdometryIncrement& motion,
-                             const OdometryWindow& nearby);
+  AssociationOutcome process(const Frame& frame);
   /// Takes over a fit that has ended, if there is one.
   void takeOver();
   /// Throws what has ended a fit since the last call, if anything has.
@@ -49,11 +48,6 @@ class FitsBeside {
   void resume(const StateEstimate& earlier);
 
  private:
-  struct Frame {
-    BearingSet image;
-    OdometryIncrement motion;
-    OdometryWindow nearby;
-  };
   enum class Stage : std::uint8_t { kIdle, kAtWork, kEnded };
 
   void begin();

@@ -35,11 +35,9 @@ class MountCalibration {
   /// with it. To be called before the first observation.
   void resume(const StateEstimate& earlier) { earlier_ = earlier; }
 
-  /// An image, after a motion since the one before it.
-  /// @param nearby  the wheels' travel around the image's stamp
+  /// @param frame  with what can be this light
   /// @returns what became of it
-  AssociationOutcome process(const BearingSet& image, const OdometryIncrement& motion,
-                             const OdometryWindow& nearby);
+  AssociationOutcome process(const Frame& frame);
 
   /// Whether the last image has made heavy work due that is not done.
   bool isWorkDue() const { return is_work_due_; }
@@ -85,12 +83,11 @@ class MountCalibration {
  private:
   /// Without numbers, what does not fit this light is of another one, and no slip.
   bool mayBeOthers() const { return config_.max_lights > 1 && !light_id_; }
-  std::vector<Bearing> ofThisLight(const std::vector<Bearing>& candidates) const;
-  void start(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
+  void start(const Frame& frame, AssociationOutcome* outcome);
   void attemptStart();
   void startFromGuess(const Bearing& light);
   StateEstimate withEarlier(StateEstimate estimate);
-  void follow(const BearingSet& image, const OdometryWindow& nearby, AssociationOutcome* outcome);
+  void follow(const Association& association, const Frame& frame, AssociationOutcome* outcome);
   bool isFitDue() const;
   void refineAndJudge();
   std::size_t surplus() const;
@@ -99,8 +96,8 @@ class MountCalibration {
   bool isNoiseSurprising() const;
   bool wantsDiagnosis() const;
   void diagnose();
-  void remember(Stamp stamp, const Bearing& light, const OdometryWindow& nearby);
   void noteLight(const Bearing& light);
+  void remember(const Bearing& light, const Frame& frame);
   void startAnew();
 
   CalibratorConfig config_;

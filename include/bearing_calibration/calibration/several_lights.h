@@ -24,10 +24,8 @@ class SeveralLights {
   /// image.
   void resume(const StateEstimate& earlier);
 
-  /// An image, after a motion since the one before it (see MountCalibration::process()).
-  /// @returns what became of it in the calibration of the first light
-  AssociationOutcome process(const BearingSet& image, const OdometryIncrement& motion,
-                             const OdometryWindow& nearby);
+  /// @returns what became of an image in the calibration of the first light
+  AssociationOutcome process(const Frame& frame);
 
   /// Whether the last image has made heavy work due that is not done.
   bool isWorkDue() const;
@@ -47,13 +45,14 @@ class SeveralLights {
  private:
   bool isMany() const { return config_.max_lights > 1; }
   MountCalibration newLight() const;
-  OdometryIncrement withHiddenTurn(const OdometryIncrement& motion, const BearingSet& image,
-                                   const OdometryWindow& nearby) const;
-  bool isOffered(const Bearing& candidate, const MountCalibration& light) const;
+  OdometryIncrement withHiddenTurn(const Frame& frame) const;
   bool isOwned(std::int32_t light_id) const;
-  AssociationOutcome show(std::size_t light, const BearingSet& image, std::vector<Bearing>* left,
-                          LightsImage* seen);
-  void welcome(const BearingSet& image, std::vector<Bearing>* left, LightsImage* seen);
+  bool isOffered(const Bearing& candidate, const MountCalibration& light) const;
+  std::vector<Bearing> offeredTo(const MountCalibration& light,
+                                 const std::vector<Bearing>& left) const;
+  void take(std::size_t light, const AssociationOutcome& outcome, std::vector<Bearing>* left,
+            LightsImage* seen);
+  void welcome(Frame frame, std::vector<Bearing>* left, LightsImage* seen);
   std::optional<std::size_t> placeForAnother(Stamp now) const;
   void review();
   std::optional<Judgement> agreeOnMountMoved() const;

@@ -31,11 +31,11 @@ Association associate(const AzimuthPrediction& prediction, const std::vector<Bea
 struct FusionConfig {
   double gate = 0.0;      ///< largest NIS that passes
   double widening = 1.0;  ///< of the bearings' variances, for their correlation
-};
 
-/// Chooses the light among an image's candidates and updates the filter by it, if there is one.
-/// @param nearby  travel around the image's stamp
-Association fuseLight(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
-                      const FusionConfig& fusion, LiveFilter* filter);
+  Bearing widened(Bearing light) const {
+    light.azimuth_variance_rad2 *= widening;
+    return light;
+  }
+};
 
 }  // namespace bearing_calibration::core

@@ -5,6 +5,7 @@
 
 #include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/track/association.h"
+#include "bearing_calibration/track/frame.h"
 
 namespace bearing_calibration::core {
 
@@ -18,11 +19,10 @@ struct AssociationOutcome {
   bool lost_light = false;  ///< everything before this image was given up
 
   /// Of an image in which nothing was seen so far.
-  static AssociationOutcome of(Stamp stamp, const OdometryIncrement& motion,
-                               const OdometryWindow& nearby) {
+  static AssociationOutcome of(const Frame& frame) {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     AssociationOutcome outcome;
-    outcome.observation = {stamp, motion, kNone, kNone, nearby};
+    outcome.observation = {frame.image.stamp, frame.motion, kNone, kNone, frame.nearby};
     return outcome;
   }
 

@@ -20,8 +20,8 @@ class FormerTrack {
 
   /// An image at the end of the last motion.
   /// @param present  what it showed at the present place: what is seen at both tells nothing
-  Association associate(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
-                        const FusionConfig& fusion, const Association& present);
+  Association fuse(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
+                   const FusionConfig& fusion, const Association& present);
 
   /// The last image and nearly all before it showed the light at its old place, and there only.
   bool isBack() const;

@@ -47,13 +47,13 @@ class MountTracker {
 
   /// The base has moved; no image.
   void move(const OdometryIncrement& motion);
-  /// An image at the end of the last motion.
+  /// An image at the end of the last motion: the filter takes the light in, if it is there.
   /// @param candidates  those that can be this light
   /// @param nearby  the travel around the image's stamp
   /// @param may_be_others  another light can be among them, or alone in the image: this one is
   ///   believed to be where the filter has it only
-  Association associate(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
-                        bool may_be_others);
+  Association fuse(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
+                   bool may_be_others);
 
   /// Takes up what a better estimator says of the last image.
   void rebase(const StateEstimate& estimate, double bearing_correlation);
