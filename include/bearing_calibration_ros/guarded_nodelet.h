@@ -1,12 +1,14 @@
 #pragma once
 
 #include <diagnostic_updater/diagnostic_updater.h>
+#include <nodelet/detail/callback_queue.h>
 #include <nodelet/nodelet.h>
 #include <ros/time.h>
 
 #include <exception>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "bearing_calibration_ros/thrown.h"
@@ -35,6 +37,9 @@ class LogThrottle {
 
 /// What the nodelets share: one that cannot start says why, and an exception
 /// ends at its callback, so that the manager and its other nodelets live on.
+///
+/// Threading: a manager that ends deletes its nodelets while its threads still call them. So each
+/// destructor of a nodelet with callbacks on getNodeHandle()'s queue begins with endCallbacks().
 class GuardedNodelet : public nodelet::Nodelet {
  protected:
   static constexpr double kWarningPeriod_s = 5.0;  ///< readable, and no fault goes unnoticed long
@@ -49,9 +54,18 @@ class GuardedNodelet : public nodelet::Nodelet {
   /// Does the work of a callback. @returns what it threw, in words; empty when all went well
   template <typename Work>
   std::string guarded(const std::string& callback, Work work) {
+    const std::lock_guard<std::timed_mutex> lock(callback_mutex_);
+    if (has_ended_) return "the node ends";
     const std::string error = thrownBy(work);
     if (!error.empty()) onError(callback, error);
     return error;
+  }
+
+  /// Waits for the callback that runs; no other one begins.
+  void endCallbacks() {
+    if (queue_ != nullptr) queue_->disable();
+    const std::lock_guard<std::timed_mutex> lock(callback_mutex_);
+    has_ended_ = true;
   }
 
   void say(bool is_good, const std::string& sentence) {
@@ -79,9 +93,11 @@ class GuardedNodelet : public nodelet::Nodelet {
   }
 
   LogThrottle throttle_{kWarningPeriod_s};
+  std::timed_mutex callback_mutex_;  ///< held by the callback that runs
 
  private:
   void onInit() final {
+    queue_ = dynamic_cast<nodelet::detail::CallbackQueue*>(getNodeHandle().getCallbackQueue());
     try {
       start();
     } catch (const std::exception& error) {
@@ -89,6 +105,9 @@ class GuardedNodelet : public nodelet::Nodelet {
       throw;  // tells the nodelet loader, which says nothing by itself
     }
   }
+
+  nodelet::detail::CallbackQueue* queue_ = nullptr;  ///< the manager's, which outlives the nodelet
+  bool has_ended_ = false;                           ///< under callback_mutex_
 };
 
 }  // namespace bearing_calibration_ros

@@ -28,11 +28,14 @@ namespace bearing_calibration_ros {
 ///
 /// Threading: every subscriber, timer and service hangs on getNodeHandle()'s queue, which a nodelet
 /// manager serves with one thread at a time. So no callback runs beside another; callback_mutex_
-/// only keeps out the thread that saves at the end (ResultSaver). Fits run on a thread of the
+/// only keeps out the threads that save and delete at the end. Fits run on a thread of the
 /// calibrator's own, which touches nothing that a callback does (FitsBeside). That queue may be
 /// served while start() is still under way: everything that a callback uses exists before the
 /// first of them can come, and is not touched by start() afterwards.
 class CalibrationNodelet : public GuardedNodelet {
+ public:
+  ~CalibrationNodelet() override { endCallbacks(); }
+
  private:
   void start() override {
     config_ =
@@ -264,11 +267,6 @@ class CalibrationNodelet : public GuardedNodelet {
     publisher_->diagnose(silence, &status);
   }
 
-  template <typename Work>
-  std::string guarded(const char* callback, Work work) {
-    const std::lock_guard<std::timed_mutex> lock(callback_mutex_);
-    return GuardedNodelet::guarded(callback, work);
-  }
   template <typename Response, typename Work>
   bool serve(const char* service, Response* response, Work work) {
     const std::string error = guarded(service, work);
@@ -284,7 +282,6 @@ class CalibrationNodelet : public GuardedNodelet {
   std::deque<std::function<void(const ros::Time&)>> early_inputs_;  ///< before the first /clock
   ClockWatch clock_watch_;
   StampWatch stamp_watch_;
-  std::timed_mutex callback_mutex_;  ///< held by the callback that runs
   std::unique_ptr<ResultSaver> saver_;
 
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;

@@ -35,6 +35,9 @@ namespace bearing_calibration_ros {
 /// serves with one thread at a time. So no callback runs beside another, and nothing here is
 /// locked.
 class LightDetectionNodelet : public GuardedNodelet {
+ public:
+  ~LightDetectionNodelet() override { endCallbacks(); }
+
  private:
   void start() override {
     config_ = readConfig<DetectionNodeConfig>(ParamReader(getPrivateNodeHandle()));

@@ -29,6 +29,7 @@ namespace bearing_calibration_ros {
 class SimulationNodelet : public GuardedNodelet {
  public:
   ~SimulationNodelet() override {
+    endCallbacks();
     if (clock_) clock_->stop();
     if (camera_) camera_->stop();
     if (thread_.joinable()) thread_.join();
@@ -76,14 +77,16 @@ class SimulationNodelet : public GuardedNodelet {
   }
 
   void onCommand(const geometry_msgs::TwistConstPtr& message) {
-    if (!std::isfinite(message->linear.x) || !std::isfinite(message->angular.z)) {
-      NODELET_WARN_THROTTLE(
-          kWarningPeriod_s, "%s: velocity (%f m/s, %f rad/s) is not finite: command ignored",
-          command_subscriber_.getTopic().c_str(), message->linear.x, message->angular.z);
-      return;
-    }
-    const std::lock_guard<std::mutex> lock(command_mutex_);
-    command_ = *message;
+    guarded("cmd_vel", [&] {
+      if (!std::isfinite(message->linear.x) || !std::isfinite(message->angular.z)) {
+        NODELET_WARN_THROTTLE(
+            kWarningPeriod_s, "%s: velocity (%f m/s, %f rad/s) is not finite: command ignored",
+            command_subscriber_.getTopic().c_str(), message->linear.x, message->angular.z);
+        return;
+      }
+      const std::lock_guard<std::mutex> lock(command_mutex_);
+      command_ = *message;
+    });
   }
 
   void run() {

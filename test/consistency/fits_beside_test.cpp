@@ -254,7 +254,7 @@ bool loseTheLight(std::uint64_t seed) {
   for (std::size_t i = kHidden; i < frames.size(); ++i) {
     fits.takeOver();
     const FitsReport before = fits.report();
-    if (!fits.process(frames[i].image, frames[i].motion, frames[i].nearby).lost_light) continue;
+    if (!fits.process(frames[i]).lost_light) continue;
     const FitsReport after = fits.report();
     if (!before.under_way || after.taken > before.taken) return false;
     EXPECT_EQ(after.dropped, before.dropped + 1);
