@@ -102,11 +102,12 @@ class GuardedNodelet : public nodelet::Nodelet {
       start();
     } catch (const std::exception& error) {
       NODELET_FATAL("not started: %s", error.what());
-      throw;  // tells the nodelet loader, which says nothing by itself
+      queue_ = nullptr;  // of a nodelet that is not loaded the loader deletes the queue first
+      throw;             // tells the nodelet loader, which says nothing by itself
     }
   }
 
-  nodelet::detail::CallbackQueue* queue_ = nullptr;  ///< the manager's, which outlives the nodelet
+  nodelet::detail::CallbackQueue* queue_ = nullptr;  ///< the manager's; null: not loaded
   bool has_ended_ = false;                           ///< under callback_mutex_
 };
 
