@@ -1,10 +1,16 @@
 """Programs that print measured tables for the documents: they run, and a miss is a miss."""
 
+import os
 import re
 import subprocess
+import tempfile
 import unittest
 
 import roslib.packages
+
+
+REPOSITORY = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+REMEASURE = os.path.join(REPOSITORY, 'tools', 'study', 'remeasure.py')
 
 
 def run(name, *arguments):
@@ -49,6 +55,28 @@ class Tables(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         row = next(line.split('|') for line in done.stdout.splitlines() if line.startswith('| 100'))
         self.assertEqual(int(row[5]), 0)  # wrong
+
+    def testAPagesTablesAreMeasuredAgain(self):
+        command = 'monte_carlo --what batch --world paper --runs 3 --times'
+        other = '| time [s] | luck |\n|---|---|\n| 100 | 7 |\n'
+        page = ('Words.\n\n    %s 20\n\nMore.\n\n'
+                '| time [s] | NEES/3 | declared |\n|---|---|---|\n| 20 | 9 | 8 |\n\n'
+                '    %s \\\n        50\n\n%s\nEnd.\n' % (command, command, other))
+        with tempfile.NamedTemporaryFile('w+', suffix='.md') as file:
+            file.write(page)
+            file.flush()
+            done = subprocess.run([REMEASURE, file.name], stdout=subprocess.PIPE,
+                                  universal_newlines=True, timeout=600)
+            with open(file.name) as measured:
+                text = measured.read()
+        self.assertEqual(done.returncode, 0, done.stdout)
+        printed = [[cell.strip() for cell in row.split('|')]
+                   for row in run('monte_carlo', *command.split()[1:], '20').stdout.splitlines()]
+        row = '| 20 | %s | %s |' % (printed[2][7], printed[2][4])
+        self.assertIn('|---|---|---|\n%s\n| 100 | ' % row, text)
+        self.assertNotIn('| 20 | 9 | 8 |', text)
+        self.assertTrue(text.startswith('Words.\n') and text.endswith(other + '\nEnd.\n'), text)
+        self.assertIn('other columns', done.stdout)
 
     def testMonteCarloNamesAWrongArgument(self):
         for option, value in (('--what', 'guess'), ('--world', 'moon')):

@@ -212,7 +212,7 @@ void printRemarkable(const std::vector<Trial>& trials, std::uint64_t first_seed)
     const Snapshot& end = trial.snapshots.back();
     const auto seed = static_cast<unsigned long long>(first_seed + i);
     if (trial.worst_claim > kWrongChiSquare) {
-      std::printf("seed %llu: wrong claim, chi-square %.1f\n", seed, trial.worst_claim);
+      std::printf("seed %llu: declared and wrong, chi-square %.1f\n", seed, trial.worst_claim);
     }
     if (end.failed() && !end.claims) {
       std::printf("seed %llu: failed, chi-square %.1f, but only %s\n", seed, end.mountChiSquare(),
@@ -220,7 +220,7 @@ void printRemarkable(const std::vector<Trial>& trials, std::uint64_t first_seed)
     }
     if (end.claims && end.stateChiSquare() > kWrongStateChiSquare) {
       std::printf(
-          "seed %llu: the light is not where the claim says, chi-square %.1f, the mount's %.1f\n",
+          "seed %llu: declared, but the light is elsewhere, chi-square %.1f, the mount's %.1f\n",
           seed, end.stateChiSquare(), end.mountChiSquare());
     }
     if (end.possible && !end.claims) {

@@ -44,7 +44,7 @@ void judgeRow(const TableRow& row, std::vector<Bar>& bars) {
   constexpr double kEarly_s = 20.0;
   constexpr int kMountDegrees = 3;
   const std::string at = " at " + std::to_string(static_cast<int>(row.time_s)) + " s";
-  bars.push_back(atMost("possible but not claimed" + at, row.possible - row.possible_claimed,
+  bars.push_back(atMost("possible but not declared" + at, row.possible - row.possible_claimed,
                         mostOf(row.possible, kMissedShare)));
   bars.push_back(
       atMost("beyond the 99 % ellipsoid" + at, row.beyond, mostOf(row.claimed, kBeyondShare)));

@@ -121,15 +121,15 @@ std::string formatBounds(const std::vector<Trial>& trials) {
 
 std::string format(const std::vector<TableRow>& rows) {
   std::string text =
-      "| time [s] | possible | claimed of these | claimed | wrong | beyond 99 % | NEES/3 | NEES/5 "
-      "| of all estimates: NEES/3, failed | RMSE/bound phi rho psi x y yaw | ms mean, most | "
-      "states |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "| time [s] | possible | declared of these | declared | wrong | beyond 99 % | NEES/3 | "
+      "NEES/5 | NEES/3 of all estimates | failed | RMSE/bound phi, rho, psi, x, y, yaw | "
+      "ms mean, most | states |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const TableRow& row : rows) {
     char line[512];
     const Eigen::Matrix<double, 6, 1>& q = row.rmse_per_bound;
     std::snprintf(line, sizeof(line),
-                  "| %.0f | %d of %d | %d | %d | %d | %d | %.2f | %.2f | %.2f, %d | %.2f %.2f "
+                  "| %.0f | %d of %d | %d | %d | %d | %d | %.2f | %.2f | %.2f | %d | %.2f %.2f "
                   "%.2f %.2f %.2f %.2f | %.1f, %.0f | ",
                   row.time_s, row.possible, row.trials, row.possible_claimed, row.claimed,
                   row.wrong, row.beyond, row.mount_nees, row.state_nees, row.estimate_nees,
