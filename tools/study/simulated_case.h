@@ -77,7 +77,8 @@ void drawNoise(SimulatedCase& simulated, std::uint64_t seed);
 /// Hides the light for a share of the run, in stretches of some seconds anywhere.
 void addOcclusions(SimulatedCase& simulated, double share, std::uint64_t seed);
 
-/// What the calibration's parameters look for by default (config/calibration.yaml).
+/// What the calibration's parameters look for by default (config/calibration.yaml), but for the
+/// separation: to 2 %.
 ErrorPriors usualErrors();
 
 NoisePriors usualNoise();
