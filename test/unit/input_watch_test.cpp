@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 
 #include "bearing_calibration_ros/guarded_nodelet.h"
 #include "bearing_calibration_ros/thrown.h"
@@ -123,6 +126,31 @@ TEST(ThrownBy, HasWordsForWhateverEndsACallback) {
   EXPECT_EQ(thrownBy([] { throw XmlRpc::XmlRpcException("type error"); }), "type error");
   EXPECT_NE(thrownBy([] { throw std::runtime_error(""); }), "");
   EXPECT_NE(thrownBy([] { throw 7; }), "");
+}
+
+/// A nodelet without a master.
+struct ANodelet : GuardedNodelet {
+  void start() override {}
+  using GuardedNodelet::endCallbacks;
+  using GuardedNodelet::guarded;
+};
+
+TEST(GuardedNodelet, WaitsAtItsEndForTheCallbackThatRunsAndLetsNoOtherBegin) {
+  ANodelet nodelet;
+  std::atomic<bool> has_begun{false};
+  std::atomic<bool> is_done{false};
+  std::thread manager([&] {
+    nodelet.guarded("callback", [&] {
+      has_begun = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      is_done = true;
+    });
+  });
+  while (!has_begun) std::this_thread::yield();
+  nodelet.endCallbacks();
+  EXPECT_TRUE(is_done);
+  manager.join();
+  EXPECT_NE(nodelet.guarded("late", [] { FAIL() << "begun after the end"; }), "");
 }
 
 TEST(LogThrottle, KnowsKindsApart) {
