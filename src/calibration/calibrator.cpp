@@ -28,7 +28,7 @@ InputOutcome Calibrator::addReading(const Reading& reading, Stamp received) {
   noteStepBack();
   if (odometer_.travel() && (track_.empty() || odometer_.travel()->stamp > track_.newest())) {
     followTravel(*odometer_.travel());
-    while (const std::optional<Frame> frame = nextCovered()) report(estimation_->process(*frame));
+    while (const std::optional<Frame> frame = nextCovered()) notify(estimation_->process(*frame));
   }
   return outcome;
 }
@@ -53,7 +53,7 @@ InputOutcome Calibrator::addWheel(WheelSide side, const WheelCount& count, Stamp
 
 InputOutcome Calibrator::addBearings(const BearingSet& bearings, Stamp received) {
   const InputOutcome outcome = accept(bearings, received);
-  while (const std::optional<Frame> frame = nextCovered()) report(estimation_->process(*frame));
+  while (const std::optional<Frame> frame = nextCovered()) notify(estimation_->process(*frame));
   takeOverFit();
   return outcome;
 }
@@ -236,7 +236,7 @@ std::optional<Frame> Calibrator::nextCovered() {
   return std::nullopt;
 }
 
-void Calibrator::report(const AssociationOutcome& outcome) const {
+void Calibrator::notify(const AssociationOutcome& outcome) const {
   if (observer_) observer_(outcome);
 }
 

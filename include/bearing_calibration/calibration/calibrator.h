@@ -79,7 +79,7 @@ class Calibrator {
   InputOutcome countBearings(const InputOutcome& outcome);
   void followTravel(const WheelTravel& travel);
   std::optional<Frame> nextCovered();
-  void report(const AssociationOutcome& outcome) const;
+  void notify(const AssociationOutcome& outcome) const;
 
   CalibratorConfig config_;
   WheelPairing pairing_;
