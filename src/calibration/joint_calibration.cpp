@@ -14,6 +14,10 @@
 namespace bearing_calibration::core {
 namespace {
 
+/// Largest NIS of a bearing, five standard deviations. A light's own filter, which knows less, may
+/// have taken another light for it, or follow it after a slip: the next fit tells.
+constexpr double kGate = 25.0;
+
 constexpr std::size_t kNoLight = std::numeric_limits<std::size_t>::max();
 
 /// Slips and outliers of each light have been decided by its own fit: what fits worse together is
@@ -71,7 +75,11 @@ void JointCalibration::add(const LightsImage& image) {
     Bearing bearing;
     bearing.azimuth_rad = observation.azimuth_rad;
     bearing.azimuth_variance_rad2 = widening_[i] * observation.azimuth_variance_rad2;
-    joint_->filter.update(bearing, image.nearby, static_cast<int>(i));
+    const auto light = static_cast<int>(i);
+    const Innovation innovation =
+        joint_->filter.predictAzimuth(image.nearby, light)
+            .innovationOf(bearing.azimuth_rad, bearing.azimuth_variance_rad2);
+    if (innovation.nis() <= kGate) joint_->filter.update(bearing, image.nearby, light);
   }
 }
 
@@ -119,8 +127,9 @@ void JointCalibration::review(const std::vector<const LandmarkSolution*>& answer
     contradicting_.push_back(*culprit);
     agreeing.erase(std::find(agreeing.begin(), agreeing.end(), *culprit));
   }
-  // One that is wrong pulls the joint answer about as far from the truth as it is from it.
-  constexpr double kFalseDoubt = 1e-3;
+  // One that is wrong pulls the joint answer about as far from the truth as it is from it. A sound
+  // one may be doubted for a moment; one that moves slowly is, long before it is found out.
+  constexpr double kFalseDoubt = 0.01;
   const double most = contradictionOf(*answers[mostContradicted(answers)]);
   const bool is_clear = most <= largestContradiction(agreeing.size(), kFalseDoubt);
   StateEstimate estimate = joint_->filter.estimate();

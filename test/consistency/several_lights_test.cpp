@@ -194,6 +194,21 @@ TEST(SeveralLights, OneOfTwoThatMovesIsNeverBelievedWrongly) {
   }
 }
 
+// A light whose place another one takes while it is hidden, and one that pulls the mount before it
+// is found out.
+TEST(SeveralLights, HiddenInTurnOrMovingAreNeverBelievedWronglyWithoutNumbers) {
+  SimulatedCase hidden = danceWith(4, 46);
+  hidden.hide_in_turn_s = 5.0;
+  SimulatedCase moving = danceWith(4, 30);
+  moving.lights.back().velocity_mps.x() = 0.02;
+  for (SimulatedCase* simulated : {&hidden, &moving}) {
+    simulated->are_lights_told = false;
+    const Trial trial = tryCalibrator(*simulated, {simulated->duration_s});
+    EXPECT_TRUE(trial.ever_claimed);
+    EXPECT_LT(trial.worst_claim, kWrongChiSquare);
+  }
+}
+
 TEST(SeveralLights, OneOfThreeThatMovesIsLeftOutAndSaid) {
   SimulatedCase simulated = danceWith(3, 7);
   simulated.duration_s = 60.0;
