@@ -75,6 +75,7 @@ MountCalibration SeveralLights::newLight() const {
 OdometryIncrement SeveralLights::withHiddenTurn(const Frame& frame) const {
   constexpr double kSlid_m = 0.1;
   constexpr double kTurned_rad = 0.05;
+  if (lights_.size() < 2) return frame.motion;  // one alone tells no turn from a mistake
   std::vector<AzimuthPrediction> expected;
   for (const MountCalibration& light : lights_) {
     if (!light.isFound() || light.lightId() != kUnknownLight) continue;
