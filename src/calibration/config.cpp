@@ -6,38 +6,11 @@
 
 namespace bearing_calibration::core {
 
-using namespace plausible;
-
-MountEstimate InitialisationConfig::mount() const {
-  const double position_variance = position_stddev_m * position_stddev_m;
-  MountEstimate mount;
-  mount.mean << x_m, y_m, yaw_rad;
-  mount.covariance.diagonal() << position_variance, position_variance,
-      yaw_stddev_rad * yaw_stddev_rad;
-  return mount;
-}
-
-void InitialisationConfig::declare(Parameters& params) {
-  params.choice("initialisation/from", {"nothing", "guess"}, kind);
-  const bool is_used = kind == Kind::kGuess;
-  const double least_m = is_used ? kLeastLength_m : 0.0;
-  params.number("initialisation/light_distance", light_distance_m, least_m, kFarthest_m);
-  params.number("initialisation/light_distance_stddev", light_distance_stddev_m, least_m,
-                kFarthest_m);
-  params.number("initialisation/x", x_m, -kFarthest_m, kFarthest_m);
-  params.number("initialisation/y", y_m, -kFarthest_m, kFarthest_m);
-  params.number("initialisation/position_stddev", position_stddev_m, least_m, kFarthest_m);
-  params.number("initialisation/yaw", yaw_rad, -kTurn_rad, kTurn_rad);
-  params.number("initialisation/yaw_stddev", yaw_stddev_rad, is_used ? kLeastAngle_rad : 0.0,
-                kTurn_rad);
-}
-
 void CalibratorConfig::declare(Parameters& params) {
   drive.declare(params);
   wheel_noise.declare(params);
   wheel_times.declare(params);
   bearings.declare(params);
-  initialisation.declare(params);
   initializer.declare(params);
   filter.declare(params);
   converged.declare(params);

@@ -42,7 +42,7 @@ AssociationOutcome MountCalibration::process(const Frame& frame) {
   return outcome;
 }
 
-/// Nothing is known yet, or only a guess that a filter works on meanwhile.
+/// Nothing is known yet, or only an earlier mount that a filter works on meanwhile.
 void MountCalibration::start(const Frame& frame, AssociationOutcome* outcome) {
   const Association choice = picker_.pick(frame.image.candidates, mayBeOthers());
   if (choice.kind == Association::Kind::kNothingSeen) return;
@@ -56,7 +56,7 @@ void MountCalibration::start(const Frame& frame, AssociationOutcome* outcome) {
   noteLight(light);
   remember(light, frame);
   if (!tracker_) ++bearings_used_;
-  if (!search_.hasAttempted() && !tracker_) startFromGuess(light);
+  if (earlier_ && !search_.hasAttempted() && !tracker_) startFromEarlier(light);
   is_work_due_ = search_.isDue(initializer_.record());
   if (is_work_due_ && fits_run_ == FitsRun::kAtOnce) work();
 }
@@ -92,19 +92,15 @@ void MountCalibration::attemptStart() {
   started_ = true;
 }
 
-void MountCalibration::startFromGuess(const Bearing& light) {
-  const InitialisationConfig& guess = config_.initialisation;
+/// What an earlier calibration knows is followed until the observations tell by themselves.
+void MountCalibration::startFromEarlier(const Bearing& light) {
   constexpr double kUncorrelated = 0.0;
   constexpr LightDistance kSomewhereNear{2.0, 1.0};  // corrected by the first metre driven
-  if (!earlier_ && guess.kind != InitialisationConfig::Kind::kGuess) return;
-  const LightDistance distance =
-      earlier_ ? kSomewhereNear
-               : LightDistance{guess.light_distance_m, guess.light_distance_stddev_m};
   const ErrorPriors& errors = config_.initializer.batch.errors;
   tracker_.emplace(
       config_.filter,
-      StateEstimate::of(placeLight(earlier_ ? earlier_->mount() : guess.mount(), distance,
-                                   light.azimuth_rad, light.azimuth_variance_rad2),
+      StateEstimate::of(placeLight(earlier_->mount(), kSomewhereNear, light.azimuth_rad,
+                                   light.azimuth_variance_rad2),
                         errorsInUse(errors), priorEstimate(errors)),
       kUncorrelated);
 }

@@ -128,29 +128,30 @@ class CalibrationClockTest(unittest.TestCase):
 
     # After test_clock, which begins without a clock.
     def test_tf_goes_by_the_clock(self):
-        self.set_clock(START_S + 10.0)
+        now_s = START_S + 20.0
+        self.set_clock(now_s)
         self.node.reset()
         del self.transforms[:]
-        self.drive(START_S, 2.0)
-        self.node.wait_for(lambda e: e.bearings_used == 20, 'an estimate')
-        self.set_clock(START_S + 10.5)
-        self.assert_transform_at(START_S + 10.5)
-        self.set_clock(START_S + 11.0)
-        self.assert_transform_at(START_S + 11.0)
+        self.drive(START_S, World.FOUND_S)
+        self.node.wait_for(lambda e: not math.isnan(e.x_m), 'an estimate')
+        self.set_clock(now_s + 0.5)
+        self.assert_transform_at(now_s + 0.5)
+        self.set_clock(now_s + 1.0)
+        self.assert_transform_at(now_s + 1.0)
         count = len(self.transforms)
-        self.set_clock(START_S + 10.25)
+        self.set_clock(now_s + 0.25)
         self.wait_a_second()
         self.assertEqual(len(self.transforms), count, 'a stamp is never sent twice, nor an earlier')
-        self.set_clock(START_S + 11.25)
-        self.assert_transform_at(START_S + 11.25)
-        self.set_clock(START_S + 5.0)  # a jump: the stamps begin anew with the calibration
+        self.set_clock(now_s + 1.25)
+        self.assert_transform_at(now_s + 1.25)
+        self.set_clock(START_S + 16.0)  # a jump: the stamps begin anew with the calibration
         self.node.wait_for(lambda e: e.bearings_used == 0, 'reset')
         self.wait_a_second()
-        self.assertEqual(self.transforms[-1].header.stamp, rospy.Time.from_sec(START_S + 11.25))
-        self.drive(START_S, 2.0)
-        self.node.wait_for(lambda e: e.bearings_used == 20, 'an estimate')
-        self.set_clock(START_S + 5.5)
-        self.assert_transform_at(START_S + 5.5)
+        self.assertEqual(self.transforms[-1].header.stamp, rospy.Time.from_sec(now_s + 1.25))
+        self.drive(START_S, World.FOUND_S)
+        self.node.wait_for(lambda e: not math.isnan(e.x_m), 'an estimate')
+        self.set_clock(START_S + 16.5)
+        self.assert_transform_at(START_S + 16.5)
 
     # After test_clock, too.
     def test_small_steps(self):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""From a rough guess to the right mount, whatever the parametrisation, the source of the wheels' readings and
+"""The right mount, whatever the parametrisation, the source of the wheels' readings and
 the way the nodelet was started; and what is published on the way."""
 
 import math
@@ -54,7 +54,6 @@ class CalibrationEstimateTest(unittest.TestCase):
             self.assertLess(error, 3.0, '%s is off by %.2f standard deviations\n%s'
                             % (quantity, error, self.estimate))
         self.assertIn('a light 3 m ahead is placed within', self.estimate.quality[0])
-        # The start's own standard deviations are 0.2 m and 20 deg: something must be learnt.
         self.assertLess(self.estimate.x_stddev_m, 0.02)
         self.assertLess(self.estimate.y_stddev_m, 0.02)
         self.assertLess(self.estimate.yaw_stddev_rad, math.radians(2.0))

@@ -51,6 +51,7 @@ class World:
     BEARING_RATE = TICK_RATE // TICKS_PER_BEARING
     STRAIGHT_S = 5.0
     SPIN_S = 2.5 * math.pi * WHEEL_SEPARATION / 2.0 / WHEEL_SPEED
+    FOUND_S = 15.0  # of this drive tell where the sensor is
 
     def __init__(self, start_stamp_s, seed=1, bearing_stddev=math.radians(0.5)):
         self.sensor = (0.15, 0.08, math.radians(12.0))  # x, y, yaw in the base frame

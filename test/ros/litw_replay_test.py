@@ -2,7 +2,7 @@
 """The real recording `litw`, replayed from bags through the calibration nodelet.
 
 Each of its nine landmarks alone is one calibration of the same mount: it gets a nodelet, a bag made
-by csv_to_bag, and a rough start. The bags are played at once, with the bags' own clock.
+by csv_to_bag. The bags are played at once, with the bags' own clock.
 """
 
 import bisect
@@ -38,10 +38,6 @@ LANDMARKS = (1, 3, 4, 6, 7, 8, 10, 12, 15)
 # Where the estimate must end.
 MAX_POSITION_ERROR_M = 0.06
 MAX_YAW_ERROR_RAD = math.radians(2.5)
-
-# The rough start: one corner of these for each landmark in turn.
-DISTANCE_ERROR = 0.2  # relative
-YAW_ERROR_RAD = math.radians(20)
 
 # The recording's README: bearings scatter by 0.019 rad with a lag-1 correlation a of 0.3 to 0.6.
 # Such a series says as much as white noise whose variance is larger by (1 + a) / (1 - a); a = 0.5.
@@ -83,13 +79,6 @@ PARAMETERS = {
     'errors': {
         'bearing_noise_stddev': 0.0,
         'wheel_noise_stddev': 0.0,
-    },
-    'initialisation': {
-        'from': 'guess',
-        'x': 0.0,
-        'y': 0.0,
-        'position_stddev': 0.3,
-        'yaw_stddev': YAW_ERROR_RAD,
     },
 }
 
@@ -140,11 +129,11 @@ class Replay:
         clock = rospy.Publisher('/clock', Clock, queue_size=1, latch=True)
         clock.publish(rospy.Time.from_sec(START_TIME_S))
         bearings = rowsOf('bearings.csv')
-        for index, landmark in enumerate(LANDMARKS):
+        for landmark in LANDMARKS:
             self.observations[landmark] = [row for row in bearings if int(row['landmark_id']) == landmark]
             self.times_s[landmark] = [float(row['t_s']) for row in self.observations[landmark]]
             self.makeBag(landmark)
-            self.startNodelet(index, landmark)
+            self.startNodelet(landmark)
         waitFor(self.nodeletsListen, START_DEADLINE_S, 'the nodelets have subscribed')
 
     def bagOf(self, landmark):
@@ -161,23 +150,13 @@ class Replay:
              '--ticks-topic', namespace + '/wheel_ticks',
              '--bearings-topic', namespace + '/bearings'], check=True, timeout=300)
 
-    def startOf(self, index, landmark):
-        """A guess that is wrong by as much as a user may be wrong, in one of the four corners."""
-        range_m = float(self.observations[landmark][0]['range_m'])
-        distance_sign = 1 if index % 2 == 0 else -1
-        yaw_sign = 1 if index // 2 % 2 == 0 else -1
-        return {'light_distance': range_m * (1 + distance_sign * DISTANCE_ERROR),
-                'light_distance_stddev': range_m * DISTANCE_ERROR,
-                'yaw': self.truth['yaw_rad'] + yaw_sign * YAW_ERROR_RAD}
-
-    def startNodelet(self, index, landmark):
+    def startNodelet(self, landmark):
         namespace = '/' + namespaceOf(landmark)
         file = os.path.join(REPOSITORY, 'config', 'calibration.yaml')
         for parameters, _ in rosparam.load_file(file):
             rosparam.upload_params(namespace + '/calibration', parameters)
         for group, values in PARAMETERS.items():
             rosparam.upload_params('%s/calibration/%s' % (namespace, group), values)
-        rosparam.upload_params(namespace + '/calibration/initialisation', self.startOf(index, landmark))
         rosparam.set_param(namespace + '/calibration/output/folder', self.folder)
         rospy.Subscriber(namespace + '/calibration/estimate', CalibrationEstimate,
                          lambda message: self.estimates.update({landmark: message}))

@@ -44,8 +44,8 @@ class LitwCalibrate(unittest.TestCase):
             run('csv_to_bag', os.path.join(source, 'odometry_calibrated.csv'),
                 os.path.join(source, 'bearings.csv'), '--landmark', str(landmark),
                 '--bearing-stddev', '0.033', '--output', bags[-1]).check_returncode()
-        cls.done = run('calibrate_bag', *bags, '--config', config, '--set', 'initialisation/from=nothing',
-                       '--output', cls.folder, '--compare')
+        cls.done = run('calibrate_bag', *bags, '--config', config, '--output', cls.folder,
+                       '--compare')
         print(cls.done.stdout)
         with open(os.path.join(source, 'truth.json')) as file:
             cls.truth = json.load(file)

@@ -82,7 +82,6 @@ CalibratorConfig configFor(const RecordingSetup& setup) {
   CalibratorConfig config = defaultCalibration(drive, setup.wheel_noise);
   config.bearings.latency_s = setup.latency_s;
   config.bearings.max_future_s = 1.0;
-  config.initialisation = setup.initialisation;
   config.initializer.batch.errors = setup.errors;
   config.initializer.noise = setup.noise;
   return config;

@@ -24,16 +24,8 @@ using testing::simulate;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-CalibratorConfig guessedConfig(FilterConfig::Parametrisation parametrisation) {
+CalibratorConfig configWith(FilterConfig::Parametrisation parametrisation) {
   CalibratorConfig config = calibratorConfig();
-  config.initialisation.kind = InitialisationConfig::Kind::kGuess;
-  config.initialisation.light_distance_m = 2.2;  // 2.07 m is right
-  config.initialisation.light_distance_stddev_m = 0.4;
-  config.initialisation.x_m = 0.05;
-  config.initialisation.y_m = 0.0;
-  config.initialisation.position_stddev_m = 0.08;
-  config.initialisation.yaw_rad = radiansFromDegrees(50.0);  // 60 is right
-  config.initialisation.yaw_stddev_rad = radiansFromDegrees(15.0);
   config.filter.parametrisation = parametrisation;
   return config;
 }
@@ -47,30 +39,30 @@ BearingSet bearingsAt(Stamp stamp, double azimuth_rad) {
 
 // Its covariance would be too small.
 TEST(ThePapersFilter, IsRefusedTogetherWithErrorsOfTheRobot) {
-  CalibratorConfig config = guessedConfig(FilterConfig::Parametrisation::kPaper);
+  CalibratorConfig config = configWith(FilterConfig::Parametrisation::kPaper);
   EXPECT_TRUE(errorsOf(config).empty());
   config.initializer.batch.errors.setBlock(TimeOffset::kName, 0.1);
   ASSERT_EQ(errorsOf(config).size(), 1U);
   EXPECT_NE(errorsOf(config).front().find("filter/parametrisation"), std::string::npos);
 }
 
-class FromAGuess : public ::testing::TestWithParam<FilterConfig::Parametrisation> {};
+class EitherParametrisation : public ::testing::TestWithParam<FilterConfig::Parametrisation> {};
 
 // Ten seeds, one test: the sum of ten chi-squares of 3 degrees stays below the 99.9 % quantile
 // of 30.
-TEST_P(FromAGuess, EndsAtTheTruthWithinItsCovariance) {
+TEST_P(EitherParametrisation, EndsAtTheTruthWithinItsCovariance) {
   constexpr int kRuns = 10;
   double chi_square = 0.0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const RobotConfig robot = paperRobot(seed);
-    Calibrator calibrator(guessedConfig(GetParam()));
+    Calibrator calibrator(configWith(GetParam()));
     const SimulatedRecord record = simulate(robot, 100.0);
     const CalibrationResult started = play(record, &calibrator, {0.0}, 0.0, 30.0);
     const CalibrationResult result = play(record, &calibrator, {0.0}, 30.0);
     ASSERT_TRUE(result.base_from_sensor.has_value());
     EXPECT_EQ(result.bearings_used + result.bearings_gated, record.bearings.size())
         << "seed " << seed;
-    // 0.1 % is expected of the gate, once the filter no longer follows the guess
+    // 0.1 % is expected of the gate, once the filter is settled
     EXPECT_LT(result.bearings_gated - started.bearings_gated, 10U) << "seed " << seed;
     chi_square += mountChiSquare(*result.base_from_sensor, robot.base_from_sensor);
     EXPECT_LT(std::sqrt(result.base_from_sensor->covariance(0, 0)), 0.003);
@@ -78,7 +70,7 @@ TEST_P(FromAGuess, EndsAtTheTruthWithinItsCovariance) {
   EXPECT_LT(chi_square, chiSquareQuantile(0.999, 3.0 * kRuns));
 }
 
-INSTANTIATE_TEST_SUITE_P(Charts, FromAGuess,
+INSTANTIATE_TEST_SUITE_P(Both, EitherParametrisation,
                          ::testing::Values(FilterConfig::Parametrisation::kCartesian,
                                            FilterConfig::Parametrisation::kPaper),
                          [](const auto& parametrisation) {
@@ -89,8 +81,8 @@ INSTANTIATE_TEST_SUITE_P(Charts, FromAGuess,
 
 TEST(Calibrator, LateImagesGiveTheSameAsPromptOnes) {
   const SimulatedRecord record = simulate(paperRobot(3), 60.0);
-  Calibrator prompt(guessedConfig(FilterConfig::Parametrisation::kCartesian));
-  Calibrator late(guessedConfig(FilterConfig::Parametrisation::kCartesian));
+  Calibrator prompt(calibratorConfig());
+  Calibrator late(calibratorConfig());
   const CalibrationResult a = play(record, &prompt);
   const CalibrationResult b = play(record, &late, {0.35});  // of arrival; the stamps are right
   ASSERT_TRUE(a.base_from_sensor && b.base_from_sensor);
@@ -100,7 +92,7 @@ TEST(Calibrator, LateImagesGiveTheSameAsPromptOnes) {
 
 TEST(Calibrator, FusesTwoSensorsInTheOrderOfTheirStamps) {
   const SimulatedRecord record = simulate(paperRobot(3), 30.0);
-  CalibratorConfig config = guessedConfig(FilterConfig::Parametrisation::kCartesian);
+  CalibratorConfig config = calibratorConfig();
   Calibrator in_order(config);
   Calibrator impatient(config);
   config.bearings.reorder_window_s = 0.15;
@@ -118,7 +110,7 @@ TEST(Calibrator, FusesTwoSensorsInTheOrderOfTheirStamps) {
 TEST(Calibrator, ALateStampIsTakenOffByTheLatency) {
   RobotConfig robot = paperRobot(8);
   robot.stamp_latency_s = 0.1;
-  CalibratorConfig config = guessedConfig(FilterConfig::Parametrisation::kCartesian);
+  CalibratorConfig config = calibratorConfig();
   Calibrator unaware(config);
   config.bearings.latency_s = 0.1;
   Calibrator aware(config);
@@ -193,12 +185,12 @@ TEST(Calibrator, LivesThroughAStepBackOfTheClock) {
   const RobotConfig robot = paperRobot(4);
   const SimulatedRecord measured = simulate(robot, 160.0);
   const CalibrationResult undisturbed = [&] {
-    Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
+    Calibrator calibrator(calibratorConfig());
     return play(measured, &calibrator);
   }();
   ASSERT_EQ(undisturbed.state, CalibrationState::kConverged);
   for (const double step_s : {0.25, 0.9}) {
-    Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
+    Calibrator calibrator(calibratorConfig());
     const CalibrationResult result =
         playInOrderOf(measured, steppedBack(measured, kStepped_s, step_s), &calibrator);
     EXPECT_EQ(result.state, CalibrationState::kConverged) << result.advice;
@@ -216,7 +208,7 @@ TEST(Calibrator, LivesThroughAStepBackOfTheClock) {
 TEST(Calibrator, PredictsTheNextBearing) {
   const RobotConfig robot = paperRobot(2);
   const SimulatedRecord record = simulate(robot, 60.0);
-  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
+  Calibrator calibrator(calibratorConfig());
   EXPECT_FALSE(calibrator.predictBearing(robot.start).has_value());
   play(record, &calibrator);
   const BearingSet& last = record.bearings.back();
@@ -485,7 +477,7 @@ TEST(SensorGeometry, KnownLessWellThanBeforeBeginsTheCalibrationAgain) {
 
 // The paper's state has no place for it: taken for noise, it would make a wrong mount look sure.
 TEST(SensorGeometry, IsRefusedByThePapersFilter) {
-  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kPaper));
+  Calibrator calibrator(configWith(FilterConfig::Parametrisation::kPaper));
   BearingSet bearings = bearingsAt(stampFromSeconds(1.0), 0.0);
   bearings.geometry = UnderAMisalignedMirror::kUnmeasured;
   const InputOutcome outcome = calibrator.addBearings(bearings, bearings.stamp);
@@ -497,7 +489,7 @@ TEST(SensorGeometry, IsRefusedByThePapersFilter) {
 
 class BadInput : public ::testing::Test {
  protected:
-  BadInput() : calibrator_(guessedConfig(FilterConfig::Parametrisation::kCartesian)) {
+  BadInput() : calibrator_(calibratorConfig()) {
     record_ = simulate(paperRobot(1), 10.0);
     before_ = play(record_, &calibrator_);
     last_ = record_.ticks.back().stamp;
@@ -677,7 +669,7 @@ TEST(AVarianceThatNoSensorHas, IsRaisedForElevationsToo) {
 }
 
 TEST(Calibrator, BearingsWithoutTicksAreBounded) {
-  CalibratorConfig config = guessedConfig(FilterConfig::Parametrisation::kCartesian);
+  CalibratorConfig config = calibratorConfig();
   config.bearings.max_waiting = 50;
   Calibrator calibrator(config);
   for (int i = 1; i <= 1000; ++i) {
@@ -691,7 +683,7 @@ TEST(Calibrator, BearingsWithoutTicksAreBounded) {
 }
 
 TEST(Calibrator, TicksWithoutBearingsWaitForTheLight) {
-  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
+  Calibrator calibrator(calibratorConfig());
   SimulatedRecord record = simulate(paperRobot(1), 10.0);
   record.bearings.clear();
   const CalibrationResult result = play(record, &calibrator);
@@ -701,7 +693,7 @@ TEST(Calibrator, TicksWithoutBearingsWaitForTheLight) {
 }
 
 TEST(Calibrator, PausedIgnoresBearingsAndFollowsTicks) {
-  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
+  Calibrator calibrator(calibratorConfig());
   const SimulatedRecord record = simulate(paperRobot(1), 20.0);
   play(record, &calibrator, {0.0}, 0.0, 10.0);
   calibrator.setPaused(true);
@@ -714,7 +706,7 @@ TEST(Calibrator, PausedIgnoresBearingsAndFollowsTicks) {
 }
 
 TEST(Calibrator, ResetForgetsEverything) {
-  Calibrator calibrator(guessedConfig(FilterConfig::Parametrisation::kCartesian));
+  Calibrator calibrator(calibratorConfig());
   play(simulate(paperRobot(1), 10.0), &calibrator);
   calibrator.reset();
   const CalibrationResult result = calibrator.result();

@@ -85,7 +85,7 @@ class MountCalibration {
   bool mayBeOthers() const { return config_.max_lights > 1 && !light_id_; }
   void start(const Frame& frame, AssociationOutcome* outcome);
   void attemptStart();
-  void startFromGuess(const Bearing& light);
+  void startFromEarlier(const Bearing& light);
   StateEstimate withEarlier(StateEstimate estimate);
   void follow(const Association& association, const Frame& frame, AssociationOutcome* outcome);
   bool isFitDue() const;
