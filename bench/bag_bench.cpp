@@ -160,7 +160,7 @@ void calibrateBag(benchmark::State& state) {
   for (auto _ : state) {
     std::atomic<std::uint64_t> progress{0};
     const core::BagOutcome outcome = core::calibrateBag(job, setup, &progress);
-    if (!outcome.review.estimate) state.SkipWithError("the mount was not found");
+    if (!outcome.result.cartesian_state) state.SkipWithError("the mount was not found");
   }
 }
 BENCHMARK(calibrateBag)->Unit(benchmark::kMillisecond)->UseRealTime();

@@ -6,8 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/robot_errors.h"
-#include "bearing_calibration/solve/mount_displacement.h"
-#include "bearing_calibration/solve/noise_review.h"
+#include "bearing_calibration/solve/slip_hypotheses.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -99,6 +98,11 @@ class Walk {
   OdometryIncrement since_kept_;  ///< motion since then
 };
 
+/// Mount and light of the first light, the one whose images are reviewed.
+std::optional<CartesianEstimate> lightOf(const CalibrationResult& result) {
+  return result.lights.empty() ? std::nullopt : result.lights.front().cartesian_state;
+}
+
 }  // namespace
 
 const char* nameOf(Verdict verdict) {
@@ -124,51 +128,29 @@ void OfflineReport::add(const AssociationOutcome& outcome) {
   motion_since_observation_ = {};
 }
 
-Review OfflineReport::conclude(const std::optional<StateEstimate>& running,
-                               const ErrorPriors& errors) {
-  config_.batch.errors = errors;
+Review OfflineReport::conclude(const CalibrationResult& result) const {
+  BatchConfig config = config_.batch;
+  config.errors = result.error_priors;
+  const std::vector<Observation> observations = withNoise(record_.observations(), result.noise);
   Review review;
-  const std::vector<Observation>& observations = record_.observations();
   review.motion = summariseMotion(observations);
-  review.estimate = running;
-  if (!running && !observations.empty()) {
-    review.start = findStart(observations, config_);
-    if (review.start.ready()) review.estimate = review.start.estimate;
+  BatchEstimate fit;
+  if (const auto& running = lightOf(result); running && !observations.empty()) {
+    // it is at the last image, which may have shown nothing
+    const Vector5 at_last_observation =
+        moved(running->mean, motion_since_observation_.start_from_end.inverse());
+    fit = BatchEstimator(config).estimate(
+        observations, {at_last_observation, observations.size() - 1, result.robot_errors.mean});
+    review.settled = fit.converged && fit.inlierFraction() >= config_.min_inlier_fraction;
   }
-  BatchEstimate batch;
-  if (review.estimate && !observations.empty()) {
-    // the running estimate is at the last image, which may have shown nothing
-    Vector5 at_last_observation = review.estimate->cartesian().mean;
-    if (running) {
-      at_last_observation =
-          moved(at_last_observation, motion_since_observation_.start_from_end.inverse());
-    }
-    const BatchEstimator estimator(config_.batch);
-    batch = estimator.estimate(observations, {at_last_observation, observations.size() - 1,
-                                              review.estimate->errors().mean});
-    const auto reviewed = [&] {
-      return reviewNoise(observations, batch, errors, config_.noise, review.noise);
-    };
-    if (config_.noise.any() && batch.converged) {
-      review.noise = reviewed().levels;
-      batch = estimator.estimate(withNoise(observations, review.noise), surestStart(batch));
-    }
-    review.correlation_time = correlationTime(observations, batch.correlation);
-    review.settled = batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
-    review.slips = static_cast<int>(batch.slips.size());
-    review.correlation = batch.correlation;
-    if (review.settled) {
-      StateEstimate estimate = batch.last;
-      if (config_.noise.any()) {
-        const NoiseReview noise = reviewed();
-        review.noise = noise.levels;
-        estimate = withItsNoise(estimate, batch, noise);
-      }
-      review.estimate = widened(estimate, batch.scatter().widening());
-    }
+  if (review.settled) {
+    fit = averageOverSlips(observations, fit, config).best;
+    review.slips = static_cast<int>(fit.slips.size());
+    review.correlation = fit.correlation;
+  } else {
+    fit = {};
   }
-  if (!review.settled) batch = {};
-  Walk walk(observations, batch);
+  Walk walk(observations, fit);
   review.images.reserve(outcomes_.size());
   for (const AssociationOutcome& outcome : outcomes_) review.images.push_back(walk.review(outcome));
   return review;

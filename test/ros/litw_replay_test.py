@@ -22,6 +22,7 @@ import rosgraph
 import rosparam
 import rospkg
 import rospy
+import yaml
 
 from bearing_calibration.msg import CalibrationEstimate
 from rosgraph_msgs.msg import Clock
@@ -38,6 +39,8 @@ LANDMARKS = (1, 3, 4, 6, 7, 8, 10, 12, 15)
 # Where the estimate must end.
 MAX_POSITION_ERROR_M = 0.06
 MAX_YAW_ERROR_RAD = math.radians(2.5)
+# Between the live node, whose fits run beside, and calibrate_bag, in standard deviations.
+MAX_DIFFERENCE = 0.1
 
 # The recording's README: bearings scatter by 0.019 rad with a lag-1 correlation a of 0.3 to 0.6.
 # Such a series says as much as white noise whose variance is larger by (1 + a) / (1 - a); a = 0.5.
@@ -223,6 +226,21 @@ class Replay:
     def isComplete(self, landmark):
         return self.seenBy(landmark) == len(self.observations[landmark])
 
+    def calibrateBags(self):
+        """The same bags through calibrate_bag; the results by landmark."""
+        config = os.path.join(self.folder, 'parameters.yaml')
+        with open(config, 'w') as file:
+            yaml.safe_dump(PARAMETERS, file)
+        output = os.path.join(self.folder, 'offline')
+        program = roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0]
+        subprocess.run([program] + [self.bagOf(landmark) for landmark in LANDMARKS] +
+                       ['--config', config, '--output', output], timeout=600)
+        results = {}
+        for landmark in LANDMARKS:
+            with open(os.path.join(output, namespaceOf(landmark), 'result.yaml')) as file:
+                results[landmark] = yaml.safe_load(file)
+        return results
+
     def stop(self):
         for process in self.processes:
             process.terminate()
@@ -244,6 +262,7 @@ class LitwReplay(unittest.TestCase):
         cls.addClassCleanup(cls.replay.stop)
         cls.replay.prepare()
         cls.replay.play()
+        cls.offline = cls.replay.calibrateBags()
 
     def assertEndsNearTheTruth(self, landmark):
         estimate = self.replay.estimates[landmark]
@@ -262,6 +281,17 @@ class LitwReplay(unittest.TestCase):
                          self.replay.observationsBeforeTheFirstTicks(landmark), estimate.rejections)
         self.assertLessEqual(position_error_m, MAX_POSITION_ERROR_M, found)
         self.assertLessEqual(yaw_error_rad, MAX_YAW_ERROR_RAD, found)
+        self.assertIsWhatTheBagSays(landmark, estimate)
+
+    def assertIsWhatTheBagSays(self, landmark, estimate):
+        offline = self.offline[landmark]
+        self.assertEqual(offline['state'], estimate.state_text)
+        mount, stddev = offline['base_from_camera'], offline['stddev']
+        for axis, live in (('x', estimate.x_m), ('y', estimate.y_m), ('yaw', estimate.yaw_rad)):
+            difference = abs(live - mount[axis]) / stddev[axis]
+            print('landmark %d: %s is %.3f standard deviations from that of calibrate_bag'
+                  % (landmark, axis, difference))
+            self.assertLessEqual(difference, MAX_DIFFERENCE, axis)
 
 
 def addTestOf(landmark):

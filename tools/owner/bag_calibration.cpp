@@ -51,13 +51,6 @@ class History {
   double step_m_ = 0.01;
 };
 
-/// The running estimate of a record is not waited for, and what counts is the fit of the whole at
-/// its end: the fits on the way may be rarer than on a robot.
-CalibratorConfig forRecords(CalibratorConfig config) {
-  config.refit_growth = 0.05;
-  return config;
-}
-
 /// Feeds a bag's messages to the calibration.
 class Replay {
  public:
@@ -65,7 +58,7 @@ class Replay {
       : job_(job),
         setup_(setup),
         outcome_(outcome),
-        calibrator_(forRecords(setup.calibration.calibrator)),
+        calibrator_(setup.calibration.calibrator),
         review_(setup.calibration.calibrator.initializer) {
     calibrator_.observe([this](const AssociationOutcome& of_image) {
       review_.add(of_image);
@@ -187,34 +180,12 @@ class Replay {
   std::map<std::string, std::string> warnings_;  ///< the first one of each kind
 };
 
-bool restsOnSeveral(const CalibrationResult& result) {
-  return std::count_if(result.lights.begin(), result.lights.end(),
-                       [](const LightSummary& light) { return light.in_estimate; }) > 1;
-}
-
 void Replay::finish() {
   const Timing timing(&outcome_->times.estimation);
-  CalibrationResult& result = outcome_->result;
-  result = calibrator_.result();
-  std::optional<StateEstimate> running;
-  // what is reviewed is the first light
-  if (!result.lights.empty() && result.lights.front().cartesian_state) {
-    running = StateEstimate::of(*result.lights.front().cartesian_state,
-                                errorsInUse(result.error_priors), result.robot_errors);
-  }
-  outcome_->review = review_.conclude(running, result.error_priors);
+  outcome_->result = calibrator_.result();
+  outcome_->review = review_.conclude(outcome_->result);
   outcome_->history = history_.take();
   for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
-  if (!outcome_->review.estimate || restsOnSeveral(result)) return;
-  if (!result.cartesian_state) {
-    result.rival = outcome_->review.start.rival;
-    result.state = CalibrationState::kConverging;
-    result.advice =
-        "found in the record as a whole only: drive longer, so that it can be confirmed";
-  }
-  sayEstimate(*outcome_->review.estimate, &result);
-  result.noise = outcome_->review.noise;
-  result.correlation_time = outcome_->review.correlation_time;
 }
 
 }  // namespace

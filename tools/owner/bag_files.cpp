@@ -87,22 +87,21 @@ void beginGroup(YAML::Emitter& out, const char* key) {
   out << YAML::Key << key << YAML::Value << YAML::BeginMap;
 }
 
-/// Where the light stood, in the base's frame at the first image.
-void emitLight(YAML::Emitter& out, const Review& review) {
-  for (auto image = review.images.rbegin(); image != review.images.rend(); ++image) {
-    if (image->outcome.kind == Association::Kind::kNothingSeen) continue;
-    const Eigen::Vector2d light =
-        image->first_from_base * review.estimate->cartesian().lightInBase();
-    beginGroup(out, "light_in_first_base");
-    emit(out, "x", light.x());
-    emit(out, "y", light.y());
-    out << YAML::EndMap;
-    return;
-  }
+/// Where the first light stood, in the base's frame at the first image.
+void emitLight(YAML::Emitter& out, const BagOutcome& outcome) {
+  const std::vector<LightSummary>& lights = outcome.result.lights;
+  if (lights.empty() || !lights.front().cartesian_state || outcome.review.images.empty()) return;
+  const Eigen::Vector2d light = outcome.review.images.back().first_from_base *
+                                lights.front().cartesian_state->lightInBase();
+  beginGroup(out, "light_in_first_base");
+  emit(out, "x", light.x());
+  emit(out, "y", light.y());
+  out << YAML::EndMap;
 }
 
-void emitReview(YAML::Emitter& out, const Review& review) {
-  emit(out, "has_estimate", review.estimate.has_value());
+void emitReview(YAML::Emitter& out, const BagOutcome& outcome) {
+  const Review& review = outcome.review;
+  emit(out, "has_estimate", outcome.result.cartesian_state.has_value());
   emit(out, "settled", review.settled);
   emit(out, "bearing_correlation", review.correlation);
   emit(out, "slips", review.slips);
@@ -112,8 +111,7 @@ void emitReview(YAML::Emitter& out, const Review& review) {
   emit(out, "extent_m", review.motion.extent_m);
   emit(out, "second_curvature_m", review.motion.second_curvature_m);
   out << YAML::EndMap;
-  if (!review.estimate) return;
-  emitLight(out, review);
+  emitLight(out, outcome);
 }
 
 std::string detailsYaml(const BagJob& job, const BagSetup& setup, const BagOutcome& outcome) {
@@ -129,7 +127,7 @@ std::string detailsYaml(const BagJob& job, const BagSetup& setup, const BagOutco
   emit(out, "advice", outcome.result.advice);
   emit(out, "rejections", bearing_calibration_ros::rejectionsText(outcome.result, 0));
   emit(out, "warnings", outcome.warnings);
-  emitReview(out, outcome.review);
+  emitReview(out, outcome);
   beginGroup(out, "settings");
   emit(out, "position_stddev_target_m", config.converged.position_stddev_m);
   emit(out, "yaw_stddev_target_rad", config.converged.yaw_stddev_rad);

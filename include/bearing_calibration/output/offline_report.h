@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/init/initializer.h"
+#include "bearing_calibration/output/result.h"
 #include "bearing_calibration/solve/observability.h"
 #include "bearing_calibration/track/association_outcome.h"
 
@@ -15,7 +15,7 @@ namespace bearing_calibration::core {
 enum class Verdict : std::uint8_t {
   kNothingSeen,
   kUsed,      ///< its bearing is part of the estimate
-  kLeftOut,   ///< the batch estimator found it to be an outlier
+  kLeftOut,   ///< the fit of the whole record found it to be an outlier
   kThinned,   ///< a repetition while the robot stood, or one of too many: not looked at
   kUnjudged,  ///< there is no estimate to judge it by
 };
@@ -35,29 +35,22 @@ struct ReviewedImage {
 
 /// A whole record, once it has ended.
 struct Review {
-  std::optional<StateEstimate> estimate;  ///< at the last observation; none when nothing settled
-  bool settled = false;                   ///< estimate is the batch estimator's
-  StartAttempt start;  ///< the initialiser's answer, where it was asked (no estimate to begin with)
+  bool settled = false;  ///< the fit of the whole record, by which its images are judged
   MotionSummary motion;
   double correlation = 0.0;  ///< of neighbouring bearings' noise
-  NoiseLevels noise;         ///< against the stated one
-  CorrelationTime correlation_time;
-  int slips = 0;  ///< motions that were given up
+  int slips = 0;             ///< motions that were given up
   std::vector<ReviewedImage> images;
 };
 
-/// Keeps what a calibration looked at and estimates mount and light from all of it at the end, with
-/// the same batch estimator that the running calibration refines itself by, but on the record as it
-/// was: the running one thins it earlier.
+/// Keeps what a calibration looked at, and judges every image of it at the end. It estimates
+/// nothing anew: mount, light and noise are those of the calibration.
 class OfflineReport {
  public:
   explicit OfflineReport(const InitializerConfig& config);
 
   void add(const AssociationOutcome& outcome);
-  /// @param running  what the running calibration says at its end; none: start from nothing
-  /// @param errors  of the robot, that were looked for: those of a sensor are known with its
-  /// bearings
-  Review conclude(const std::optional<StateEstimate>& running, const ErrorPriors& errors);
+  /// @param result  of the calibration at its end
+  Review conclude(const CalibrationResult& result) const;
 
  private:
   InitializerConfig config_;

@@ -45,8 +45,7 @@ def warningsOf(record):
     if not details['has_estimate']:
         return found
     if not details['settled']:
-        found.append('The estimate over the whole record did not settle; what is shown is the '
-                     'running one.')
+        found.append('The fit of the whole record did not settle: its images are not judged.')
     gated = shareOf(images['live'], 'gated', 'ambiguous')
     if gated > MANY:
         found.append('%.0f %% of the bearings were not used by the running filter: other lights, '
