@@ -72,6 +72,7 @@ class Search {
   /// The best few hypotheses on one stretch of the record.
   void considerAll(const ObservationWindow& window) {
     constexpr std::size_t kMostRefined = 3;
+    constexpr std::uint32_t kSeed = 1;  // of the random draws: the same record, the same answer
     struct Start {
       ErrorVector errors;
       FixedPathFit fit;
@@ -79,8 +80,8 @@ class Search {
     std::vector<Start> starts;
     const std::vector<ErrorVector> hypotheses = hypothesesFor(window);
     for (const ErrorVector& errors : hypotheses) {
-      const FixedPathFit fit = findConsensus(poseWithout(observations_, errors), window,
-                                             config_.seed, hypotheses.size() > 1);
+      const FixedPathFit fit =
+          findConsensus(poseWithout(observations_, errors), window, kSeed, hypotheses.size() > 1);
       if (!fit.state_at_first.isZero()) starts.push_back({errors, fit});
     }
     std::sort(starts.begin(), starts.end(),
@@ -157,24 +158,7 @@ void describe(const Answer& answer, StartAttempt* attempt) {
 }  // namespace
 
 void InitializerConfig::declare(Parameters& params) {
-  constexpr int kUnknowns = 5;
-  params.that(min_observations > kUnknowns,
-              "initialisation/min_observations must be greater than " + std::to_string(kUnknowns) +
-                  ", but is " + std::to_string(min_observations));
-  params.notNegative("initialisation/min_extent", min_extent_m);
-  params.notNegative("initialisation/min_extent_per_noise", min_extent_per_noise);
-  params.notNegative("initialisation/min_extent_per_range", min_extent_per_range);
-  params.notNegative("initialisation/min_path_per_range", min_path_per_range);
-  params.notNegative("initialisation/min_turn", min_turn_rad);
-  params.notNegative("initialisation/min_second_curvature", min_second_curvature_m);
-  params.positive("initialisation/max_position_stddev", max_position_stddev_m);
-  params.positive("initialisation/max_position_stddev_per_extent", max_position_stddev_per_extent);
-  params.positive("initialisation/max_yaw_stddev", max_yaw_stddev_rad);
-  params.positive("initialisation/max_light_stddev_per_range", max_light_stddev_per_range);
-  params.notNegative("initialisation/min_light_distance", min_light_distance_m);
-  params.positive("initialisation/max_chi_square_sigmas", max_chi_square_sigmas);
   params.between("initialisation/min_inlier_fraction", min_inlier_fraction, 0.0, 1.0);
-  params.notNegative("initialisation/min_runner_up_margin", min_runner_up_margin);
   record.declare(params);
   batch.declare(params);
   noise.declare(params);
@@ -184,7 +168,7 @@ StartAttempt findStart(const std::vector<Observation>& observations,
                        const InitializerConfig& config, const NoiseLevels& noise_before) {
   StartAttempt attempt;
   attempt.motion = summariseMotion(observations);
-  attempt.obstacle = motionObstacle(observations.size(), attempt.motion, config);
+  attempt.obstacle = motionObstacle(observations.size(), attempt.motion);
   if (attempt.obstacle != StartObstacle::kNone) return attempt;
 
   constexpr int kMostSearches = 3;

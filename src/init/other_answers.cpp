@@ -5,6 +5,7 @@
 
 #include "bearing_calibration/init/closed_form.h"
 #include "bearing_calibration/init/start_candidates.h"
+#include "bearing_calibration/init/start_obstacle.h"
 
 namespace bearing_calibration::core {
 
@@ -58,7 +59,7 @@ std::vector<OtherAnswer> findOtherAnswers(const std::vector<Observation>& all,
   std::vector<OtherAnswer> answers;
   for (const FixedPathFit& other : findOtherMinima(posed, first, within_m)) {
     const double margin = other.cost - found_cost;
-    if (margin >= config.min_runner_up_margin || refined.size() > kMostRefined) {
+    if (margin >= StartLimits::kMinRunnerUpMargin || refined.size() > kMostRefined) {
       answers.push_back(
           {0.5 * std::max(0.0, margin), other.state_at_first.tail<3>(), std::nullopt});
       continue;

@@ -17,6 +17,12 @@ double importance(const OdometryIncrement& motion) {
   return motion.distance_m + kLever_m * std::min(motion.rotation_rad, kMostTurn_rad);
 }
 
+bool isRepetition(const OdometryIncrement& motion) {
+  constexpr double kStill_m = 0.002;
+  constexpr double kStill_rad = 0.002;
+  return motion.distance_m < kStill_m && motion.rotation_rad < kStill_rad;
+}
+
 }  // namespace
 
 void ObservationRecordConfig::declare(Parameters& params) {
@@ -24,10 +30,6 @@ void ObservationRecordConfig::declare(Parameters& params) {
   params.that(capacity >= kSmallestRecord, "record/capacity must be at least " +
                                                std::to_string(kSmallestRecord) + ", but is " +
                                                std::to_string(capacity));
-  params.notNegative("record/still_distance", still_distance_m);
-  params.notNegative("record/still_turn", still_turn_rad);
-  params.that(repetitions >= 0,
-              "record/repetitions must not be negative, but is " + std::to_string(repetitions));
 }
 
 template <class Entry>
@@ -45,12 +47,6 @@ void ThinnedRecord<Entry>::clear() {
 }
 
 template <class Entry>
-bool ThinnedRecord<Entry>::isRepetition(const Entry& entry) const {
-  return entry.motion.distance_m < config_.still_distance_m &&
-         entry.motion.rotation_rad < config_.still_turn_rad;
-}
-
-template <class Entry>
 void ThinnedRecord<Entry>::removeInner(std::size_t index) {
   Entry& next = entries_[index + 1];
   next.motion = append(entries_[index].motion, next.motion);
@@ -61,11 +57,11 @@ template <class Entry>
 void ThinnedRecord<Entry>::add(const Entry& entry) {
   entries_.push_back(entry);
   ++grown_;
-  repetitions_ = isRepetition(entry) && entries_.size() > 1 ? repetitions_ + 1 : 0;
-  if (repetitions_ > config_.repetitions) {
+  repetitions_ = isRepetition(entry.motion) && entries_.size() > 1 ? repetitions_ + 1 : 0;
+  if (repetitions_ > kMostRepetitions) {
     removeInner(entries_.size() - 2);
     --grown_;
-    repetitions_ = isRepetition(entries_.back()) ? repetitions_ - 1 : 0;
+    repetitions_ = isRepetition(entries_.back().motion) ? repetitions_ - 1 : 0;
   }
   if (entries_.size() <= config_.capacity) return;
 

@@ -6,6 +6,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/init/start_candidates.h"
+#include "bearing_calibration/init/start_obstacle.h"
 #include "bearing_calibration/simulation/trajectory.h"
 #include "tools/study/simulated_case.h"
 
@@ -52,19 +53,19 @@ TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
     ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
     EXPECT_LT(mountChiSquare(attempt.estimate.cartesian(), run.truth.back()), kHonest)
         << "seed " << seed;
-    EXPECT_GT(2.0 * attempt.rival.gap, InitializerConfig().min_runner_up_margin);
+    EXPECT_GT(2.0 * attempt.rival.gap, StartLimits::kMinRunnerUpMargin);
   }
 }
 
 /// A robot that drives again and again 6 cm to and fro, turning in between.
-ObservationRun smallRun(std::uint64_t seed, double wheel_noise_m) {
+ObservationRun smallRun(std::uint64_t seed, double wheel_noise_m, double light_distance_m = 0.6) {
   constexpr double kSpeed_mps = 0.1;
   const DriveSegment leg{kSpeed_mps, kSpeed_mps, 0.6};
   const DriveSegment turn{-kSpeed_mps, kSpeed_mps, 1.0};
   SimulatedCase simulated = paperCase(seed);
   simulated.robot.encoders.drive.wheel_separation_m = 0.088;
   simulated.robot.encoders.noise.independent_k_m = wheel_noise_m;
-  simulated.robot.world_from_start.position_m = {0.6, 0.0};
+  simulated.robot.world_from_start.position_m = {light_distance_m, 0.0};
   simulated.duration_s = 60.0;
   return simulateAlong(simulated, segmentTrajectory({leg, turn}));
 }
@@ -73,7 +74,7 @@ TEST(Initializer, ASmallPathIsEnoughWhereItTellsTheMount) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const ObservationRun run = smallRun(seed, 1e-6);
     const StartAttempt attempt = findStart(run.observations, InitializerConfig());
-    EXPECT_LT(attempt.motion.extent_m, InitializerConfig().min_extent_m);
+    EXPECT_LT(attempt.motion.extent_m, StartLimits::kMinExtent_m);
     ASSERT_TRUE(attempt.ready()) << "seed " << seed << ": " << nameOf(attempt.obstacle);
     EXPECT_LT(mountChiSquare(attempt.estimate.cartesian(), run.truth.back()), kHonest)
         << "seed " << seed;
@@ -88,9 +89,8 @@ TEST(Initializer, ASmallPathIsNotBelievedOfWheelsWithMuchNoise) {
 
 // Nor where the light is so far away that all bearings are taken from about one place.
 TEST(Initializer, ASmallPathIsNotEnoughForAFarLight) {
-  InitializerConfig config;
-  config.min_extent_per_range = 1.0;  // 0.6 m
-  EXPECT_EQ(findStart(smallRun(1, 1e-6).observations, config).obstacle,
+  constexpr double kFar_m = 4.0;
+  EXPECT_EQ(findStart(smallRun(1, 1e-6, kFar_m).observations, InitializerConfig()).obstacle,
             StartObstacle::kTooShortPath);
 }
 

@@ -41,7 +41,7 @@ TEST(ObservationRecord, StandingStillCostsNoRoomAndLosesNoMotion) {
   record.add(observationAfter(0.0, 0.0, 0));
   record.add(observationAfter(0.02, 0.01, 1));
   for (int i = 2; i < 50000; ++i) record.add(observationAfter(0.0, 0.0, i));
-  EXPECT_LE(record.observations().size(), 2U + ObservationRecordConfig().repetitions);
+  EXPECT_LE(record.observations().size(), 2U + kMostRepetitions);
   EXPECT_EQ(record.observations().back().stamp, observationAfter(0.0, 0.0, 49999).stamp);
   expectSameMotion(wholeMotion(record.observations()), observationAfter(0.02, 0.01, 1).motion);
 }

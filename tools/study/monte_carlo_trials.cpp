@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "bearing_calibration/calibration/calibrator.h"
-#include "bearing_calibration/init/initializer.h"
+#include "bearing_calibration/init/start_obstacle.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/lights_case.h"
 
@@ -197,8 +197,8 @@ Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& 
   const ObservationRun run = simulate(simulated);
   InitializerConfig config;
   config.batch.errors = simulated.looked_for;
-  const Targets targets{config.max_position_stddev_m, config.max_yaw_stddev_rad,
-                        config.max_light_stddev_per_range};
+  const Targets targets{StartLimits::kMaxPositionStddev_m, StartLimits::kMaxYawStddev_rad,
+                        StartLimits::kMaxLightStddevPerRange};
   Initializer initializer(config);
   Trial trial;
   std::size_t added = 0;

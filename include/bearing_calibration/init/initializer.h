@@ -14,28 +14,9 @@
 
 namespace bearing_calibration::core {
 
-/// When a start may be trusted. The estimate must be well inside the range where a linearised
-/// filter carries on from it.
+/// What a start is made of. When it may be trusted: StartLimits.
 struct InitializerConfig {
-  int min_observations = 20;
-  double min_extent_m =
-      0.4;  ///< of the path, which noise alone does not make: enough for any robot
-  /// A smaller one is enough, too, where it is so many times what the wheels' noise makes: a random
-  /// walk's is 2.3, and hardly ever above 4.5; and so much of the light's distance.
-  double min_extent_per_noise = 5.0;
-  double min_extent_per_range = 0.1;
-  double min_path_per_range = 0.2;  ///< path over the light's distance
-  double min_turn_rad = 0.5;
-  double min_second_curvature_m = 0.15;  ///< see MotionSummary; more than an encoder's noise makes
-  double max_position_stddev_m = 0.03;   ///< sensor x and y
-  double max_position_stddev_per_extent = 0.1;  ///< of the path
-  double max_yaw_stddev_rad = 0.1;
-  double max_light_stddev_per_range = 0.15;
-  double min_light_distance_m = 0.2;   ///< from the sensor, at the last observation
-  double max_chi_square_sigmas = 6.0;  ///< chi-square < n + this * sqrt(2 n)
   double min_inlier_fraction = 0.6;
-  double min_runner_up_margin = 25.0;  ///< cost of the next best answer above the best one
-  std::uint32_t seed = 1;              ///< of the random draws: the same record, the same answer
   /// Begins from several robots, late ones and ones with other wheels, as far as batch.errors says
   /// that there may be such; else from the robot as believed.
   bool search_errors = true;

@@ -13,14 +13,13 @@ namespace bearing_calibration::core {
 /// How a record stays small.
 struct ObservationRecordConfig {
   std::size_t capacity = 1200;  ///< observations: 2 min at 10 Hz
-  /// An observation that moved less than both from the one before it is a repetition: of those only
-  /// `repetitions` are kept, so that a standing robot adds neither length nor false certainty.
-  double still_distance_m = 0.002;
-  double still_turn_rad = 0.002;
-  int repetitions = 20;
 
   void declare(Parameters& params);
 };
+
+/// An observation that hardly moved from the one before it is a repetition: so many of those in a
+/// row are kept, that a standing robot adds neither length nor false certainty.
+inline constexpr int kMostRepetitions = 20;
 
 /// A bounded record that forgets motion last: a standing robot costs no room, and when the room is
 /// used up, the entry with the least motion around it gives way, its motion carried on. So a record
@@ -53,7 +52,6 @@ class ThinnedRecord {
   std::vector<Entry>& changeable() { return entries_; }
 
  private:
-  bool isRepetition(const Entry& entry) const;
   void removeInner(std::size_t index);
 
   ObservationRecordConfig config_;
