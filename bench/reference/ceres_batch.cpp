@@ -103,11 +103,8 @@ BearingResidual residualOf(double azimuth_rad, double variance_rad2) {
 }  // namespace
 
 BatchConfig costAlone(double huber_sigmas) {
-  BatchConfig config;
+  BatchConfig config = BatchConfig::leastSquares();
   config.huber_sigmas = huber_sigmas;
-  config.reject_sigmas = 0.0;
-  config.slip_gain = 0.0;
-  config.widen_for_correlation = false;
   return config;
 }
 

@@ -10,15 +10,21 @@
 
 namespace bearing_calibration::core {
 
+BatchConfig BatchConfig::leastSquares(const ErrorPriors& errors) {
+  BatchConfig config;
+  config.huber_sigmas = 0.0;
+  config.reject_sigmas = 0.0;
+  config.slip_gain = 0.0;
+  config.widen_for_correlation = false;
+  config.errors = errors;
+  return config;
+}
+
 void BatchConfig::declare(Parameters& params) {
-  params.that(max_iterations > 0, "batch/max_iterations must be greater than 0, but is " +
-                                      std::to_string(max_iterations));
   params.notNegative("batch/huber_sigmas", huber_sigmas);
   params.notNegative("batch/reject_sigmas", reject_sigmas);
   params.notNegative("batch/slip_gain", slip_gain);
   errors.declare(params);
-  params.that(max_slips >= 0,
-              "batch/max_slips must not be negative, but is " + std::to_string(max_slips));
 }
 
 double BatchEstimate::inlierFraction() const {

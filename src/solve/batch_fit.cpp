@@ -150,7 +150,8 @@ void BatchFit::judgeInnovations(BatchEstimate& estimate) const {
 
 BatchEstimate BatchFit::run() {
   BatchEstimate estimate;
-  while (stage_ != Stage::kDone && estimate.iterations < config_.max_iterations) {
+  constexpr int kMostIterations = 60;
+  while (stage_ != Stage::kDone && estimate.iterations < kMostIterations) {
     endIfCancelled();
     ++estimate.iterations;
     if (!step()) {

@@ -202,8 +202,9 @@ double RecordWeights::slipCost(std::size_t i) const {
 bool RecordWeights::giveUpSlip(const SmootherPass& pass) {
   const auto all = static_cast<int>(slips_.size());
   const auto further = all - static_cast<int>(supposed_.given_up.size());
+  constexpr int kMostSlips = 20;
   const bool may_slip =
-      config_.slip_gain > 0.0 && all < config_.max_slips && further < supposed_.most_further;
+      config_.slip_gain > 0.0 && all < kMostSlips && further < supposed_.most_further;
   if (!may_slip) return false;
   std::size_t worst = 0;  // the record's first motion is not used
   double most_profit = -std::numeric_limits<double>::infinity();

@@ -26,20 +26,9 @@ SimulatedCase danceWith(int lights, std::uint64_t seed) {
   return simulated;
 }
 
-/// Neither looks for slips nor for outliers nor for correlation: one least-squares problem.
-BatchConfig plainBatch(const ErrorPriors& errors) {
-  BatchConfig config;
-  config.huber_sigmas = 0.0;
-  config.reject_sigmas = 0.0;
-  config.slip_gain = 0.0;
-  config.widen_for_correlation = false;
-  config.errors = errors;
-  return config;
-}
-
 BatchEstimate fitFromTruth(const SimulatedCase& simulated, const ObservationRun& run,
                            const std::vector<LightsImage>& images) {
-  return BatchEstimator(plainBatch(simulated.looked_for))
+  return BatchEstimator(BatchConfig::leastSquares(simulated.looked_for))
       .estimate(allObservationsOf(simulated, images), trueTrack(simulated, run, images));
 }
 
@@ -53,7 +42,7 @@ void expectTheSameAsOneLight(SimulatedCase simulated) {
   const BatchEstimate several = fitFromTruth(simulated, run);
   const std::size_t last = run.observations.size() - 1;
   const BatchEstimate one =
-      BatchEstimator(plainBatch(simulated.looked_for))
+      BatchEstimator(BatchConfig::leastSquares(simulated.looked_for))
           .estimate(run.observations, {run.truth[last], last, trueErrors(simulated)});
   ASSERT_TRUE(several.converged && one.converged);
   // Both stop within a hundredth of a standard deviation of the optimum.

@@ -22,16 +22,6 @@ ObservationRun dance(std::uint64_t seed, double correlation) {
   return simulate(danceCase(seed, correlation));
 }
 
-/// All observations count for what they say.
-BatchConfig plainConfig() {
-  BatchConfig plain;
-  plain.huber_sigmas = 0.0;
-  plain.reject_sigmas = 0.0;
-  plain.slip_gain = 0.0;
-  plain.widen_for_correlation = false;
-  return plain;
-}
-
 BatchEstimate fit(const ObservationRun& run, const BatchConfig& config) {
   const std::size_t last = run.observations.size() - 1;
   return BatchEstimator(config).estimate(run.observations, {run.truth[last], last});
@@ -65,7 +55,7 @@ TEST(Scatter, ShowsACorrelationThatTheFitDoesNotKnow) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SimulatedCase simulated = danceCase(seed, kCorrelation);
     simulated.robot.encoders.noise.independent_k_m = 1e-9;
-    const Scatter scatter = fit(simulate(simulated), plainConfig()).scatter();
+    const Scatter scatter = fit(simulate(simulated), BatchConfig::leastSquares()).scatter();
     sum += scatter.meanGain();
     EXPECT_GE(scatter.widening(), scatter.largest_gain / 21.0) << "seed " << seed;
   }
@@ -90,7 +80,7 @@ TEST(Scatter, ShowsAJumpThatHardlyMovesTheMean) {
 // What a record gives away takes its scatter with it: nothing of it is lost or counted twice.
 TEST(Scatter, IsTheSameOfARecordThatWasCut) {
   const ObservationRun run = dance(3, 0.5);
-  const BatchConfig plain = plainConfig();
+  const BatchConfig plain = BatchConfig::leastSquares();
   const BatchEstimator estimator(plain);
   const BatchEstimate whole = fit(run, plain);
   const std::size_t count = run.observations.size() / 2;

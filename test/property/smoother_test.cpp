@@ -94,11 +94,7 @@ TEST(Smoother, LeftOutResidualIsThatOfAPassWithoutTheObservation) {
 // A dense Gauss-Newton over mount, light and the noise of every motion, which shares nothing with
 // the smoother but the bearing's formula, has the same optimum and the same covariance.
 TEST(BatchEstimator, AgreesWithADenseMaximumOfThePosterior) {
-  BatchConfig plain;
-  plain.huber_sigmas = 0.0;
-  plain.reject_sigmas = 0.0;
-  plain.slip_gain = 0.0;
-  plain.widen_for_correlation = false;
+  const BatchConfig plain = BatchConfig::leastSquares();
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const ObservationRun run = shortRun(seed);
     const BatchEstimate batch = BatchEstimator(plain).estimate(
@@ -117,11 +113,7 @@ TEST(BatchEstimator, AgreesWithADenseMaximumOfThePosterior) {
 }
 
 BatchConfig plainWithErrors() {
-  BatchConfig config;
-  config.huber_sigmas = 0.0;
-  config.reject_sigmas = 0.0;
-  config.slip_gain = 0.0;
-  config.widen_for_correlation = false;
+  BatchConfig config = BatchConfig::leastSquares();
   config.errors.setBlock(TimeOffset::kName, 0.1);
   config.errors.setBlock(WheelScales::kName, 0.03);
   config.errors.setBlock(WheelSeparation::kName, 0.01);

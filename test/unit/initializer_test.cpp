@@ -89,7 +89,7 @@ TEST(Initializer, ASmallPathIsNotBelievedOfWheelsWithMuchNoise) {
 
 // Nor where the light is so far away that all bearings are taken from about one place.
 TEST(Initializer, ASmallPathIsNotEnoughForAFarLight) {
-  constexpr double kFar_m = 4.0;
+  constexpr double kFar_m = 1.5;
   EXPECT_EQ(findStart(smallRun(1, 1e-6, kFar_m).observations, InitializerConfig()).obstacle,
             StartObstacle::kTooShortPath);
 }
@@ -176,7 +176,7 @@ TEST(Initializer, AnHourOfSpinningForgetsNoMotion) { expectNoMotionForgotten({-0
 TEST(Initializer, RefusesAConfigurationThatCannotBe) {
   InitializerConfig config;
   config.min_inlier_fraction = 1.5;
-  config.batch.max_iterations = 0;
+  config.batch.slip_gain = -1.0;
   EXPECT_EQ(errorsOf(config).size(), 2U);
   EXPECT_THROW(Initializer{config}, std::invalid_argument);
 }

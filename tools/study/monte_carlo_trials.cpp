@@ -120,12 +120,7 @@ bool isSound(const RobotConfig& robot) {
 /// After fillErrors().
 void compareWithWholeRecord(const SimulatedCase& simulated, const ObservationRun& run,
                             std::size_t count, Snapshot& snapshot) {
-  BatchConfig config;  // the maximum of the posterior: nothing slips, nothing is an outlier
-  config.errors = simulated.looked_for;
-  config.huber_sigmas = 0.0;
-  config.reject_sigmas = 0.0;
-  config.slip_gain = 0.0;
-  config.widen_for_correlation = false;
+  const BatchConfig config = BatchConfig::leastSquares(simulated.looked_for);
   const std::vector<Observation> observations(
       run.observations.begin(), run.observations.begin() + static_cast<std::ptrdiff_t>(count));
   const Vector5& truth = run.truth[count - 1];

@@ -17,7 +17,6 @@ namespace bearing_calibration::core {
 
 /// How a whole record is weighed.
 struct BatchConfig {
-  int max_iterations = 60;
   /// Residuals beyond so many standard deviations count linearly, not squared (Huber); 0 is off.
   double huber_sigmas = 2.0;
   /// Once the fit has settled, observations whose residual from all others exceeds so many standard
@@ -26,11 +25,12 @@ struct BatchConfig {
   /// Gain in chi-square (2 degrees of freedom) for which a motion between two observations as far
   /// apart as they mostly are is declared a slip and given up; for a longer one, less; 0 is off.
   double slip_gain = 20.0;
-  int max_slips = 20;
   /// Estimates the correlation of neighbouring bearings' noise and widens their variance with it.
   bool widen_for_correlation = true;
   ErrorPriors errors;  ///< those of the robot that are estimated with the mount
 
+  /// Least squares: every bearing counts for what it says, and nothing slips.
+  static BatchConfig leastSquares(const ErrorPriors& errors = {});
   void declare(Parameters& params);
 };
 
