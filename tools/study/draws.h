@@ -12,7 +12,15 @@ namespace bearing_calibration::core {
 /// Draws of their own for what a case is, apart from the noise of the run of the same seed.
 class Draws {
  public:
-  enum class Purpose : std::uint32_t { kCase, kSlips, kErrors, kOcclusions, kLights, kNoise };
+  enum class Purpose : std::uint32_t {
+    kCase,
+    kSlips,
+    kErrors,
+    kOcclusions,
+    kLights,
+    kNoise,
+    kUnmodelled
+  };
   Draws(std::uint64_t seed, Purpose purpose) : engine_(engineFor(seed, purpose)) {}
 
   double between(double low, double high) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/common/formatted.h"
 #include "tools/common/command_line.h"
 #include "tools/common/parallel.h"
 #include "tools/study/lights_case.h"
@@ -14,6 +15,7 @@
 #include "tools/study/monte_carlo_table.h"
 #include "tools/study/monte_carlo_trials.h"
 #include "tools/study/robot_error_table.h"
+#include "tools/study/unmodelled.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -51,6 +53,7 @@ struct Arguments {
   double scales_prior = 0.0;
   NoiseLevels stated_noise;
   bool random_noise = false;
+  std::string unmodelled;
   bool fit_whole_record = false;
   NoisePriors noise_looked_for;
 };
@@ -116,6 +119,8 @@ options::options_description describeOptions(Arguments* arguments) {
   add("random-noise", options::bool_switch(&arguments->random_noise),
       "bearings 1/3 to 4 times, the wheels' variance 1/10 to 100 times as noisy as stated, "
       "bearings correlated by up to 0.8");
+  add("unmodelled", options::value(&arguments->unmodelled)->default_value("none"),
+      ("what no model of the estimators knows: " + joined(unmodelledNames(), ", ")).c_str());
   add("tilt", options::value(&arguments->tilt_deg)->default_value(0.0),
       "of the sensor, in any direction [deg]");
   add("harmonic", options::value(&arguments->harmonic_deg)->default_value(0.0),
@@ -182,6 +187,7 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   simulated.looked_for = arguments.looked_for;
   simulated.stated_noise = arguments.stated_noise;
   if (arguments.random_noise) drawNoise(simulated, seed);
+  makeUnmodelled(unmodelledFrom(arguments.unmodelled), simulated);
   simulated.fit_whole_record = arguments.fit_whole_record;
   simulated.noise_looked_for = arguments.noise_looked_for;
   return simulated;
@@ -197,7 +203,7 @@ TrialFunction trialOf(const std::string& what) {
 /// All trials, in the order of their seeds whatever the number of threads.
 std::vector<Trial> runAll(const Arguments& arguments) {
   const TrialFunction attempt = trialOf(arguments.what);
-  idealCase(arguments, arguments.seed);  // throws on a name that is none
+  makeCase(arguments, 0);  // throws on a name that is none
   std::vector<Trial> trials(static_cast<std::size_t>(arguments.runs));
   forEachInParallel(trials.size(), arguments.threads, [&](std::size_t i) {
     trials[i] = attempt(makeCase(arguments, i), arguments.times_s);
@@ -261,6 +267,7 @@ int run(int argc, char** argv) {
   std::cout << format(rows) << formatWhole(rows);
   if (!(*values)["lights"].defaulted()) std::cout << formatBounds(trials);
   std::cout << formatRobotErrors(trials);
+  if (!(*values)["unmodelled"].defaulted()) std::cout << formatUsable(trials);
   printRemarkable(trials, arguments.seed);
   if (values->count("check") == 0) return 0;
   const ClaimKind kind = arguments.trajectory == kDegenerate ? ClaimKind::kForbidden

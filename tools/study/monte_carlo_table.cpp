@@ -119,6 +119,34 @@ std::string formatBounds(const std::vector<Trial>& trials) {
   return text;
 }
 
+std::string formatUsable(const std::vector<Trial>& trials) {
+  constexpr double kMostRmse = 3.0;
+  std::string text =
+      "| time [s] | estimates | RMSE of the position [mm] | standard deviation at most 3 times it "
+      "|\n|---|---|---|---|\n";
+  for (std::size_t i = 0; !trials.empty() && i < trials.front().snapshots.size(); ++i) {
+    double squares_m2 = 0.0;
+    std::vector<double> variances_m2;
+    for (const Trial& trial : trials) {
+      const Snapshot& snapshot = trial.snapshots[i];
+      if (!snapshot.has_estimate) continue;
+      squares_m2 += snapshot.error.segment<2>(CartesianIndex::kSensorX).squaredNorm();
+      variances_m2.push_back(snapshot.covariance.diagonal().segment<2>(2).sum());
+    }
+    const double mean_m2 = squares_m2 / std::max<double>(1.0, variances_m2.size());
+    const auto usable = std::count_if(
+        variances_m2.begin(), variances_m2.end(),
+        [&](double variance_m2) { return variance_m2 <= kMostRmse * kMostRmse * mean_m2; });
+    constexpr double kMillimetres = 1e3;
+    char line[128];
+    std::snprintf(line, sizeof(line), "| %.0f | %zu | %.1f | %td |\n",
+                  trials.front().snapshots[i].time_s, variances_m2.size(),
+                  kMillimetres * std::sqrt(mean_m2), usable);
+    text += line;
+  }
+  return text;
+}
+
 std::string format(const std::vector<TableRow>& rows) {
   std::string text =
       "| time [s] | possible | declared of these | declared | wrong | beyond 99 % | NEES/3 | "

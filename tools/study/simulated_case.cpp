@@ -8,6 +8,7 @@
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
 #include "tools/study/draws.h"
+#include "tools/study/unmodelled.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -237,8 +238,11 @@ ObservationRun simulate(const SimulatedCase& simulated) {
 }
 
 ObservationRun simulateAlong(const SimulatedCase& simulated, Trajectory trajectory) {
-  RobotSimulator simulator(simulated.robot, simulated.lights, std::move(trajectory));
+  RobotConfig robot = simulated.robot;
+  if (simulated.unmodelled == Unmodelled::kHeavyTails) robot.sensor.stddev_rad = 0.0;
+  RobotSimulator simulator(robot, simulated.lights, std::move(trajectory));
   SimulatedRecord seen = record(&simulator, simulated.duration_s);
+  distort(simulated, &seen);
   if (simulated.hide_in_turn_s > 0.0) {
     hideInTurn(simulated.hide_in_turn_s, simulated.lights.size(), &seen);
   }

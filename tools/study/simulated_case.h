@@ -13,12 +13,26 @@
 
 namespace bearing_calibration::core {
 
+/// What a robot may be that none of the estimators' models knows, beside the errors and the noise
+/// that they look for.
+enum class Unmodelled : std::uint8_t {
+  kNone,
+  kSwingingSeparation,  ///< the wheels' separation swings by 3 % in 37 s
+  kSenseOfTurn,         ///< it is 1.5 % larger to the left than to the right
+  kDriftingTyre,        ///< the left wheel grows by 0.6 % over the run
+  kLastingNoise,        ///< the bearings' noise has a correlation time of 3 s
+  kHeavyTails,          ///< it is Student's t with 3 degrees of freedom
+  kCoarseTicks,         ///< a tick is 1 mm
+  kTwoGrips,            ///< on every other stripe of the floor the wheels are 25 times as noisy
+};
+
 /// One robot, one light and one way to drive: everything that a run is made of.
 struct SimulatedCase {
   RobotConfig robot;
   std::vector<Light> lights;  ///< the first is the one that the mount is calibrated with
   TrajectoryConfig trajectory;
   double duration_s = 100.0;
+  Unmodelled unmodelled = Unmodelled::kNone;
   double hide_in_turn_s = 0.0;    ///< so long each of several numbered lights is hidden, in turn
   bool are_lights_told = true;    ///< the calibrator gets the numbers that the sensor gives
   NoiseLevels stated_noise;       ///< what the calibrator is told of the noise, times the true one
