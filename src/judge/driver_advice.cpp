@@ -52,8 +52,8 @@ bool doesNotFit(const StartAttempt& attempt) {
 
 std::string adviceFor(const StartAttempt& attempt) {
   switch (attempt.obstacle) {
-    case StartObstacle::kNone:
-      return "the initialisation is done";
+    case StartObstacle::kNone:  // a fault of the robot is looked for before it is believed
+      return "a mount fits, but only with far more noise than is stated: keep driving";
     case StartObstacle::kTooFewObservations:
       return "keep the light in view and drive";
     case StartObstacle::kTooShortPath:
