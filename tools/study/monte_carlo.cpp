@@ -264,7 +264,7 @@ int run(int argc, char** argv) {
   arguments.imperfect.harmonic_rad = radiansFromDegrees(arguments.harmonic_deg);
   const std::vector<Trial> trials = runAll(arguments);
   const std::vector<TableRow> rows = summarise(trials);
-  std::cout << format(rows) << formatWhole(rows);
+  std::cout << format(rows) << formatWhole(rows) << formatClaims(trials);
   if (!(*values)["lights"].defaulted()) std::cout << formatBounds(trials);
   std::cout << formatRobotErrors(trials);
   if (!(*values)["unmodelled"].defaulted()) std::cout << formatUsable(trials);

@@ -74,7 +74,7 @@ std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<T
                            ClaimKind kind) {
   std::vector<Bar> bars;
   const auto claims = std::count_if(trials.begin(), trials.end(),
-                                    [](const Trial& trial) { return trial.ever_claimed; });
+                                    [](const Trial& trial) { return trial.first_claim_s.has_value(); });
   const auto wrong = std::count_if(trials.begin(), trials.end(), [](const Trial& trial) {
     return trial.worst_claim > kWrongChiSquare;
   });

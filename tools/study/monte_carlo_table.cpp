@@ -6,6 +6,7 @@
 #include <map>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -117,6 +118,17 @@ std::string formatBounds(const std::vector<Trial>& trials) {
     text += line;
   }
   return text;
+}
+
+std::string formatClaims(const std::vector<Trial>& trials) {
+  std::vector<double> first_s;
+  for (const Trial& trial : trials) {
+    if (trial.first_claim_s) first_s.push_back(*trial.first_claim_s);
+  }
+  if (first_s.empty()) return "never declared\n";
+  std::sort(first_s.begin(), first_s.end());
+  return formatted("declared at any time: %zu of %zu, first after %.0f s (median), %.0f s (last)\n",
+                   first_s.size(), trials.size(), first_s[first_s.size() / 2], first_s.back());
 }
 
 std::string formatUsable(const std::vector<Trial>& trials) {

@@ -44,6 +44,8 @@ std::string formatWhole(const std::vector<TableRow>& rows);
 /// estimate.
 std::string formatBounds(const std::vector<Trial>& trials);
 
+/// How many trials were declared at any time, and after how long first: a line.
+std::string formatClaims(const std::vector<Trial>& trials);
 /// How many trials have an estimate, and how many of these one that says something: its standard
 /// deviation of the position is at most three times the RMSE of all.
 std::string formatUsable(const std::vector<Trial>& trials);

@@ -142,7 +142,7 @@ BearingSet toldOf(const SimulatedCase& simulated, const BearingSet& image) {
 
 void noteClaim(const Snapshot& snapshot, Trial& trial) {
   if (!snapshot.claims) return;
-  trial.ever_claimed = true;
+  if (!trial.first_claim_s) trial.first_claim_s = snapshot.time_s;
   trial.worst_claim = std::max(trial.worst_claim, snapshot.mountChiSquare());
 }
 

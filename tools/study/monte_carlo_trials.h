@@ -48,7 +48,7 @@ struct Snapshot {
 /// One run: snapshots at the moments asked for, and the worst claim that was made in between.
 struct Trial {
   std::vector<Snapshot> snapshots;
-  bool ever_claimed = false;
+  std::optional<double> first_claim_s;
   double worst_claim = 0.0;  ///< largest chi-square(3) of the mount while claimed
   bool is_sound = false;     ///< neither slips nor false or correlated bearings
   std::string alarm;         ///< first time that it was called INCONSISTENT, and why; empty: never
