@@ -73,8 +73,9 @@ void judgeWhole(const TableRow& row, std::vector<Bar>& bars) {
 std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<TableRow>& rows,
                            ClaimKind kind) {
   std::vector<Bar> bars;
-  const auto claims = std::count_if(trials.begin(), trials.end(),
-                                    [](const Trial& trial) { return trial.first_claim_s.has_value(); });
+  const auto claims = std::count_if(trials.begin(), trials.end(), [](const Trial& trial) {
+    return trial.first_claim_s.has_value();
+  });
   const auto wrong = std::count_if(trials.begin(), trials.end(), [](const Trial& trial) {
     return trial.worst_claim > kWrongChiSquare;
   });

@@ -26,6 +26,12 @@ Eigen::Matrix<double, 6, 1> boundsOf(const Snapshot& snapshot) {
   return bounds;
 }
 
+double medianOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 TableRow summariseRow(const std::vector<Trial>& trials, std::size_t index) {
   TableRow row;
   std::map<std::string, int> words;
@@ -126,35 +132,36 @@ std::string formatClaims(const std::vector<Trial>& trials) {
     if (trial.first_claim_s) first_s.push_back(*trial.first_claim_s);
   }
   if (first_s.empty()) return "never declared\n";
-  std::sort(first_s.begin(), first_s.end());
   return formatted("declared at any time: %zu of %zu, first after %.0f s (median), %.0f s (last)\n",
-                   first_s.size(), trials.size(), first_s[first_s.size() / 2], first_s.back());
+                   first_s.size(), trials.size(), medianOf(first_s),
+                   *std::max_element(first_s.begin(), first_s.end()));
 }
 
-std::string formatUsable(const std::vector<Trial>& trials) {
+std::string formatErrors(const std::vector<Trial>& trials) {
   constexpr double kMostRmse = 3.0;
   std::string text =
-      "| time [s] | estimates | RMSE of the position [mm] | standard deviation at most 3 times it "
-      "|\n|---|---|---|---|\n";
+      "| time [s] | estimates | position off, median, RMSE [mm] | yaw, median [deg] | standard "
+      "deviation at most 3 RMSE |\n|---|---|---|---|---|\n";
   for (std::size_t i = 0; !trials.empty() && i < trials.front().snapshots.size(); ++i) {
+    std::vector<double> off_m, yaw_rad, stddev_m;
     double squares_m2 = 0.0;
-    std::vector<double> variances_m2;
     for (const Trial& trial : trials) {
       const Snapshot& snapshot = trial.snapshots[i];
       if (!snapshot.has_estimate) continue;
-      squares_m2 += snapshot.error.segment<2>(CartesianIndex::kSensorX).squaredNorm();
-      variances_m2.push_back(snapshot.covariance.diagonal().segment<2>(2).sum());
+      off_m.push_back(snapshot.error.segment<2>(CartesianIndex::kSensorX).norm());
+      yaw_rad.push_back(std::abs(snapshot.error(CartesianIndex::kSensorYaw)));
+      stddev_m.push_back(
+          std::sqrt(snapshot.covariance.diagonal().segment<2>(CartesianIndex::kSensorX).sum()));
+      squares_m2 += off_m.back() * off_m.back();
     }
-    const double mean_m2 = squares_m2 / std::max<double>(1.0, variances_m2.size());
-    const auto usable = std::count_if(
-        variances_m2.begin(), variances_m2.end(),
-        [&](double variance_m2) { return variance_m2 <= kMostRmse * kMostRmse * mean_m2; });
-    constexpr double kMillimetres = 1e3;
-    char line[128];
-    std::snprintf(line, sizeof(line), "| %.0f | %zu | %.1f | %td |\n",
-                  trials.front().snapshots[i].time_s, variances_m2.size(),
-                  kMillimetres * std::sqrt(mean_m2), usable);
-    text += line;
+    if (off_m.empty()) continue;
+    const double rmse_m = std::sqrt(squares_m2 / static_cast<double>(off_m.size()));
+    const auto usable = std::count_if(stddev_m.begin(), stddev_m.end(),
+                                      [&](double stddev) { return stddev <= kMostRmse * rmse_m; });
+    text +=
+        formatted("| %.0f | %zu | %.1f, %.1f | %.2f | %td |\n", trials.front().snapshots[i].time_s,
+                  off_m.size(), kMillimetresPerMetre * medianOf(off_m),
+                  kMillimetresPerMetre * rmse_m, degreesFromRadians(medianOf(yaw_rad)), usable);
   }
   return text;
 }

@@ -46,8 +46,8 @@ std::string formatBounds(const std::vector<Trial>& trials);
 
 /// How many trials were declared at any time, and after how long first: a line.
 std::string formatClaims(const std::vector<Trial>& trials);
-/// How many trials have an estimate, and how many of these one that says something: its standard
-/// deviation of the position is at most three times the RMSE of all.
-std::string formatUsable(const std::vector<Trial>& trials);
+/// How many trials have an estimate, how far off it is, and how many have one that says something:
+/// its standard deviation of the position is at most three times the RMSE of all.
+std::string formatErrors(const std::vector<Trial>& trials);
 
 }  // namespace bearing_calibration::core

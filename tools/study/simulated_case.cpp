@@ -52,6 +52,26 @@ SimulatedCase cornerCase(std::uint64_t seed) {
   return simulated;
 }
 
+SimulatedCase shortCase(std::uint64_t seed) {
+  constexpr double kSourceDistance_m = 3.6;
+  constexpr double kStated_rad = 0.02;
+  constexpr double kStep_m = 0.008;
+  constexpr double kNoiseOfStep = 0.02;
+  constexpr double kChongKleeman_m = kNoiseOfStep * kNoiseOfStep * kStep_m;
+  Draws draws(seed, Draws::Purpose::kCase);
+  SimulatedCase simulated = paperCase(seed);
+  RobotConfig& robot = simulated.robot;
+  robot.base_from_sensor = {{0.3, 0.1}, radiansFromDegrees(60.0)};
+  robot.world_from_start = {{0.0, 0.0}, draws.angle()};
+  robot.sensor.stddev_rad = radiansFromDegrees(2.0);
+  simulated.stated_noise.bearing.value = kStated_rad / robot.sensor.stddev_rad;
+  simulated.stated_noise.wheel.value = robot.encoders.noise.independent_k_m / kChongKleeman_m;
+  robot.encoders.noise.independent_k_m = kChongKleeman_m;
+  simulated.lights.front().position_m = polar(kSourceDistance_m, draws.angle());
+  simulated.trajectory.dance_turn_rad = radiansFromDegrees(560.0 / 6.0);
+  return simulated;
+}
+
 SimulatedCase randomCase(std::uint64_t seed, TrajectoryConfig::Kind kind,
                          const RandomCaseRange& range) {
   Draws draws(seed, Draws::Purpose::kCase);
