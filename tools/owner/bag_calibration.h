@@ -58,7 +58,7 @@ struct BagTimes {
 
 /// What one bag told.
 struct BagOutcome {
-  CalibrationResult result;  ///< state of the running calibration, estimate of the whole record
+  CalibrationResult result;  ///< of the calibration at its end
   Review review;
   std::vector<EstimateRow> history;
   std::vector<PlanRow> plans;  ///< as they changed
