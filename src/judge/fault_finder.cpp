@@ -35,12 +35,13 @@ class FaultSearch {
 
   Diagnosis run() {
     try_({Fault::kNone, 0.0}, observations_);
-    if (best_) return best_->diagnosis;
-    trySigns();
-    if (best_) return best_->diagnosis;
-    tryLatency();
-    tryProportions();
-    if (best_) return best_->diagnosis;
+    if (!best_) trySigns();
+    if (!best_) {
+      tryLatency();
+      tryProportions();
+    }
+    // what a robot without it explains as well, or another fault better, is not named
+    if (best_) return best_->attempt.ready() ? best_->diagnosis : Diagnosis{};
     return lightMoved() ? Diagnosis{Fault::kLightMoved, 0.0} : Diagnosis{};
   }
 
@@ -51,7 +52,7 @@ class FaultSearch {
   void try_(const Diagnosis& diagnosis, const std::vector<Observation>& observations) {
     Hypothesis hypothesis{diagnosis,
                           findStart(thinned(observations, kObservationsOfDiagnosis), config_)};
-    if (!hypothesis.attempt.ready()) return;
+    if (!hypothesis.attempt.fits()) return;
     if (!best_ || hypothesis.misfit() < best_->misfit()) best_ = hypothesis;
   }
 
@@ -96,7 +97,7 @@ class FaultSearch {
   const std::vector<Observation>& observations_;
   double separation_m_;
   InitializerConfig config_;
-  std::optional<Hypothesis> best_;
+  std::optional<Hypothesis> best_;  ///< of those that explain the record
 };
 
 }  // namespace

@@ -61,6 +61,8 @@ struct StartAttempt {
   NoiseLevels noise;  ///< against the stated one, where it is looked for
 
   bool ready() const { return obstacle == StartObstacle::kNone; }
+  /// Whether a mount explains the bearings, though it may not be known well enough yet.
+  bool fits() const { return ready() || obstacle >= StartObstacle::kLightTooNear; }
 };
 
 /// One attempt on a given record; Initializer is this with a bounded record.
