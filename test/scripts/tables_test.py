@@ -25,8 +25,12 @@ class Tables(unittest.TestCase):
         done = run('monte_carlo', '--what', 'batch', '--runs', '2', '--times', '50')
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = [line.split('|') for line in done.stdout.splitlines() if line.startswith('|')]
-        self.assertEqual([row[1].strip() for row in rows], ['time [s]', '---', '50', '100'])
-        self.assertEqual({len(row) for row in rows}, {len(rows[0])})
+        self.assertEqual([row[1].strip() for row in rows], 2 * ['time [s]', '---', '50', '100'])
+        states, errors = rows[:4], rows[4:]
+        for table in (states, errors):
+            self.assertEqual({len(row) for row in table}, {len(table[0])})
+        self.assertEqual(errors[3][2].strip(), '2', 'both have an estimate')
+        self.assertRegex(done.stdout, r'(?m)^declared at any time: 2 of 2, first after \d+ s')
 
     def testMonteCarloOfATiltedRobot(self):
         done = run('monte_carlo', '--what', 'batch', '--world', 'corner', '--runs', '4', '--errors',
@@ -46,8 +50,8 @@ class Tables(unittest.TestCase):
                    '2', '--unidentified')
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = [line.split('|') for line in done.stdout.splitlines() if line.startswith('| 100')]
-        self.assertEqual(len(rows), 2)
-        self.assertLess(float(rows[1][3]), 1.6)  # mm of rho, better than with one light
+        self.assertEqual(len(rows), 3)
+        self.assertLess(float(rows[2][3]), 1.6)  # mm of rho, better than with one light
 
     def testMonteCarloWithSlipsAndALightThatMoves(self):
         done = run('monte_carlo', '--what', 'calibrator', '--world', 'paper', '--runs', '2',
