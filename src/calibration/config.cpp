@@ -1,7 +1,6 @@
 #include "bearing_calibration/calibration/config.h"
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/filter/motion_model.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration::core {
