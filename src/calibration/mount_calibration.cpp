@@ -97,12 +97,11 @@ void MountCalibration::startFromEarlier(const Bearing& light) {
   constexpr double kUncorrelated = 0.0;
   constexpr LightDistance kSomewhereNear{2.0, 1.0};  // corrected by the first metre driven
   const ErrorPriors& errors = config_.initializer.batch.errors;
-  tracker_.emplace(
-      config_.filter,
-      StateEstimate::of(placeLight(earlier_->mount(), kSomewhereNear, light.azimuth_rad,
-                                   light.azimuth_variance_rad2),
-                        errorsInUse(errors), priorEstimate(errors)),
-      kUncorrelated);
+  tracker_.emplace(config_.filter,
+                   StateEstimate::of(placeLight(earlier_->mount(), kSomewhereNear,
+                                                light.azimuth_rad, light.azimuth_variance_rad2),
+                                     errorsInUse(errors), priorEstimate(errors)),
+                   kUncorrelated);
 }
 
 /// After the tracker has seen an image.

@@ -21,8 +21,8 @@ struct RecordingSetup {
   WheelNoise wheel_noise;
   double latency_s = 0.0;
   double bearing_stddev_rad = 0.0;
-  ErrorPriors errors;                   ///< none looked for unless given
-  NoisePriors noise;                    ///< the same
+  ErrorPriors errors;             ///< none looked for unless given
+  NoisePriors noise;              ///< the same
   double meters_per_tick = 1e-5;  ///< of recorded ticks; else of those that metres are made into
 };
 

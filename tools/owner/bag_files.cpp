@@ -91,8 +91,8 @@ void beginGroup(YAML::Emitter& out, const char* key) {
 void emitLight(YAML::Emitter& out, const BagOutcome& outcome) {
   const std::vector<LightSummary>& lights = outcome.result.lights;
   if (lights.empty() || !lights.front().cartesian_state || outcome.review.images.empty()) return;
-  const Eigen::Vector2d light = outcome.review.images.back().first_from_base *
-                                lights.front().cartesian_state->lightInBase();
+  const Eigen::Vector2d light =
+      outcome.review.images.back().first_from_base * lights.front().cartesian_state->lightInBase();
   beginGroup(out, "light_in_first_base");
   emit(out, "x", light.x());
   emit(out, "y", light.y());
