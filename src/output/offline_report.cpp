@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/robot_errors.h"
@@ -98,6 +99,19 @@ class Walk {
   OdometryIncrement since_kept_;  ///< motion since then
 };
 
+/// Every bearing, with the motion since the one before it.
+std::vector<Observation> bearingsOf(const std::vector<AssociationOutcome>& outcomes) {
+  std::vector<Observation> bearings;
+  OdometryIncrement motion;
+  for (const AssociationOutcome& outcome : outcomes) {
+    motion = append(motion, outcome.observation.motion);
+    if (outcome.kind == Association::Kind::kNothingSeen) continue;
+    bearings.push_back(outcome.observation);
+    bearings.back().motion = std::exchange(motion, {});
+  }
+  return bearings;
+}
+
 /// Mount and light of the first light, the one whose images are reviewed.
 std::optional<CartesianEstimate> lightOf(const CalibrationResult& result) {
   return result.lights.empty() ? std::nullopt : result.lights.front().cartesian_state;
@@ -134,6 +148,7 @@ Review OfflineReport::conclude(const CalibrationResult& result) const {
   const std::vector<Observation> observations = withNoise(record_.observations(), result.noise);
   Review review;
   review.motion = summariseMotion(observations);
+  review.sensor = checkSensor(bearingsOf(outcomes_));
   BatchEstimate fit;
   if (const auto& running = lightOf(result); running && !observations.empty()) {
     // it is at the last image, which may have shown nothing

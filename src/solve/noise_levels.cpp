@@ -2,22 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/parameters.h"
+#include "bearing_calibration/common/robust_statistics.h"
 #include "bearing_calibration/solve/record_weights.h"
 
 namespace bearing_calibration::core {
-namespace {
-
-double median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
-}  // namespace
-
 NoiseLevels NoiseLevels::atMost() const {
   constexpr double kSigmas = 2.0;
   const auto above = [](const NoiseFactor& factor) {
@@ -57,11 +49,10 @@ CorrelationTime correlationTime(const std::vector<Observation>& observations, do
 
 double bearingLevelFromDifferences(const std::vector<Observation>& observations) {
   constexpr std::size_t kFewest = 30;
-  constexpr double kMostIntervals = 1.5;       // between neighbours
-  constexpr double kVariance = 20.0;           // of a third difference of white noise
-  constexpr double kMedianOfNormal = 0.67449;  // of its absolute value
+  constexpr double kMostIntervals = 1.5;  // between neighbours
+  constexpr double kVariance = 20.0;      // of a third difference of white noise
   const double longest_s = kMostIntervals * usualInterval(observations);
-  std::vector<double> sizes;
+  std::vector<double> thirds;  // differences, over their stated standard deviations
   std::size_t neighbours = 0;  // so many changes of azimuth in a row, up to this observation
   double changes[3] = {};      // the last ones, without the base's turn
   for (std::size_t i = 1; i < observations.size(); ++i) {
@@ -73,9 +64,9 @@ double bearingLevelFromDifferences(const std::vector<Observation>& observations)
                            now.motion.start_from_end.yaw_rad);
     if (neighbours < 3) continue;
     const double third = wrapAngle(changes[2] - 2.0 * changes[1] + changes[0]);
-    sizes.push_back(std::abs(third) / std::sqrt(kVariance * now.azimuth_variance_rad2));
+    thirds.push_back(third / std::sqrt(kVariance * now.azimuth_variance_rad2));
   }
-  return sizes.size() < kFewest ? 1.0 : median(&sizes) / kMedianOfNormal;
+  return thirds.size() < kFewest ? 1.0 : robustStddev(std::move(thirds));
 }
 
 std::vector<Observation> withNoise(std::vector<Observation> observations,

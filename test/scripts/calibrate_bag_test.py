@@ -149,7 +149,8 @@ class CalibrateBag(Drives):
             self.assertLess(both['stddev'][key], one['stddev'][key])
 
     def testWritesWhatTheReportIsMadeFrom(self):
-        self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
+        done = self.run_(self.drives[0], '--set', NOISE)
+        self.assertStatus(done, CONVERGED)
         with open(os.path.join(self.output, 'images.csv')) as file:
             looks = list(csv.DictReader(file))
         self.assertEqual(len(looks), 1200)
@@ -169,6 +170,10 @@ class CalibrateBag(Drives):
         self.assertAlmostEqual(x, world.y, delta=0.05)
         with open(os.path.join(self.output, 'details.yaml')) as file:
             details = yaml.safe_load(file)
+        # what is printed; the robot turns on the spot, at a constant rate, and never stands
+        self.assertIn('turning on the spot', ' '.join(details['sensor']))
+        for sentence in details['sensor']:
+            self.assertIn(sentence, done.stdout)
         light = details['light_in_first_base']  # 2 m to the left
         self.assertLess(math.hypot(light['x'], light['y'] - 2.0), 0.05)
         with open(os.path.join(self.output, 'estimates.csv')) as file:

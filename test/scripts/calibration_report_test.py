@@ -123,6 +123,7 @@ class CalibrationReport(unittest.TestCase):
         self.assertRegex(text, r'\u00b1 0\.\d\d deg')
         self.assertRegex(text, r'A light 3 m ahead is placed within \d+\.\d mm \(68 %\)')
         self.assertIn('Height, roll and pitch of the camera', text)
+        self.assertIn('Turning on the spot', text)
         self.assertIn('<joint name="camera_joint" type="fixed">', text)
         self.assertRegex(text, r'Warnings\s+None\.')
 

@@ -105,6 +105,7 @@ void emitReview(YAML::Emitter& out, const BagOutcome& outcome) {
   emit(out, "settled", review.settled);
   emit(out, "bearing_correlation", review.correlation);
   emit(out, "slips", review.slips);
+  emit(out, "sensor", inWords(review.sensor));
   beginGroup(out, "motion");
   emit(out, "path_m", review.motion.path_m);
   emit(out, "turn_rad", review.motion.turn_rad);

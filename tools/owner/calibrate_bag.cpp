@@ -137,6 +137,9 @@ void print(const Done& done) {
   for (const std::string& sentence : qualityInWords(result)) {
     std::printf("  %s\n", sentence.c_str());
   }
+  for (const std::string& sentence : inWords(outcome.review.sensor)) {
+    std::printf("  %s\n", sentence.c_str());
+  }
   std::printf("  %u bearings used, %u gated, in %.1f m and %.1f rad\n", result.bearings_used,
               result.bearings_gated, result.distance_travelled_m, result.rotation_travelled_rad);
   const BagTimes& times = outcome.times;

@@ -108,7 +108,8 @@ def sectionOf(record):
     return {'name': record.name, 'state': record.details['state'], 'tone': tone, 'verdict': verdict,
             'rows': rowsOf(record), 'source': sourceOf(record),
             'warnings': words.warningsOf(record), 'told': words.couldTell(record),
-            'untold': words.couldNotTell(record), 'figures': figuresOf(record),
+            'untold': words.couldNotTell(record),
+            'sensor': words.sensorByItself(record), 'figures': figuresOf(record),
             'joint': jointOf(record)}
 
 

@@ -6,6 +6,7 @@
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/output/result.h"
+#include "bearing_calibration/output/sensor_check.h"
 #include "bearing_calibration/solve/observability.h"
 #include "bearing_calibration/track/association_outcome.h"
 
@@ -39,6 +40,7 @@ struct Review {
   MotionSummary motion;
   double correlation = 0.0;  ///< of neighbouring bearings' noise
   int slips = 0;             ///< motions that were given up
+  SensorCheck sensor;
   std::vector<ReviewedImage> images;
 };
 

@@ -83,6 +83,15 @@ def decimals(value):
         '%.2f' % value)
 
 
+def asSentences(clauses):
+    return ['%s.' % (clause[0].upper() + clause[1:]) for clause in clauses]
+
+
+def sensorByItself(record):
+    """What the bearings show without any mount."""
+    return asSentences(record.details['sensor'])
+
+
 def couldTell(record):
     """What the motion could tell."""
     told = [drivenText(record)]
@@ -95,8 +104,7 @@ def couldTell(record):
                     'instance: beside the main one there were %.2f m of another, %.2f m are wanted.'
                     % (second, SECOND_CURVATURE_M))
         return told
-    told += ['%s.' % (sentence[0].upper() + sentence[1:]) for sentence in record.result['quality']]
-    return told
+    return told + asSentences(record.result['quality'])
 
 
 def couldNotTell(record):
