@@ -55,7 +55,9 @@ std::string jointNames(const sensor_msgs::JointState& message);
 /// and so on, and Duckietown's WheelEncoderStamped.
 bool isWheelCount(const std::string& message_definition);
 /// The count of one wheel, with the stamp of its header, or of its receipt where it has none.
-/// @throws std::invalid_argument that names the type, for a message that is no such count.
+/// @throws std::invalid_argument that names the type, for a message that is no such count, or is
+/// cut
+///   short.
 core::WheelCount countFromMessage(const topic_tools::ShapeShifter& message,
                                   const ros::Time& received);
 

@@ -125,8 +125,14 @@ core::WheelCount countFromMessage(const topic_tools::ShapeShifter& message,
   ros::serialization::IStream reader(bytes.data(), message.size());
   std_msgs::Header header;
   header.stamp = received;
-  if (layout->has_header) reader.next(header);
-  return {stampFromRos(header.stamp), readInteger(*layout, &reader)};
+  try {
+    if (layout->has_header) reader.next(header);
+    return {stampFromRos(header.stamp), readInteger(*layout, &reader)};
+  } catch (const ros::serialization::StreamOverrunException&) {
+    throw std::invalid_argument("a message of type " + message.getDataType() +
+                                " is cut short: it has " + std::to_string(message.size()) +
+                                " bytes");
+  }
 }
 
 std::vector<std::string> wheelTopics(WheelSource source) {

@@ -73,6 +73,19 @@ TEST(TickMessage, AHeaderBeforeTheCountGivesTheStamp) {
   EXPECT_EQ(count.stamp, stampFromRos(header.stamp));
 }
 
+TEST(TickMessage, OnesCutShortAreNamed) {
+  const std::string whole = ros::message_traits::definition<std_msgs::Int64>();
+  for (const std::string& definition : {whole, "Header header\n" + whole}) {
+    try {
+      countFromMessage(shaped(std_msgs::Int16(), definition), kReceived);
+      FAIL() << "not refused";
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find("std_msgs/Int16 is cut short"), std::string::npos)
+          << error.what();
+    }
+  }
+}
+
 TEST(TickMessage, OtherMessagesAreNamed) {
   for (const char* definition :
        {"float32 data", "geometry_msgs/Vector3 linear\n", "int32 ticks", "int32[] data", "",
