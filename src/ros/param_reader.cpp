@@ -1,6 +1,7 @@
 #include "bearing_calibration_ros/param_reader.h"
 
 #include <ros/param.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
@@ -102,10 +103,12 @@ ParameterMap parametersOf(const ros::NodeHandle& node_handle) {
 
 /// A value as it would stand in a YAML file.
 std::string yamlOf(XmlRpcValue& value) {
+  YAML::Emitter text;
   std::string list;
   switch (value.getType()) {
     case XmlRpcValue::TypeString:
-      return '"' + static_cast<std::string>(value) + '"';
+      text << YAML::DoubleQuoted << static_cast<std::string>(value);
+      return text.c_str();
     case XmlRpcValue::TypeBoolean:
       return static_cast<bool>(value) ? "true" : "false";
     case XmlRpcValue::TypeInt:

@@ -71,6 +71,18 @@ TEST_F(ParametersFromFiles, LaterOnesOverrideSingleValues) {
   EXPECT_TRUE(params.errors().empty());
 }
 
+// result.yaml has them: what cannot be read there could not be saved.
+TEST_F(ParametersFromFiles, TextsReadBackAsTheyAre) {
+  const std::string odd = "C:\\Query \"quoted\" # and\nso: on";
+  ParameterMap parameters;
+  parameters["group/text"] = odd;
+  ParamReader params(parameters);
+  valueOf<std::string>(params, "group/text");
+  EXPECT_EQ(
+      static_cast<std::string>(parametersFromYaml(params.texts().at("group/text"), "text").at("")),
+      odd);
+}
+
 TEST_F(ParametersFromFiles, ErrorsNameTheParameterWithItsPrefix) {
   ParamReader params(parametersFromFiles({write("misspelt.yaml", "group: {numbr: 1, none: }")}),
                      "scene.yaml: ");
