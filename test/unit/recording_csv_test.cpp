@@ -128,12 +128,27 @@ TEST(ReadCounters, AByteOrderMarkIsNoPartOfTheFirstName) {
   EXPECT_EQ(rows[0].left_ticks, 3);
 }
 
+TEST(ReadCounters, AStampThatRoundsToZeroIsNone) {
+  EXPECT_NE(
+      counterError("t_s,left_ticks,right_ticks\n-99.9999999999,2,3\n").find("ROS cannot hold"),
+      std::string::npos);
+}
+
+// A file that was being written when the power went: a number before zeros may have lost digits.
+TEST(ReadCounters, ZeroBytesAreNoEndOfANumber) {
+  using namespace std::string_literals;
+  EXPECT_NE(counterError("t_s,left_ticks,right_ticks\n1,2,3\n2,4,5\0\0\0"s)
+                .find("wheels.csv:3: has zero bytes"),
+            std::string::npos);
+}
+
 TEST(ReadCounters, WhatSpreadsheetsWriteIsNamed) {
   const std::string utf_16 = "wheels.csv:1: the file is in UTF-16: save it as UTF-8";
   using namespace std::string_literals;
   EXPECT_EQ(counterError("\xFF\xFEt\0_\0s\0,\0l\0\n\0"s), utf_16);
   EXPECT_EQ(counterError("\xFE\xFF\0t\0_\0s\0,\0l\0\n"s), utf_16);
-  EXPECT_EQ(counterError("t\0_\0s\0,\0l\0\n\0"s), utf_16);
+  EXPECT_EQ(counterError("t\0_\0s\0,\0l\0\n\0"s),
+            "wheels.csv:1: has zero bytes: the file is damaged, or in UTF-16 (save it as UTF-8)");
   const std::string semicolons =
       "cells are separated by semicolons: separate them by commas, and write numbers with points";
   EXPECT_EQ(counterError("t_s;left_m;right_m\n0;0,1;0\n"), "wheels.csv:1: " + semicolons);

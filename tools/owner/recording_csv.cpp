@@ -13,6 +13,7 @@
 namespace bearing_calibration::core {
 namespace {
 
+constexpr double kEarliestStamp_s = 1e-9;  // zero is no stamp
 /// ros::Time counts seconds in 32 bits.
 constexpr double kLatestStamp_s = 4294967295.0;
 /// Half of what 64 bits hold: differences of two counts still fit.
@@ -86,7 +87,7 @@ class CsvReader {
 
   Stamp stamp(std::size_t column, double start_time_s) const {
     const double time_s = start_time_s + number(column);
-    if (time_s <= 0.0 || time_s > kLatestStamp_s) {
+    if (time_s < kEarliestStamp_s || time_s > kLatestStamp_s) {
       throw error(describe(column) + " becomes the stamp " + std::to_string(time_s) +
                   " s, which ROS cannot hold: stamps lie above zero and below 2^32 s");
     }
@@ -110,8 +111,11 @@ class CsvReader {
   RecordingError formError(const std::string& sentence) const {
     const auto holds = [this](const auto& what) { return line_.find(what) != std::string::npos; };
     const std::string begin = line_.substr(0, 2);
-    if (begin == "\xFF\xFE" || begin == "\xFE\xFF" || holds('\0')) {
+    if (begin == "\xFF\xFE" || begin == "\xFE\xFF") {
       return error("the file is in UTF-16: save it as UTF-8");
+    }
+    if (holds('\0')) {
+      return error("has zero bytes: the file is damaged, or in UTF-16 (save it as UTF-8)");
     }
     if (holds(';')) {
       return error(
@@ -129,6 +133,7 @@ class CsvReader {
     while (std::getline(stream_, line_)) {
       ++line_number_;
       if (line_number_ == 1) removeByteOrderMark();
+      if (line_.find('\0') != std::string::npos) throw formError("");
       if (!line_.empty() && line_.back() == '\r') line_.pop_back();
       cells_ = cellsOf(line_);
       if (cells_.size() > 1 || !cells_.front().empty()) return true;
