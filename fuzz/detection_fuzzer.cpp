@@ -2,11 +2,11 @@
 
 #include <boost/make_shared.hpp>
 #include <cmath>
-#include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/light_bearings.h"
+#include "fuzz/harness.h"
 #include "fuzz/image_input.h"
 #include "support/synthetic_spot.h"
 
@@ -14,6 +14,7 @@ namespace bearing_calibration_ros {
 namespace {
 
 namespace core = bearing_calibration::core;
+using bearing_calibration::fuzz::require;
 
 /// The default rig behind a sensor of the image's size, which must be able to be one.
 core::DetectorConfig configFor(const sensor_msgs::Image& image) {
@@ -25,10 +26,6 @@ core::DetectorConfig configFor(const sensor_msgs::Image& image) {
   config.mask.last_row = config.sensor.height_px - 1;
   config.threshold.min_contrast_levels = 1.0;  // more to look at
   return config;
-}
-
-void require(bool holds, const char* sentence) {
-  if (!holds) throw std::logic_error(sentence);
 }
 
 void requireMeaning(const core::DetectionResult& result) {
@@ -77,9 +74,10 @@ bool DetectionFuzzer::run(const sensor_msgs::Image& image) {
   return true;
 }
 
-bool DetectionFuzzer::run(const std::uint8_t* data, std::size_t size) {
-  ByteReader bytes(data, size);
-  return run(imageFrom(&bytes));
-}
-
 }  // namespace bearing_calibration_ros
+
+bool bearing_calibration::fuzz::run(const std::uint8_t* data, std::size_t size) {
+  static bearing_calibration_ros::DetectionFuzzer fuzzer;
+  ByteReader bytes(data, size);
+  return fuzzer.run(bearing_calibration_ros::imageFrom(&bytes));
+}

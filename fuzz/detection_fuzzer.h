@@ -19,8 +19,6 @@ class DetectionFuzzer {
   /// @throws std::logic_error when a result means nothing: an azimuth that is no angle, a variance
   ///   that is not positive, a probability outside of [0, 1]
   bool run(const sensor_msgs::Image& image);
-  /// The same for an image made of a fuzzer's bytes.
-  bool run(const std::uint8_t* data, std::size_t size);
 
  private:
   bearing_calibration::core::LightDetector& detectorFor(const sensor_msgs::Image& image);

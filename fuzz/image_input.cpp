@@ -1,7 +1,5 @@
 #include "fuzz/image_input.h"
 
-#include <sensor_msgs/image_encodings.h>
-
 #include <algorithm>
 #include <iterator>
 #include <opencv2/core/mat.hpp>
@@ -12,7 +10,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-namespace encodings = sensor_msgs::image_encodings;
+using bearing_calibration::fuzz::ByteReader;
 
 struct Size {
   std::uint32_t width;
@@ -31,11 +29,6 @@ constexpr Encoding kEncodings[] = {
     {"rgb8", 3},        {"bgra8", 4},       {"rgba8", 4},  {"bayer_rggb8", 1}, {"bayer_bggr8", 1},
     {"bayer_gbrg8", 1}, {"bayer_grbg8", 1}, {"yuv422", 2}, {"32FC1", 4},       {"", 1},
     {"mono8 ", 1}};
-
-template <typename T, std::size_t N>
-const T& pick(const T (&list)[N], std::uint8_t byte) {
-  return list[byte % N];
-}
 
 enum Flaw : std::uint8_t {
   kShortStep = 1,
@@ -95,15 +88,9 @@ cv::Mat pictureFrom(ByteReader* bytes, int columns, int rows) {
 
 }  // namespace
 
-std::uint8_t ByteReader::byte() {
-  if (left_ == 0) return 0;
-  --left_;
-  return *data_++;
-}
-
 sensor_msgs::Image imageFrom(ByteReader* bytes) {
-  const Size size = pick(kSizes, bytes->byte());
-  const Encoding encoding = pick(kEncodings, bytes->byte());
+  const Size size = bytes->pick(kSizes);
+  const Encoding encoding = bytes->pick(kEncodings);
   const std::uint8_t flaws = bytes->byte();
   sensor_msgs::Image image;
   image.width = size.width;
