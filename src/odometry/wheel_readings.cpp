@@ -69,9 +69,9 @@ void WheelPairing::pairWhatIsCovered(PairingOutcome* outcome) {
     }
     const double share = secondsFromDuration(left.stamp - before.stamp) / apart_s;
     const auto way = wrappedTickDifference(before.ticks, after.ticks, counter_bits_);
-    const std::int64_t right_ticks = before.ticks + std::llround(share * static_cast<double>(way));
+    const std::int64_t rolled = std::llround(share * static_cast<double>(way));
     outcome->pairs.push_back(
-        {left.stamp, left.ticks, wrappedTickDifference(0, right_ticks, counter_bits_)});
+        {left.stamp, left.ticks, wrappedTickDifference(-rolled, before.ticks, counter_bits_)});
   }
 }
 

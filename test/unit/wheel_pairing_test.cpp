@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <vector>
 
 #include "bearing_calibration/odometry/wheel_readings.h"
@@ -64,6 +65,15 @@ TEST_F(WheelPairingTest, InterpolationGoesAcrossTheWrapInBothDirections) {
   const PairingOutcome backward = right(0.2, 65526);  // 20 ticks back
   ASSERT_EQ(backward.pairs.size(), 1U);
   EXPECT_EQ(wrappedTickDifference(10, backward.pairs.front().right_ticks, kBits), -10);
+}
+
+TEST_F(WheelPairingTest, InterpolationGoesAcrossTheWrapOf64Bits) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
+  WheelPairing pairing(64, kMaxApart_s);
+  pairing.add(WheelSide::kRight, {at(0.0), kMost - 9});
+  pairing.add(WheelSide::kLeft, {at(0.075), 1});
+  expectPair(pairing.add(WheelSide::kRight, {at(0.1), kLeast + 10}), 0.075, 1, kLeast + 5);
 }
 
 TEST_F(WheelPairingTest, OneRightReadingMayCompleteSeveralLeftOnes) {
