@@ -1,5 +1,6 @@
 #include "fuzz/drawn_config.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <variant>
 

@@ -1,8 +1,7 @@
 #include "fuzz/drawn_result.h"
 
 #include <cmath>
-
-#include "bearing_calibration/common/angle.h"
+#include <string>
 
 namespace bearing_calibration::fuzz {
 namespace {

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <string>
 #include <type_traits>
 
 #include "bearing_calibration/calibration/calibrator.h"

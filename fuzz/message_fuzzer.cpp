@@ -1,11 +1,11 @@
 // Messages: whatever their fields hold, the core's types hold the same, and what goes back into a
 // message is what came.
 
-#include <std_msgs/Header.h>
-
+#include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
+#include <string>
+#include <vector>
 
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/result_messages.h"
