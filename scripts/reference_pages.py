@@ -58,6 +58,7 @@ Those of the drive are in [driving.md](driving.md).
 | `wheel_ticks` | bearing_calibration/WheelTicks | in: both wheel counters, cumulative, with a stamp ([robots.md](robots.md)) |
 | `joint_states` | sensor_msgs/JointState | in, instead (`wheel_source:=joint_states`): two joints by name |
 | `left_ticks`, `right_ticks` | std_msgs/Int32 or similar | in, instead (`wheel_source:=separate_ticks`): one topic for each wheel |
+| `odom` | nav_msgs/Odometry | in, instead (`wheel_source:=odometry`): the wheels' own odometry ([robots.md](robots.md)) |
 | `bearings` | bearing_calibration/LightBearings | in: the candidates for the light in each image or scan |
 | `~estimate` | bearing_calibration/CalibrationEstimate | out: the whole estimate ([result.md](result.md)) |
 | `~base_from_camera` | geometry_msgs/PoseWithCovarianceStamped | out: the pose in `base_link` with its 6x6 covariance |

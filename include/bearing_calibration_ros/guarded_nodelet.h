@@ -75,11 +75,12 @@ class GuardedNodelet : public nodelet::Nodelet {
       NODELET_WARN("%s", sentence.c_str());
     }
   }
-  /// Says that messages are of another frame than the one they are taken for.
-  void checkFrame(const std::string& topic, const std::string& frame, const std::string& expected) {
-    if (frame.empty() || frame == expected || !throttle_.isDue("frame")) return;
-    NODELET_WARN("%s: frame '%s' is not frames/sensor '%s': taken as if it were", topic.c_str(),
-                 frame.c_str(), expected.c_str());
+  /// Says that messages are of another frame than the parameter's, which they are taken for.
+  void checkFrame(const std::string& topic, const std::string& frame, const std::string& parameter,
+                  const std::string& expected) {
+    if (frame.empty() || frame == expected || !throttle_.isDue(parameter)) return;
+    NODELET_WARN("%s: frame '%s' is not %s '%s': taken as if it were", topic.c_str(), frame.c_str(),
+                 parameter.c_str(), expected.c_str());
   }
 
   /// Diagnostics with one status, which `fill` fills in.

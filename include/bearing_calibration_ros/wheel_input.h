@@ -1,6 +1,7 @@
 #pragma once
 
 #include <bearing_calibration/WheelTicks.h>
+#include <nav_msgs/Odometry.h>
 #include <ros/message_event.h>
 #include <ros/node_handle.h>
 #include <sensor_msgs/JointState.h>
@@ -24,6 +25,7 @@ enum class WheelSource : std::uint8_t {
   kTicks,          ///< bearing_calibration/WheelTicks
   kJointStates,    ///< sensor_msgs/JointState
   kSeparateTicks,  ///< the count of each wheel on a topic of its own
+  kOdometry,       ///< nav_msgs/Odometry
 };
 
 /// Names of the wheels' joints in a sensor_msgs/JointState.
@@ -47,8 +49,10 @@ std::optional<core::WheelAngles> anglesFromMessage(const sensor_msgs::JointState
                                                    const WheelJoints& joints);
 /// Whether the message speaks of one of the joints at all.
 bool namesEither(const sensor_msgs::JointState& message, const WheelJoints& joints);
-/// "a, b, c" for people.
-std::string jointNames(const sensor_msgs::JointState& message);
+/// A sentence for people that names the joints that are wanted, and those of the message.
+std::string describeMissing(const WheelJoints& joints, const sensor_msgs::JointState& message);
+
+core::OdometryPose odometryFromMessage(const nav_msgs::Odometry& message);
 
 /// Whether a message of this definition is the count of one wheel: an integer
 /// `data`, first of its fields or after a Header. So are std_msgs' Int16, Int32
@@ -69,6 +73,7 @@ struct WheelHandlers {
   boost::function<void(const msg::WheelTicksConstPtr&)> ticks;
   boost::function<void(const sensor_msgs::JointStateConstPtr&)> joint_states;
   boost::function<void(core::WheelSide, const WheelCountEvent&)> wheel;
+  boost::function<void(const nav_msgs::OdometryConstPtr&)> odometry;
 };
 
 /// Names of the topics before they are resolved; two for separate ticks, left and right.

@@ -45,6 +45,12 @@ InputOutcome Calibrator::addAngles(const WheelAngles& angles, Stamp received) {
   return outcome;
 }
 
+InputOutcome Calibrator::addOdometry(const OdometryPose& odometry, Stamp received) {
+  const InputOutcome outcome = addReading(odometry, received);
+  takeOverFit();
+  return outcome;
+}
+
 InputOutcome Calibrator::addWheel(WheelSide side, const WheelCount& count, Stamp received) {
   const InputOutcome outcome = pair(side, count, received);
   takeOverFit();

@@ -47,17 +47,33 @@ constexpr StatusWords kStatusWords[] = {
      "(alignment/harmonic_stddev), for which the paper's filter has no state: message left "
      "out"},
     {InputStatus::kCounterReset, "counter reset",
-     "the counters jumped by %.9g m to near zero: taken as a reset by the driver, followed "
+     "the counters or the odometry's pose jumped by %.9g m: taken as a reset by the driver, "
+     "followed "
      "from there"},
     {InputStatus::kTicksTooFast, "wheel faster than possible",
      "a wheel would have rolled %.9g m, faster than wheels/max_speed allows: reading left out"},
     {InputStatus::kTicksGap, "gap hides a counter wrap",
-     "no readings for %.9g s, long enough for a counter or a joint to wrap unseen: the motion "
-     "meanwhile is unknown"},
+     "no readings for %.9g s, long enough for a counter, a joint or a heading to wrap unseen: the "
+     "motion meanwhile is unknown"},
     {InputStatus::kTicksOutOfRange, "count exceeds the counter",
      "the count %.9g does not fit wheels/counter_bits: reading left out"},
     {InputStatus::kAngleNotFinite, "joint position not finite",
      "the joint position %.9g rad is not finite: reading left out"},
+    {InputStatus::kPoseNotFinite, "odometry's pose not finite",
+     "the odometry's pose has a number %.9g that is not finite: reading left out"},
+    {InputStatus::kQuaternionNotUnit, "odometry's quaternion not of length 1",
+     "the quaternion of the odometry's orientation has the length %.9g instead of 1: reading left "
+     "out"},
+    {InputStatus::kFramesChanged, "odometry's frames changed",
+     "header.frame_id or child_frame_id of the odometry is not that of the first message (two "
+     "publishers?): reading left out"},
+    {InputStatus::kTwistWithoutPose, "odometry's pose stands while its twist moves",
+     "the odometry's pose stands still while its twist has moved a wheel by %.9g m: only poses are "
+     "used, does the driver fill them in? reading left out"},
+    {InputStatus::kMovedSideways, "odometry moves sideways",
+     "the odometry's pose moved %.9g m sideways, as no two wheels do (a holonomic robot, a base "
+     "frame "
+     "off the wheels' axle, or a pose that localisation corrects?): reading left out"},
     {InputStatus::kNoPartner, "no reading of the other wheel",
      "the other wheel has no reading for %.9g s around it: reading left out"},
     {InputStatus::kQueueFull, "too many bearings wait for ticks",

@@ -46,6 +46,13 @@ Arc arcFromWheels(const WheelDisplacement& wheels, double wheel_separation_m) {
   return {{distance * chord.value * direction, wrapAngle(turn)}, J_pose_motion * J_motion_wheels};
 }
 
+WheelDisplacement wheelsFromArc(const Pose2& start_from_end, double wheel_separation_m) {
+  const double half_turn = 0.5 * start_from_end.yaw_rad;
+  const Eigen::Vector2d direction(std::cos(half_turn), std::sin(half_turn));
+  const double distance = direction.dot(start_from_end.position_m) / sinc(half_turn).value;
+  return {distance - wheel_separation_m * half_turn, distance + wheel_separation_m * half_turn};
+}
+
 OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplacement& wheels,
                          double wheel_separation_m, const WheelNoise& noise,
                          double unseen_variance_m2) {

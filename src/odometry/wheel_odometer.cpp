@@ -8,7 +8,9 @@ namespace bearing_calibration::core {
 namespace {
 
 constexpr double kReadingSlackTicks = 2.0;  // one of quantisation at each end
+constexpr double kPoseSlack_m = 0.002;      // of drivers that send whole millimetres
 constexpr double kStampJitter_s = 0.01;     // drivers stamp on receipt
+constexpr double kMostSideways_m = 0.005;   // of such a driver's rounding; wheels make none
 
 double largest(const WheelDisplacement& wheels) {
   return std::max(std::abs(wheels.left_m), std::abs(wheels.right_m));
@@ -34,14 +36,45 @@ InputOutcome WheelOdometer::add(const WheelCounts& ticks) {
       return {InputStatus::kTicksOutOfRange, static_cast<double>(count)};
     }
   }
-  return addReading({ticks, {}, ticks.stamp});
+  return addReading({ticks, {}, {}, ticks.stamp});
 }
 
 InputOutcome WheelOdometer::add(const WheelAngles& angles) {
   for (double angle : {angles.left_rad, angles.right_rad}) {
     if (!std::isfinite(angle)) return {InputStatus::kAngleNotFinite, angle};
   }
-  return addReading({{}, angles, angles.stamp});
+  return addReading({{}, angles, {}, angles.stamp});
+}
+
+InputOutcome WheelOdometer::add(const OdometryPose& odometry) {
+  constexpr double kNearOne = 0.01;  // of drivers that round
+  const Pose2& pose = odometry.start_from_base;
+  for (double number : {pose.position_m.x(), pose.position_m.y(), pose.yaw_rad}) {
+    if (!std::isfinite(number)) return {InputStatus::kPoseNotFinite, number};
+  }
+  if (!(std::abs(odometry.quaternion_norm - 1.0) <= kNearOne)) {
+    return {InputStatus::kQuaternionNotUnit, odometry.quaternion_norm};
+  }
+  if (!frames_) frames_ = odometry.frames;
+  if (*frames_ != odometry.frames) return {InputStatus::kFramesChanged, 0.0};
+  if (standsAgainstItsTwist(odometry)) return {InputStatus::kTwistWithoutPose, twist_travel_m_};
+  return addReading({{}, {}, pose, odometry.stamp, true});
+}
+
+bool WheelOdometer::standsAgainstItsTwist(const OdometryPose& odometry) {
+  constexpr double kMostTravel_m = 0.2;  // what a filtered or a commanded twist says of a stop
+  const Pose2& last = last_.start_from_base;
+  const bool stands = travel_ && odometry.start_from_base.position_m == last.position_m &&
+                      odometry.start_from_base.yaw_rad == last.yaw_rad;
+  const double speed_mps = std::abs(odometry.forward_mps) +
+                           0.5 * geometry_.wheel_separation_m * std::abs(odometry.turn_radps);
+  if (!stands) {
+    twist_travel_m_ = 0.0;
+  } else if (odometry.stamp > last_twist_ && std::isfinite(speed_mps)) {
+    twist_travel_m_ += speed_mps * secondsFromDuration(odometry.stamp - last_twist_);
+  }
+  last_twist_ = std::max(last_twist_, odometry.stamp);
+  return twist_travel_m_ > kMostTravel_m;
 }
 
 InputOutcome WheelOdometer::addReading(const Reading& reading) {
@@ -61,11 +94,18 @@ InputOutcome WheelOdometer::addReading(const Reading& reading) {
     moveUnseenTo(reading);
     return {InputStatus::kTicksGap, interval_s};
   }
-  if (largest(wheels) <= reach(last_, reading)) {
-    moveTo(reading, wheels);
-    return {};
+  if (largest(wheels) > reach(last_, reading)) {
+    return resolveJump(reading, {InputStatus::kTicksTooFast, largest(wheels)});
   }
-  return resolveJump(reading, largest(wheels));
+  constexpr double kForget_s = 1.0;  // rounding cancels in the sum, a slow motion sideways does not
+  const double sideways_m =
+      sideways_m_ * std::exp(-interval_s / kForget_s) + sidewaysStep(last_, reading);
+  if (std::abs(sideways_m) > kMostSideways_m) {
+    return resolveJump(reading, {InputStatus::kMovedSideways, sideways_m});
+  }
+  moveTo(reading, wheels);
+  sideways_m_ = sideways_m;
+  return {};
 }
 
 void WheelOdometer::noteLate(Stamp stamp) {
@@ -74,20 +114,23 @@ void WheelOdometer::noteLate(Stamp stamp) {
   late_ = follows ? LateRow{late_->first, stamp, late_->count + 1} : LateRow{stamp, stamp, 1};
 }
 
-InputOutcome WheelOdometer::resolveJump(const Reading& reading, double jump_m) {
-  const Reading zero{{}, {}, last_.stamp};
-  const bool restarted = largest(displacement(zero, reading)) <= reach(zero, reading);
-  const bool confirmed = refused_ && refused_->stamp < reading.stamp &&
-                         largest(displacement(*refused_, reading)) <= reach(*refused_, reading);
-  if (restarted || confirmed) {
+InputOutcome WheelOdometer::resolveJump(const Reading& reading, const InputOutcome& refusal) {
+  const Reading zero{{}, {}, {}, last_.stamp, reading.is_pose};
+  const bool confirmed =
+      refused_ && refused_->stamp < reading.stamp && isPossible(*refused_, reading);
+  if (confirmed || isPossible(zero, reading)) {
     moveUnseenTo(reading);
-    return {InputStatus::kCounterReset, jump_m};
+    return {InputStatus::kCounterReset, std::abs(refusal.value)};
   }
   refused_ = reading;
-  return {InputStatus::kTicksTooFast, jump_m};
+  return refusal;
 }
 
 WheelDisplacement WheelOdometer::displacement(const Reading& from, const Reading& to) const {
+  if (to.is_pose) {
+    return wheelsFromArc(from.start_from_base.inverse() * to.start_from_base,
+                         geometry_.wheel_separation_m);
+  }
   const int bits = geometry_.counter_bits;
   const auto left_ticks = wrappedTickDifference(from.ticks.left_ticks, to.ticks.left_ticks, bits);
   const auto right_ticks =
@@ -100,7 +143,25 @@ WheelDisplacement WheelOdometer::displacement(const Reading& from, const Reading
                   geometry_.right_wheel_radius_m};
 }
 
+double WheelOdometer::sidewaysStep(const Reading& from, const Reading& to) {
+  const Pose2 step = from.start_from_base.inverse() * to.start_from_base;
+  const double half_turn = 0.5 * step.yaw_rad;
+  const double across_m = (rotation2(-half_turn) * step.position_m).y();
+  // Some drivers go by the heading at the beginning or at the end of each step.
+  const double integration_m = std::sin(std::abs(half_turn)) * step.position_m.norm();
+  return across_m - std::clamp(across_m, -integration_m, integration_m);
+}
+
+bool WheelOdometer::isPossible(const Reading& from, const Reading& to) const {
+  return largest(displacement(from, to)) <= reach(from, to) &&
+         std::abs(sidewaysStep(from, to)) <= kMostSideways_m;
+}
+
 double WheelOdometer::farthestCertain(const Reading& from, const Reading& to) const {
+  if (to.is_pose) {  // the other turn to the same heading
+    const double turn_rad = wrapAngle(to.start_from_base.yaw_rad - from.start_from_base.yaw_rad);
+    return 0.5 * geometry_.wheel_separation_m * (2.0 * kPi - std::abs(turn_rad));
+  }
   if (isStamped(to.ticks.stamp)) {
     return std::ldexp(0.5, geometry_.counter_bits) *
            std::min(geometry_.leftMetersPerTick(), geometry_.rightMetersPerTick());
@@ -126,9 +187,10 @@ double WheelOdometer::timeBetween(const Reading& from, const Reading& to) const 
 }
 
 double WheelOdometer::reach(const Reading& from, const Reading& to) const {
-  return geometry_.max_wheel_speed_mps * (timeBetween(from, to) + kStampJitter_s) +
-         kReadingSlackTicks *
-             std::max(geometry_.leftMetersPerTick(), geometry_.rightMetersPerTick());
+  const double slack_m = to.is_pose ? kPoseSlack_m
+                                    : kReadingSlackTicks * std::max(geometry_.leftMetersPerTick(),
+                                                                    geometry_.rightMetersPerTick());
+  return geometry_.max_wheel_speed_mps * (timeBetween(from, to) + kStampJitter_s) + slack_m;
 }
 
 void WheelOdometer::moveTo(const Reading& reading, const WheelDisplacement& wheels) {
@@ -138,6 +200,7 @@ void WheelOdometer::moveTo(const Reading& reading, const WheelDisplacement& whee
   left_joint_.add(reading.angles.left_rad);
   right_joint_.add(reading.angles.right_rad);
   last_ = reading;
+  sideways_m_ = 0.0;
   refused_.reset();
   late_.reset();
 }

@@ -110,15 +110,13 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   }
 
   WheelHandlers wheelHandlers() {
-    return {[this](const msg::WheelTicksConstPtr& message) {
-              guarded("wheel ticks",
-                      [&] { addTravel(odometer_->add(countsFromMessage(*message))); });
-            },
-            [this](const sensor_msgs::JointStateConstPtr& message) {
-              guarded("joint states", [&] {
-                const auto angles = anglesFromMessage(*message, config_.wheels.joints);
-                if (angles) addTravel(odometer_->add(*angles));
-              });
+    const auto add = [this](const auto& reading) {
+      guarded("wheels", [&] { addTravel(odometer_->add(reading)); });
+    };
+    return {[=](const msg::WheelTicksConstPtr& message) { add(countsFromMessage(*message)); },
+            [=](const sensor_msgs::JointStateConstPtr& message) {
+              const auto angles = anglesFromMessage(*message, config_.wheels.joints);
+              if (angles) add(*angles);
             },
             [this](core::WheelSide side, const WheelCountEvent& event) {
               guarded("separate ticks", [&] {
@@ -127,7 +125,8 @@ class CalibrationDriveNodelet : public GuardedNodelet {
                   addTravel(odometer_->add(pair));
                 }
               });
-            }};
+            },
+            [=](const nav_msgs::OdometryConstPtr& message) { add(odometryFromMessage(*message)); }};
   }
 
   void addTravel(const core::InputOutcome& outcome) {

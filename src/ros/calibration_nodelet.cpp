@@ -122,6 +122,14 @@ class CalibrationNodelet : public GuardedNodelet {
             [this](core::WheelSide side, const WheelCountEvent& event) {
               receive(side == core::WheelSide::kLeft ? "left ticks" : "right ticks",
                       [this, side, event](const ros::Time& now) { addWheel(side, event, now); });
+            },
+            [this](const nav_msgs::OdometryConstPtr& message) {
+              receive("odometry", [this, message](const ros::Time& now) {
+                checkFrame(wheel_topic_, message->child_frame_id, "frames/base",
+                           config_.frames.base);
+                const core::OdometryPose pose = odometryFromMessage(*message);
+                finishWheels(calibrator_->addOdometry(pose, stampFromRos(now)), pose.stamp, now);
+              });
             }};
   }
 
@@ -131,17 +139,12 @@ class CalibrationNodelet : public GuardedNodelet {
       finishWheels(calibrator_->addAngles(*angles, stampFromRos(now)), angles->stamp, now);
       return;
     }
-    const bool is_anothers =  // publisher's, an arm's for instance
-        !namesEither(message, config_.wheels.joints) && input_watch_->areWheelsAlive(now);
-    if (is_anothers) return;
+    // another publisher's, an arm's for instance
+    if (!namesEither(message, config_.wheels.joints) && input_watch_->areWheelsAlive(now)) return;
     publisher_->countJointStateWithoutWheels();
     publisher_->offerEstimate();
     if (!throttle_.isDue("joints")) return;
-    NODELET_WARN(
-        "%s: joints '%s' and '%s' with a position each are wanted, but the message has "
-        "(%s): message ignored",
-        wheel_topic_.c_str(), config_.wheels.joints.left.c_str(),
-        config_.wheels.joints.right.c_str(), jointNames(message).c_str());
+    say(false, wheel_topic_ + ": " + describeMissing(config_.wheels.joints, message));
   }
 
   /// The stamps of the left wheel alone tell whether they have begun anew: both would take turns.
@@ -160,7 +163,7 @@ class CalibrationNodelet : public GuardedNodelet {
   void onBearings(const msg::LightBearingsConstPtr& message) {
     receive("bearings", [this, message](const ros::Time& now) {
       input_watch_->sawBearings(now);
-      checkFrame(bearing_topic_, message->header.frame_id, config_.frames.sensor);
+      checkFrame(bearing_topic_, message->header.frame_id, "frames/sensor", config_.frames.sensor);
       warn(bearing_topic_,
            calibrator_->addBearings(bearingsFromMessage(*message), stampFromRos(now)));
       publisher_->offerEstimate();

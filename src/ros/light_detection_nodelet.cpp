@@ -146,7 +146,8 @@ class LightDetectionNodelet : public GuardedNodelet {
 
   void onPrediction(const msg::PredictedBearingConstPtr& message) {
     guarded("prediction", [&] {
-      checkFrame(prediction_topic_, message->header.frame_id, config_.sensor_frame);
+      checkFrame(prediction_topic_, message->header.frame_id, "frames/sensor",
+                 config_.sensor_frame);
       prediction_ = predictionFromMessage(*message);
     });
   }

@@ -4,6 +4,7 @@
 #include <std_msgs/Header.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -77,7 +78,7 @@ std::int64_t readInteger(const CountLayout& layout, ros::serialization::IStream*
 }  // namespace
 
 void WheelInput::declare(core::Parameters& params) {
-  params.choice("wheels/source", {"ticks", "joint_states", "separate_ticks"}, source);
+  params.choice("wheels/source", {"ticks", "joint_states", "separate_ticks", "odometry"}, source);
   params.read("wheels/left_joint", joints.left);
   params.read("wheels/right_joint", joints.right);
   params.that(
@@ -103,8 +104,25 @@ bool namesEither(const sensor_msgs::JointState& message, const WheelJoints& join
   });
 }
 
-std::string jointNames(const sensor_msgs::JointState& message) {
-  return core::joined(message.name, ", ");
+std::string describeMissing(const WheelJoints& joints, const sensor_msgs::JointState& message) {
+  return "joints '" + joints.left + "' and '" + joints.right +
+         "' with a position each are wanted, but the message has (" +
+         core::joined(message.name, ", ") + "): message ignored";
+}
+
+core::OdometryPose odometryFromMessage(const nav_msgs::Odometry& message) {
+  const geometry_msgs::Point& position = message.pose.pose.position;
+  const geometry_msgs::Quaternion& q = message.pose.pose.orientation;
+  const double yaw_rad =
+      std::atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z));
+  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  const geometry_msgs::Twist& twist = message.twist.twist;
+  return {stampFromRos(message.header.stamp),
+          {{position.x, position.y}, yaw_rad},
+          norm,
+          twist.linear.x,
+          twist.angular.z,
+          message.header.frame_id + ", " + message.child_frame_id};
 }
 
 bool isWheelCount(const std::string& message_definition) {
@@ -143,6 +161,8 @@ std::vector<std::string> wheelTopics(WheelSource source) {
       return {"joint_states"};
     case WheelSource::kSeparateTicks:
       return {"left_ticks", "right_ticks"};
+    case WheelSource::kOdometry:
+      return {"odom"};
   }
   return {};
 }
@@ -157,6 +177,10 @@ std::vector<ros::Subscriber> subscribeToWheels(ros::NodeHandle& node_handle, Whe
   if (source == WheelSource::kJointStates) {
     return {node_handle.subscribe<sensor_msgs::JointState>(topics[0], queue, handlers.joint_states,
                                                            {}, hints)};
+  }
+  if (source == WheelSource::kOdometry) {
+    return {
+        node_handle.subscribe<nav_msgs::Odometry>(topics[0], queue, handlers.odometry, {}, hints)};
   }
   std::vector<ros::Subscriber> subscribers;
   for (const core::WheelSide side : {core::WheelSide::kLeft, core::WheelSide::kRight}) {

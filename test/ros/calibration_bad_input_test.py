@@ -5,21 +5,16 @@ effect. The node lives on."""
 import math
 import sys
 import time
-import unittest
 
 import rospy
 import rostest
 from bearing_calibration.msg import LightBearings
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 
-from calibration_world import DEADLINE_S, NAN, Node, World, taken_in, wait_until
+from bad_input import BadInput, later
+from calibration_world import DEADLINE_S, NAN, taken_in, wait_until
 
 MAX_WAITING = 100  # config/calibration.yaml
-
-
-def later(message, seconds):
-    message.header.stamp += rospy.Duration.from_sec(seconds)
-    return message
 
 
 def wrapped(ticks):
@@ -29,45 +24,13 @@ def wrapped(ticks):
     return ticks
 
 
-class CalibrationBadInputTest(unittest.TestCase):
+class CalibrationBadInputTest(BadInput):
 
-    @classmethod
-    def setUpClass(cls):
-        rospy.init_node('calibration_bad_input_test')
-        cls.node = Node()
-        cls.statuses = []
-        rospy.Subscriber('/diagnostics', DiagnosticArray,
-                         lambda message: cls.statuses.extend(message.status))
+    WHEELS = 'wheel_ticks'
 
-    def setUp(self):
-        self.node.reset()
-        self.world = World(rospy.Time.now().to_sec() - 1000.0)
-        self.node.feed(self.world, World.FOUND_S, wheels=lambda world: wrapped(world.ticks()))
-        count = len(self.node.estimates)
-        # once a second: by the second one nothing works on the last bearings any more
-        wait_until(lambda: len(self.node.estimates) >= count + 2, 'two more estimates')
-        self.before = self.node.wait_for(
-            lambda e: e.ticks_used == self.world.step and not math.isnan(e.x_m), 'a start without faults')
-
-    def assert_refused(self, reason, *said):
-        """Refused, counted, said; and neither the estimate nor the other counts have changed."""
-        estimate = self.node.wait_for(lambda e: reason + ': 1' in e.rejections, reason)
-        self.assertEqual(estimate.rejections, reason + ': 1', 'and nothing else is counted')
-        for field in ('x_m', 'y_m', 'yaw_rad', 'covariance_x_y_yaw', 'D_m', 'bearings_used',
-                      'bearings_gated', 'ticks_used', 'distance_travelled_m'):
-            self.assertEqual(getattr(estimate, field), getattr(self.before, field), field)
-        wait_until(lambda: self.node.warnings(*said), 'a warning with %s, but there is only %s'
-                   % (said, self.node.warnings('/')))
-        wait_until(lambda: any(value.key == 'inputs refused' and reason in value.value
-                               for status in self.statuses for value in status.values),
-                   'the count in /diagnostics')
-        self.assert_lives_on()
-
-    def assert_lives_on(self):
-        """Good input is taken as before."""
-        taken = taken_in(self.node.estimate())
-        self.node.drive(self.world, 1.0, wheels=lambda world: wrapped(world.ticks()))
-        self.node.wait_for(lambda e: taken_in(e) == taken + 10, 'ten more bearings')
+    @staticmethod
+    def READING(world):
+        return wrapped(world.ticks())
 
     def bearings(self, **changes):
         """The next image, of which one candidate is as `changes` say."""
@@ -217,7 +180,7 @@ class CalibrationBadInputTest(unittest.TestCase):
         del self.statuses[:]
         while not self.node.warnings(sentence, topic):
             self.assertLess(time.monotonic(), end, 'no warning: ' + sentence)
-            self.node.drive(self.world, 0.1, wheels=lambda world: wrapped(world.ticks()), **drive)
+            self.node.drive(self.world, 0.1, wheels=self.READING, **drive)
             time.sleep(0.05)
         wait_until(lambda: [s for s in self.statuses if s.level == DiagnosticStatus.WARN and
                             sentence in s.message], 'a diagnostic warning: ' + sentence)

@@ -14,12 +14,14 @@ import rosbag
 import rospy
 from bearing_calibration.msg import CalibrationEstimate, LightBearing, LightBearings, WheelTicks
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 NAN = float('nan')
 DEADLINE_S = 60.0  # for anything that should happen at once, on a slow and busy machine
+WHEEL_TYPES = {'wheel_ticks': WheelTicks, 'joint_states': JointState, 'odom': Odometry}  # by topic
 PIECE_S = 10.0  # of a drive: half of what the calibration node's queues hold
 
 
@@ -56,7 +58,8 @@ class World:
     def __init__(self, start_stamp_s, seed=1, bearing_stddev=math.radians(0.5)):
         self.sensor = (0.15, 0.08, math.radians(12.0))  # x, y, yaw in the base frame
         self.light = (0.0, 0.0)
-        self.x, self.y, self.heading = 2.0, 0.0, math.radians(90.0)
+        self.start = 2.0, 0.0, math.radians(90.0)
+        self.x, self.y, self.heading = self.start
         self.left_m = self.right_m = 0.0
         self.start_stamp_s = start_stamp_s
         self.step = 0
@@ -100,6 +103,20 @@ class World:
         message.position = [wrap(position) for position in message.position]
         return message
 
+    def odometry(self):
+        """Of a driver that begins at zero; its twist is left out, as many do."""
+        x, y, heading = self.start
+        cosine, sine = math.cos(heading), math.sin(heading)
+        east, north = self.x - x, self.y - y
+        message = Odometry(child_frame_id='base_link')
+        message.header.stamp = self.stamp()
+        message.header.frame_id = 'odom'
+        message.pose.pose.position.x = cosine * east + sine * north
+        message.pose.pose.position.y = cosine * north - sine * east
+        message.pose.pose.orientation.z = math.sin(0.5 * (self.heading - heading))
+        message.pose.pose.orientation.w = math.cos(0.5 * (self.heading - heading))
+        return message
+
     def azimuth(self):
         cosine, sine = math.cos(self.heading), math.sin(self.heading)
         sensor_x = self.x + cosine * self.sensor[0] - sine * self.sensor[1]
@@ -122,15 +139,12 @@ class World:
         return message
 
 
-def recordBag(path, world, seconds=120.0, joints=False, look=None, **options):
+def recordBag(path, world, seconds=120.0, wheels=('/wheel_ticks', World.ticks), look=None, **options):
     """A bag of the world as it drives; `look(world)` gives the candidates of an image."""
     with rosbag.Bag(path, 'w', **options) as bag:
         for step in range(int(seconds * world.TICK_RATE)):
             stamp = world.stamp()
-            if joints:
-                bag.write('/joint_states', world.joint_state(), stamp)
-            else:
-                bag.write('/wheel_ticks', world.ticks(), stamp)
+            bag.write(wheels[0], wheels[1](world), stamp)
             if step % world.TICKS_PER_BEARING == 0:
                 candidates = look(world) if look else [world.candidate()]
                 bag.write('/bearings', world.bearings(*candidates), stamp)
@@ -170,7 +184,7 @@ class Node:
                          self._into(self.poses))
         rospy.Subscriber(name + '/transform', TransformStamped, self._into(self.transforms))
         rospy.Subscriber('/rosout', Log, self._into(self.logs))  # no /rosout_agg in a rostest
-        kind = wheels_type or (WheelTicks if wheels.endswith('wheel_ticks') else JointState)
+        kind = wheels_type or WHEEL_TYPES[wheels.split('/')[-1]]
         self.wheels = rospy.Publisher(wheels, kind, queue_size=10000)
         self.bearings = rospy.Publisher(bearings, LightBearings, queue_size=10000)
         self.reset_service = rospy.ServiceProxy(name + '/reset', Trigger)

@@ -22,6 +22,8 @@ CONVERGED, FAILED, USAGE, DEGENERATE, UNCERTAIN, DISAGREE = range(6)
 START_S = 1000.0
 CHI_SQUARE_3_AT_999 = 16.27  # what the squared error stays below in 999 of 1000 honest runs
 
+JOINTS = '/joint_states', World.joint_state
+ODOMETRY = '/base/odom', World.odometry
 NOISE = 'wheels/noise_independent=1.0e-6'  # the world's robot does not slip
 
 
@@ -193,18 +195,37 @@ class CalibrateBag(Drives):
 
     def testReadsJointStates(self):
         world = worldOf()
-        done = self.run_(self.record('joints.bag', world, joints=True), '--set', NOISE,
+        done = self.run_(self.record('joints.bag', world, wheels=JOINTS), '--set', NOISE,
                          '--set', 'wheels/source=joint_states')
         self.assertStatus(done, CONVERGED)
         self.assertRight(self.result(), world)
 
     def testSaysWhichJointsWereThere(self):
-        bag = self.record('joints.bag', worldOf(), seconds=2.0, joints=True)
+        bag = self.record('joints.bag', worldOf(), seconds=2.0, wheels=JOINTS)
         done = self.run_(bag, '--set', 'wheels/source=joint_states',
                          '--set', 'wheels/left_joint=left')
         self.assertStatus(done, FAILED)
-        self.assertIn("without 'left' and 'right_wheel_joint'", done.stdout)
+        self.assertIn("'left' and 'right_wheel_joint'", done.stdout)
         self.assertIn('(arm, left_wheel_joint, right_wheel_joint)', done.stdout)
+
+    def testReadsOdometry(self):
+        world = worldOf()
+        bag = self.record('odometry.bag', world, wheels=ODOMETRY)
+        done = self.run_(bag, '--set', NOISE, '--set', 'wheels/source=odometry')
+        self.assertStatus(done, CONVERGED)
+        self.assertRight(self.result(), world)
+        self.assertNotIn('refused or changed', done.stdout)
+        self.assertIn('odometry.bag: /base/odom, /bearings', self.result()['provenance']['source'])
+
+    def testSaysWhoseOdometryItIs(self):
+        bag = self.record('odometry.bag', worldOf(), seconds=2.0, wheels=ODOMETRY)
+        done = self.run_(bag, '--set', 'wheels/source=odometry', '--set', 'frames/base=base')
+        self.assertIn("frame 'base_link' of the odometry is not frames/base 'base'", done.stdout)
+
+    def testNamesATopicWithoutOdometry(self):
+        done = self.run_(self.drives[0], '--set', 'wheels/source=odometry')
+        self.assertStatus(done, FAILED)
+        self.assertIn('no topic of type nav_msgs/Odometry', done.stdout)
 
     def testSeveralBagsOfOneMountAgree(self):
         done = self.run_(*self.drives, '--set', NOISE, '--compare')

@@ -79,11 +79,55 @@ TEST(JointStates, WithoutOneOfTheWheelsGiveNothing) {
 }
 
 TEST(JointStates, SayWhichJointsAreThere) {
-  EXPECT_EQ(jointNames(jointState()), "arm, right, left");
-  EXPECT_EQ(jointNames(sensor_msgs::JointState()), "");
+  EXPECT_EQ(describeMissing({"left", "wheel"}, jointState()),
+            "joints 'left' and 'wheel' with a position each are wanted, but the message has (arm, "
+            "right, left): message ignored");
   EXPECT_TRUE(namesEither(jointState(), {"left", "wheel"}));
   EXPECT_TRUE(namesEither(jointState(), {"wheel", "right"}));
   EXPECT_FALSE(namesEither(jointState(), {"wheel_l", "wheel_r"}));
+}
+
+TEST(Odometry, GivesPoseTwistAndFrames) {
+  nav_msgs::Odometry message;
+  message.header.stamp = ros::Time(7, 8);
+  message.header.frame_id = "odom";
+  message.child_frame_id = "base_link";
+  message.pose.pose.position.x = 3.0;
+  message.pose.pose.position.y = -4.0;
+  message.pose.pose.orientation.z = std::sin(0.5 * -2.5);
+  message.pose.pose.orientation.w = std::cos(0.5 * -2.5);
+  message.twist.twist.linear.x = 0.3;
+  message.twist.twist.angular.z = -0.2;
+  const core::OdometryPose pose = odometryFromMessage(message);
+  EXPECT_EQ(pose.stamp, core::stampFromNanoseconds(7000000008));
+  EXPECT_EQ(pose.start_from_base.position_m, Eigen::Vector2d(3.0, -4.0));
+  EXPECT_NEAR(pose.start_from_base.yaw_rad, -2.5, 1e-12);
+  EXPECT_NEAR(pose.quaternion_norm, 1.0, 1e-12);
+  EXPECT_EQ(pose.forward_mps, 0.3);
+  EXPECT_EQ(pose.turn_radps, -0.2);
+  EXPECT_EQ(pose.frames, "odom, base_link");
+}
+
+// On a ramp: the heading is the direction of the base's x axis in the plane.
+TEST(Odometry, TakesTheHeadingOfATiltedBase) {
+  const Eigen::Quaterniond tilted = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()) *
+                                    Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitY()) *
+                                    Eigen::AngleAxisd(-0.1, Eigen::Vector3d::UnitX());
+  const Eigen::Vector3d forward = tilted * Eigen::Vector3d::UnitX();
+  nav_msgs::Odometry message;
+  message.pose.pose.orientation.x = tilted.x();
+  message.pose.pose.orientation.y = tilted.y();
+  message.pose.pose.orientation.z = tilted.z();
+  message.pose.pose.orientation.w = tilted.w();
+  EXPECT_NEAR(odometryFromMessage(message).start_from_base.yaw_rad,
+              std::atan2(forward.y(), forward.x()), 1e-12);
+}
+
+TEST(Odometry, PassesAWrongQuaternionOnToTheCore) {
+  nav_msgs::Odometry message;  // ROS's default: all zero
+  EXPECT_EQ(odometryFromMessage(message).quaternion_norm, 0.0);
+  message.pose.pose.orientation.w = kNaN;
+  EXPECT_TRUE(std::isnan(odometryFromMessage(message).start_from_base.yaw_rad));
 }
 
 TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {

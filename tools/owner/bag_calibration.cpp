@@ -78,11 +78,11 @@ class Replay {
  private:
   void warn(const std::string& kind, const std::string& text) { warnings_.emplace(kind, text); }
 
-  void checkFrame(const std::string& frame) {
-    const std::string& expected = setup_.calibration.frames.sensor;
+  void checkFrame(const std::string& frame, const std::string& of, const std::string& parameter,
+                  const std::string& expected) {
     if (frame.empty() || frame == expected) return;
-    warn("frame", "frame '" + frame + "' of the bearings is not frames/sensor '" + expected +
-                      "': taken as if it were");
+    warn(parameter, "frame '" + frame + "' of the " + of + " is not " + parameter + " '" +
+                        expected + "': taken as if it were");
   }
 
   void add(const geometry_msgs::PoseWithCovarianceStampedConstPtr& plan, const ros::Time&) {
@@ -105,8 +105,7 @@ class Replay {
     if (const auto angles = ros_side::anglesFromMessage(*joints, wheels)) {
       calibrator_.addAngles(*angles, ros_side::stampFromRos(received));
     } else {
-      warn("joints", "joint states without '" + wheels.left + "' and '" + wheels.right +
-                         "' were left out; the first has (" + ros_side::jointNames(*joints) + ")");
+      warn("joints", ros_side::describeMissing(wheels, *joints));
     }
   }
 
@@ -116,8 +115,16 @@ class Replay {
                          ros_side::stampFromRos(received));
   }
 
+  void add(const nav_msgs::OdometryConstPtr& odometry, const ros::Time& received) {
+    const Timing timing(&outcome_->times.estimation);
+    checkFrame(odometry->child_frame_id, "odometry", "frames/base", setup_.calibration.frames.base);
+    calibrator_.addOdometry(ros_side::odometryFromMessage(*odometry),
+                            ros_side::stampFromRos(received));
+  }
+
   void add(const LightBearingsConstPtr& bearings, const ros::Time& received) {
-    checkFrame(bearings->header.frame_id);
+    checkFrame(bearings->header.frame_id, "bearings", "frames/sensor",
+               setup_.calibration.frames.sensor);
     addBearings(ros_side::bearingsFromMessage(*bearings), ros_side::stampFromRos(received));
   }
 

@@ -126,6 +126,8 @@ std::optional<BagMessage> BagReader::readMessage(const rosbag::MessageInstance& 
       return readAs<WheelTicks>(message);
     case WheelSource::kJointStates:
       return readAs<sensor_msgs::JointState>(message);
+    case WheelSource::kOdometry:
+      return readAs<nav_msgs::Odometry>(message);
     case WheelSource::kSeparateTicks:
       break;
   }

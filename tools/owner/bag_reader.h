@@ -3,6 +3,7 @@
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/WheelTicks.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -35,7 +36,8 @@ struct BagMessage {
   ros::Time received;
   std::variant<WheelTicksConstPtr, sensor_msgs::JointStateConstPtr, LightBearingsConstPtr,
                sensor_msgs::ImageConstPtr, sensor_msgs::CompressedImageConstPtr,
-               geometry_msgs::PoseWithCovarianceStampedConstPtr, BagWheelCount>
+               geometry_msgs::PoseWithCovarianceStampedConstPtr, nav_msgs::OdometryConstPtr,
+               BagWheelCount>
       content;
 };
 

@@ -3,6 +3,7 @@
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/WheelTicks.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/JointState.h>
@@ -129,6 +130,9 @@ BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, WheelSour
       break;
     case WheelSource::kJointStates:
       found.wheels = findTopic<sensor_msgs::JointState>(contents, wanted.wheels, "wheels-topic");
+      break;
+    case WheelSource::kOdometry:
+      found.wheels = findTopic<nav_msgs::Odometry>(contents, wanted.wheels, "wheels-topic");
       break;
     case WheelSource::kSeparateTicks:
       found.wheels = findWheel(contents, wheel_counts, wanted.wheels, "left_ticks");

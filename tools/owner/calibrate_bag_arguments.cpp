@@ -41,8 +41,8 @@ options::options_description describeOptions(CalibrateBagArguments* arguments) {
   add("each-light", options::bool_switch(&arguments->each_light),
       "one calibration for each light of a bag");
   add("wheels-topic", options::value(&arguments->topics.wheels),
-      "default: the bag's only one of WheelTicks, or JointState by wheels/source; with separate "
-      "ticks the left wheel's, left_ticks");
+      "default: the bag's only one of WheelTicks, or by wheels/source JointState or Odometry; with "
+      "separate ticks the left wheel's, left_ticks");
   add("right-wheel-topic", options::value(&arguments->topics.right_wheel),
       "with separate ticks the right wheel's, default: right_ticks");
   add("bearings-topic", options::value(&arguments->topics.bearings),

@@ -28,6 +28,7 @@ class Calibrator {
 
   InputOutcome addTicks(const WheelCounts& ticks, Stamp received);
   InputOutcome addAngles(const WheelAngles& angles, Stamp received);
+  InputOutcome addOdometry(const OdometryPose& odometry, Stamp received);
   /// The counter of one wheel, where each has its own stream (see WheelPairing). The outcome is the
   /// first bad one of this reading and of those that it completes.
   InputOutcome addWheel(WheelSide side, const WheelCount& count, Stamp received);
@@ -55,8 +56,8 @@ class Calibrator {
   /// with it. To be called before the first input.
   void resume(const StateEstimate& earlier);
 
-  /// Is told of every image in the order of time, from within addTicks(), addAngles() and
-  /// addBearings(); it must not call the calibrator. To be set before the first input.
+  /// Is told of every image in the order of time, from within the inputs; it must not call the
+  /// calibrator. To be set before the first input.
   void observe(OutcomeObserver observer) { observer_ = std::move(observer); }
 
   /// Forgets everything but the configuration and the observer, the counts and what was taken up

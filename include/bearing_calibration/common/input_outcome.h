@@ -25,14 +25,19 @@ enum class InputStatus : std::uint8_t {
   kProbabilityOutOfRange,  ///< not in [0, 1]
   kGeometryAbsurd,         ///< a misalignment that is negative, or that no mirror has
   kGeometryUnmodelled,     ///< the paper's filter has no place for a misaligned mirror
-  kCounterReset,     ///< the counters were reset by their driver: followed from the new value on
-  kTicksTooFast,     ///< the wheels cannot have turned that far: refused, followed if it persists
-  kTicksGap,         ///< no readings for so long that the counter may have wrapped unseen
-  kTicksOutOfRange,  ///< the count does not fit the counter's width
-  kAngleNotFinite,   ///< a joint position is not finite
-  kNoPartner,        ///< one wheel's counter has no reading of the other wheel's beside it
-  kQueueFull,        ///< too many bearings wait for ticks: the oldest one was dropped
-  kTicksLost,        ///< ticks no longer cover the stamp of a waiting bearing
+  kCounterReset,       ///< the counters were reset by their driver: followed from the new value on
+  kTicksTooFast,       ///< the wheels cannot have turned that far: refused, followed if it persists
+  kTicksGap,           ///< no readings for so long that the counter may have wrapped unseen
+  kTicksOutOfRange,    ///< the count does not fit the counter's width
+  kAngleNotFinite,     ///< a joint position is not finite
+  kPoseNotFinite,      ///< the odometry's pose is not finite
+  kQuaternionNotUnit,  ///< the odometry's orientation is no rotation
+  kFramesChanged,      ///< the odometry is not of the first message's frames
+  kTwistWithoutPose,   ///< the odometry's pose stands while its twist moves: it is not integrated
+  kMovedSideways,      ///< no wheels move the base so: refused, followed if it persists
+  kNoPartner,          ///< one wheel's counter has no reading of the other wheel's beside it
+  kQueueFull,          ///< too many bearings wait for ticks: the oldest one was dropped
+  kTicksLost,          ///< ticks no longer cover the stamp of a waiting bearing
 };
 inline constexpr std::size_t kInputStatusCount =
     static_cast<std::size_t>(InputStatus::kTicksLost) + 1;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
@@ -33,6 +34,10 @@ class JointRange {
 /// one turn that leaves motion is a wrap, as long as the joint has never left one turn (see
 /// JointRange).
 ///
+/// Odometry's poses become the wheels' travel on the arc from one to the next. A base that moves
+/// sideways does not move on its wheels: that, too, is refused, and followed when it persists.
+/// Poses that stand while the twist beside them moves come from a driver that does not integrate.
+///
 /// A clock that steps back, as network time does, makes stamps pass twice. Readings are refused
 /// until they overtake the last one; then the counters have all the motion, and the wheels had the
 /// time of the refused readings for it, too.
@@ -44,6 +49,7 @@ class WheelOdometer {
   /// kCounterReset or kTicksGap, and is unchanged otherwise.
   InputOutcome add(const WheelCounts& ticks);
   InputOutcome add(const WheelAngles& angles);
+  InputOutcome add(const OdometryPose& odometry);
 
   const std::optional<WheelTravel>& travel() const { return travel_; }
 
@@ -54,11 +60,13 @@ class WheelOdometer {
   bool isSteppedBack() const { return late_ && late_->count > 1; }
 
  private:
-  /// A reading of either kind; the unused one stays zero.
+  /// A reading of any kind; the unused ones stay zero.
   struct Reading {
     WheelCounts ticks;
     WheelAngles angles;
+    Pose2 start_from_base;
     Stamp stamp;
+    bool is_pose = false;
   };
 
   /// Stamps of readings in a row that were refused as late, each after the one before.
@@ -69,9 +77,16 @@ class WheelOdometer {
   };
 
   InputOutcome addReading(const Reading& reading);
-  InputOutcome resolveJump(const Reading& reading, double jump_m);
+  /// @param refusal  what becomes of the reading if nothing explains its jump
+  InputOutcome resolveJump(const Reading& reading, const InputOutcome& refusal);
+  bool standsAgainstItsTwist(const OdometryPose& odometry);
   WheelDisplacement displacement(const Reading& from, const Reading& to) const;
-  /// Farther, and a counter or a joint may have wrapped unseen [m].
+  /// By how much farther across its arc the base has moved than any driver's way to integrate makes
+  /// it [m].
+  static double sidewaysStep(const Reading& from, const Reading& to);
+  /// The wheels may have moved so.
+  bool isPossible(const Reading& from, const Reading& to) const;
+  /// Farther, and a counter, a joint or a heading may have wrapped unseen [m].
   double farthestCertain(const Reading& from, const Reading& to) const;
   /// The longest that the wheels may have turned from one reading to a later one.
   double timeBetween(const Reading& from, const Reading& to) const;
@@ -84,9 +99,13 @@ class WheelOdometer {
   std::optional<WheelTravel> travel_;
   JointRange left_joint_;
   JointRange right_joint_;
-  Reading last_;                    ///< the reading that travel_ stands at
-  std::optional<Reading> refused_;  ///< a jump that waits for its confirmation
-  std::optional<LateRow> late_;     ///< since the last reading that was taken
+  Reading last_;                       ///< the reading that travel_ stands at
+  std::optional<Reading> refused_;     ///< a jump that waits for its confirmation
+  std::optional<LateRow> late_;        ///< since the last reading that was taken
+  double sideways_m_ = 0.0;            ///< of the base, in the last second or so
+  std::optional<std::string> frames_;  ///< of the first odometry
+  Stamp last_twist_;
+  double twist_travel_m_ = 0.0;  ///< by the twist, since the pose has changed
 };
 
 }  // namespace bearing_calibration::core

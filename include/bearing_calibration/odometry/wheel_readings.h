@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "bearing_calibration/common/input_outcome.h"
 #include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/geometry/pose2.h"
 
 namespace bearing_calibration::core {
 
@@ -31,6 +33,17 @@ struct WheelAngles {
   Stamp stamp;
   double left_rad = 0.0;
   double right_rad = 0.0;
+};
+
+/// The base's pose as its driver has integrated it from the wheels, from any start on; a pose reset
+/// by the driver at times.
+struct OdometryPose {
+  Stamp stamp;
+  Pose2 start_from_base;
+  double quaternion_norm = 1.0;  ///< of the orientation as it was sent
+  double forward_mps = 0.0;      ///< the twist that was sent with it, only compared with the pose
+  double turn_radps = 0.0;
+  std::string frames;  ///< "PARENT, CHILD" as they were sent
 };
 
 /// How far each wheel has rolled since the first reading; what all kinds of reading become.
