@@ -31,6 +31,7 @@ ROBOTS = 'calibrate.launch overrides:=$PWD/config/robots/'
 TURTLEBOT, KOBUKI = ROBOTS + 'turtlebot3_burger.yaml', ROBOTS + 'kobuki.yaml'
 DUCKIEBOT = (ROBOTS + 'duckiebot.yaml left_ticks:=/duckie/left_wheel_encoder_node/tick '
              'right_ticks:=/duckie/right_wheel_encoder_node/tick')
+ODOMETRY = 'calibrate.launch wheel_source:=odometry odom:=/odom wheel_separation:=0.16'
 
 # What a reader may start one after the other and leave running.
 COMBINATIONS = (
@@ -40,6 +41,7 @@ COMBINATIONS = (
     (CAMERA, TURTLEBOT),
     (KOBUKI, CAMERA, DRIVE),
     (DUCKIEBOT,),
+    (ODOMETRY,),
     (SENSOR, DRIVE),
 )
 # Those with a clock of their own, alone, and what is started for it where that is something else:
