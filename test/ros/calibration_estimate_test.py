@@ -8,6 +8,7 @@ import sys
 import time
 import unittest
 
+import numpy
 import rosgraph
 import rospy
 import rostest
@@ -15,6 +16,7 @@ from bearing_calibration.msg import CalibrationEstimate, PredictedBearing
 
 from calibration_world import DEADLINE_S, Node, World, errors_in_stddevs, wait_until, wrap
 
+CHI_SQUARE_3 = 25.0  # more comes about in 1.5 of 100 000 honest estimates
 LINES_ON_A_SCREEN = 42  # of a terminal on half of a screen
 
 
@@ -53,6 +55,9 @@ class CalibrationEstimateTest(unittest.TestCase):
                                    errors_in_stddevs(self.estimate, self.world)):
             self.assertLess(error, 3.0, '%s is off by %.2f standard deviations\n%s'
                             % (quantity, error, self.estimate))
+        error = numpy.array([self.estimate.x_m, self.estimate.y_m, self.estimate.yaw_rad]) - self.world.sensor
+        covariance = numpy.reshape(self.estimate.covariance_x_y_yaw, (3, 3))
+        self.assertLess(error @ numpy.linalg.solve(covariance, error), CHI_SQUARE_3, self.estimate)
         self.assertIn('a light 3 m ahead is placed within', self.estimate.quality[0])
         self.assertLess(self.estimate.x_stddev_m, 0.02)
         self.assertLess(self.estimate.y_stddev_m, 0.02)
