@@ -46,7 +46,7 @@ CalibratorFuzzer::CalibratorFuzzer(ByteReader* bytes)
       config_(drawConfig(bytes)),
       calibrator_(std::make_unique<core::Calibrator>(config_)),
       world_(config_.drive, bytes->byte()),
-      source_(static_cast<Source>(bytes->byte() % 3)) {}
+      source_(static_cast<Source>(bytes->byte() % 4)) {}
 
 void CalibratorFuzzer::step() {
   constexpr int kEvents = 14;

@@ -51,15 +51,20 @@ class CalibratorFuzzer {
   void restart();
   void check();
   core::Stamp anyStamp();
-  void addReading(core::Stamp stamp, std::int64_t left, std::int64_t right, double left_rad,
-                  double right_rad);
+  /// What the wheels say, in the way of each source.
+  struct Reading {
+    core::WheelCounts ticks;
+    core::WheelAngles angles;
+    core::OdometryPose odometry;
+  };
+  void addReading(core::Stamp stamp, Reading reading);
   core::SavedCalibration saved(const core::CalibrationResult& result) const;
 
   ByteReader& bytes_;
   core::CalibratorConfig config_;
   std::unique_ptr<core::Calibrator> calibrator_;
   SimulatedWorld world_;
-  enum class Source : std::uint8_t { kTicks, kAngles, kSeparate };
+  enum class Source : std::uint8_t { kTicks, kAngles, kSeparate, kOdometry };
   Source source_;
   Channel channel_;
   int images_ = 0;

@@ -11,20 +11,24 @@
 
 namespace bearing_calibration::fuzz {
 
-void CalibratorFuzzer::addReading(core::Stamp stamp, std::int64_t left, std::int64_t right,
-                                  double left_rad, double right_rad) {
+void CalibratorFuzzer::addReading(core::Stamp stamp, Reading reading) {
   const core::Stamp received = world_.now();
+  reading.ticks.stamp = reading.angles.stamp = reading.odometry.stamp = stamp;
   switch (source_) {
     case Source::kTicks:
-      calibrator_->addTicks({stamp, left, right}, received);
+      calibrator_->addTicks(reading.ticks, received);
       break;
     case Source::kAngles:
-      calibrator_->addAngles({stamp, left_rad, right_rad}, received);
+      calibrator_->addAngles(reading.angles, received);
       break;
     case Source::kSeparate:  // read one after the other
-      calibrator_->addWheel(core::WheelSide::kRight, {stamp - std::chrono::milliseconds(10), right},
+      calibrator_->addWheel(core::WheelSide::kRight,
+                            {stamp - std::chrono::milliseconds(10), reading.ticks.right_ticks},
                             received);
-      calibrator_->addWheel(core::WheelSide::kLeft, {stamp, left}, received);
+      calibrator_->addWheel(core::WheelSide::kLeft, {stamp, reading.ticks.left_ticks}, received);
+      break;
+    case Source::kOdometry:
+      calibrator_->addOdometry(reading.odometry, received);
       break;
   }
   ++readings_;
@@ -37,9 +41,13 @@ void CalibratorFuzzer::sendWheels() {
     const auto sum = static_cast<std::uint64_t>(ticks) + static_cast<std::uint64_t>(offset);
     return core::wrapCounter(static_cast<std::int64_t>(sum), bits, true);
   };
-  addReading(world_.now() - channel_.wheels_late, counted(world_.leftTicks(), channel_.left_offset),
-             counted(world_.rightTicks(), channel_.right_offset), world_.leftAngle(),
-             world_.rightAngle());
+  Reading reading;
+  reading.ticks.left_ticks = counted(world_.leftTicks(), channel_.left_offset);
+  reading.ticks.right_ticks = counted(world_.rightTicks(), channel_.right_offset);
+  reading.angles.left_rad = world_.leftAngle();
+  reading.angles.right_rad = world_.rightAngle();
+  reading.odometry.start_from_base = world_.worldFromBase();
+  addReading(world_.now() - channel_.wheels_late, reading);
 }
 
 void CalibratorFuzzer::sendBearings() {
@@ -53,9 +61,19 @@ void CalibratorFuzzer::sendBearings() {
 
 void CalibratorFuzzer::sendOddWheels() {
   const core::Stamp stamp = anyStamp();
-  const auto left = static_cast<std::int64_t>(bytes_.bits());
-  const auto right = static_cast<std::int64_t>(bytes_.bits());
-  addReading(stamp, left, right, bytes_.anyNumber(), bytes_.anyNumber());
+  Reading reading;
+  reading.ticks.left_ticks = static_cast<std::int64_t>(bytes_.bits());
+  reading.ticks.right_ticks = static_cast<std::int64_t>(bytes_.bits());
+  reading.angles.left_rad = bytes_.anyNumber();
+  reading.angles.right_rad = bytes_.anyNumber();
+  if (source_ == Source::kOdometry) {
+    reading.odometry.start_from_base = {{reading.angles.left_rad, reading.angles.right_rad},
+                                        bytes_.anyNumber()};
+    reading.odometry.forward_mps = bytes_.anyNumber();
+    if (bytes_.flag()) reading.odometry.quaternion_norm = bytes_.anyNumber();
+    if (bytes_.flag()) reading.odometry.frames = "others";
+  }
+  addReading(stamp, reading);
 }
 
 void CalibratorFuzzer::sendOddBearings() {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/result_messages.h"
 #include "bearing_calibration_ros/wheel_input.h"
@@ -104,6 +105,24 @@ bool runJoints(ByteReader* bytes) {
   return true;
 }
 
+bool runOdometry(ByteReader* bytes) {
+  nav_msgs::Odometry message;
+  message.header.stamp = drawTime(bytes);
+  geometry_msgs::Pose& pose = message.pose.pose;
+  for (double* number : {&pose.position.x, &pose.position.y, &pose.orientation.x,
+                         &pose.orientation.y, &pose.orientation.z, &pose.orientation.w}) {
+    *number = bytes->flag() ? bytes->anyNumber() : bytes->between(-1.0, 1.0);
+  }
+  const core::OdometryPose odometry = ros_side::odometryFromMessage(message);
+  require(isSame(odometry.start_from_base.position_m.x(), pose.position.x) &&
+              isSame(odometry.start_from_base.position_m.y(), pose.position.y),
+          "a position has changed on its way");
+  require(!(std::abs(odometry.start_from_base.yaw_rad) > core::kPi) &&
+              !(odometry.quaternion_norm < 0.0),
+          "an orientation is none");
+  return std::isfinite(odometry.quaternion_norm);
+}
+
 /// A message of a type that nobody knows, whole or cut short.
 bool runCount(ByteReader* bytes) {
   static constexpr const char* kTypes[] = {"int8",   "uint8", "int16",  "uint16", "int32",
@@ -167,7 +186,7 @@ bool runEstimate(ByteReader* bytes) {
 
 bool run(const std::uint8_t* data, std::size_t size) {
   ByteReader bytes(data, size);
-  constexpr int kKinds = 6;
+  constexpr int kKinds = 7;
   switch (bytes.byte() % kKinds) {
     case 0:
       return runBearings(&bytes);
@@ -179,8 +198,10 @@ bool run(const std::uint8_t* data, std::size_t size) {
       return runCount(&bytes);
     case 4:
       return runPrediction(&bytes);
-    default:
+    case 5:
       return runEstimate(&bytes);
+    default:
+      return runOdometry(&bytes);
   }
 }
 

@@ -21,6 +21,7 @@ class SimulatedWorld {
   void roll(const core::WheelDisplacement& wheels, core::Duration time);
   void wait(core::Duration time) { now_ += time; }
   core::Stamp now() const { return now_; }
+  const core::Pose2& worldFromBase() const { return world_from_base_; }
 
   std::int64_t leftTicks() const;   ///< cumulative, of any size
   std::int64_t rightTicks() const;  ///< the same
