@@ -6,13 +6,16 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
+#include <sensor_msgs/LaserScan.h>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <string>
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/filter/state.h"
 #include "bearing_calibration/geometry/pose2.h"
+#include "bearing_calibration/input/scan_bearings.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/output/unestimated_mount.h"
 #include "bearing_calibration_ros/namespaces.h"
@@ -32,6 +35,9 @@ msg::LightBearings messageFromBearings(const core::BearingSet& set,
 core::BearingPrediction predictionFromMessage(const msg::PredictedBearing& message);
 msg::PredictedBearing messageFromPrediction(const core::BearingPrediction& prediction,
                                             const std::string& sensor_frame);
+
+core::LaserScan scanFromMessage(const sensor_msgs::LaserScan& message);
+Eigen::Isometry3d isometryFromMessage(const geometry_msgs::Transform& message);
 
 /// A matrix, whatever it is stored like, as messages want it: row after row.
 template <typename Matrix, typename Array>

@@ -34,6 +34,7 @@ class ParamReader : public core::Parameters {
   /// A sentence about a parameter that could not be read is left out: it speaks of what stands in
   /// for the value. So is one that was said before.
   void addError(const std::string& sentence) override;
+  std::vector<std::string> namesIn(const std::string& group) const override;
   /// What was read so far, as it would stand in a YAML file: by name.
   const std::map<std::string, std::string>& texts() const { return texts_; }
 

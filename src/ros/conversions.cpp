@@ -104,6 +104,25 @@ msg::PredictedBearing messageFromPrediction(const core::BearingPrediction& predi
   return message;
 }
 
+core::LaserScan scanFromMessage(const sensor_msgs::LaserScan& message) {
+  core::LaserScan scan;
+  scan.stamp = stampFromRos(message.header.stamp);
+  assign(message.time_increment, scan.ray_period_s);
+  assign(message.angle_min, scan.first_ray_rad);
+  assign(message.angle_increment, scan.ray_spacing_rad);
+  assign(message.range_min, scan.least_range_m);
+  assign(message.range_max, scan.most_range_m);
+  scan.ranges_m = message.ranges;
+  scan.intensities = message.intensities;
+  return scan;
+}
+
+Eigen::Isometry3d isometryFromMessage(const geometry_msgs::Transform& message) {
+  const geometry_msgs::Vector3& t = message.translation;
+  const geometry_msgs::Quaternion& q = message.rotation;
+  return Eigen::Translation3d(t.x, t.y, t.z) * Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized();
+}
+
 geometry_msgs::Pose poseFromPlane(const core::Pose2& pose, double z_m) {
   return poseOf({pose.position_m.x(), pose.position_m.y(), z_m}, {0.0, 0.0, pose.yaw_rad});
 }

@@ -185,6 +185,16 @@ bool ParamReader::readInto(const std::string& name, const Target& target) {
       target);
 }
 
+std::vector<std::string> ParamReader::namesIn(const std::string& group) const {
+  const std::string beginning = group + "/";
+  std::vector<std::string> names;
+  for (auto next = parameters_.lower_bound(beginning);
+       next != parameters_.end() && next->first.rfind(beginning, 0) == 0; ++next) {
+    names.push_back(next->first.substr(beginning.size()));
+  }
+  return names;
+}
+
 void ParamReader::addError(const std::string& sentence) {
   std::istringstream words(sentence);
   const bool speaks_of_failed =

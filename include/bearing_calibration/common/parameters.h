@@ -90,6 +90,9 @@ class Parameters {
     return readInto(name, &value);
   }
 
+  /// The names in a group that its owner chooses; none where nothing is read.
+  virtual std::vector<std::string> namesIn(const std::string& /*group*/) const { return {}; }
+
   /// What must hold beyond the bounds.
   void that(bool holds, const std::string& sentence) {
     if (!holds) addError(sentence);

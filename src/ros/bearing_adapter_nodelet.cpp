@@ -1,0 +1,264 @@
+#include <bearing_calibration/LightBearings.h>
+#include <bearing_calibration/PredictedBearing.h>
+#include <geometry_msgs/PointStamped.h>
+#include <geometry_msgs/PoseArray.h>
+#include <geometry_msgs/PoseStamped.h>
+#include <ros/ros.h>
+#include <sensor_msgs/LaserScan.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <Eigen/Geometry>
+#include <map>
+#include <memory>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/input/point_bearing.h"
+#include "bearing_calibration/input/scan_bearings.h"
+#include "bearing_calibration_ros/adapter_diagnostics.h"
+#include "bearing_calibration_ros/adapter_params.h"
+#include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/guarded_nodelet.h"
+
+namespace bearing_calibration_ros {
+namespace {
+
+std::vector<geometry_msgs::Point> pointsOf(const geometry_msgs::PointStamped& message) {
+  return {message.point};
+}
+std::vector<geometry_msgs::Point> pointsOf(const geometry_msgs::PoseStamped& message) {
+  return {message.pose.position};
+}
+std::vector<geometry_msgs::Point> pointsOf(const geometry_msgs::PoseArray& message) {
+  std::vector<geometry_msgs::Point> points;
+  for (const geometry_msgs::Pose& pose : message.poses) points.push_back(pose.position);
+  return points;
+}
+
+/// tf2 knows no slash in front of a frame; drivers of the time before it set one.
+std::string withoutSlash(const std::string& frame) {
+  return frame.substr(frame.rfind('/', 0) == 0 ? 1 : 0);
+}
+
+}  // namespace
+
+/// Points, poses, transforms or laser scans in, bearings of the light out.
+///
+/// Threading: as in LightDetectionNodelet, no callback runs beside another.
+class BearingAdapterNodelet : public GuardedNodelet {
+ public:
+  ~BearingAdapterNodelet() override { endCallbacks(); }
+
+ private:
+  void start() override {
+    config_ = readConfig<AdapterNodeConfig>(ParamReader(getPrivateNodeHandle()));
+    const bool is_tf = config_.source == BearingSource::kTf;
+    input_topic_ = getNodeHandle().resolveName(is_tf ? "/tf" : "input");
+    prediction_topic_ = getNodeHandle().resolveName("predicted_bearing");
+    constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
+    bearings_publisher_ = getNodeHandle().advertise<msg::LightBearings>("bearings", kBearingQueue);
+    diagnostics_ = makeDiagnostics("bearing adapter",
+                                   [this](auto& status) { counts_.fill(input_topic_, &status); });
+    subscribe();
+  }
+
+  void subscribe() {
+    constexpr bool kOnce = true;
+    constexpr bool kStarts = false;
+    static_subscriber_ = subscribeTo<tf2_msgs::TFMessage>(
+        "/tf_static", [this](const auto& message) { addStaticTransforms(message); });
+    switch (config_.source) {
+      case BearingSource::kPoint:
+        input_subscriber_ = subscribeToPoints<geometry_msgs::PointStamped>();
+        break;
+      case BearingSource::kPose:
+        input_subscriber_ = subscribeToPoints<geometry_msgs::PoseStamped>();
+        break;
+      case BearingSource::kPoses:
+        input_subscriber_ = subscribeToPoints<geometry_msgs::PoseArray>();
+        break;
+      case BearingSource::kTf:
+        image_timer_ = getNodeHandle().createWallTimer(
+            ros::WallDuration(kImage_s),
+            [this](const auto&) { guarded("tf", [this] { publishTransforms(); }); }, kOnce,
+            kStarts);
+        input_subscriber_ = subscribeTo<tf2_msgs::TFMessage>(
+            input_topic_, [this](const auto& message) { addTransforms(message); });
+        break;
+      case BearingSource::kScan:
+        prediction_subscriber_ = subscribeTo<msg::PredictedBearing>(
+            prediction_topic_, [this](const auto& message) { takePrediction(message); });
+        input_subscriber_ = subscribeTo<sensor_msgs::LaserScan>(
+            input_topic_, [this](const auto& message) { takeScan(message); });
+        break;
+    }
+    timer_ = getNodeHandle().createWallTimer(ros::WallDuration(1.0), [this](const auto&) {
+      guarded("timer", [this] { diagnostics_->force_update(); });
+    });
+  }
+
+  template <class Message, class Take>
+  ros::Subscriber subscribeTo(const std::string& topic, Take take) {
+    constexpr std::uint32_t kQueue = 100;
+    const boost::function<void(const boost::shared_ptr<const Message>&)> callback =
+        [this, topic, take](const boost::shared_ptr<const Message>& message) {
+          guarded(topic, [&] { take(*message); });
+        };
+    return getNodeHandle().subscribe<Message>(topic, kQueue, callback, {},
+                                              ros::TransportHints().tcpNoDelay());
+  }
+  template <class Message>
+  ros::Subscriber subscribeToPoints() {
+    return subscribeTo<Message>(input_topic_, [this](const Message& message) {
+      takePoints(message.header, pointsOf(message));
+    });
+  }
+
+  void addStaticTransforms(const tf2_msgs::TFMessage& message) {
+    constexpr bool kStatic = true;
+    for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+      static_transforms_.setTransform(transform, getName(), kStatic);
+    }
+  }
+
+  void takePoints(const std_msgs::Header& header, const std::vector<geometry_msgs::Point>& points) {
+    counts_.countMessage();
+    const std::optional<Eigen::Isometry3d> sensor_from_frame = place(header);
+    if (!sensor_from_frame) return;
+    const bool is_one = config_.source != BearingSource::kPoses;
+    const int light_id = is_one ? config_.light_id : core::kUnknownLight;
+    core::BearingSet set{stampFromRos(header.stamp), {}};
+    for (const geometry_msgs::Point& point : points) {
+      add({point.x, point.y, point.z}, *sensor_from_frame, light_id, &set);
+    }
+    if (points.empty() || !set.candidates.empty()) publish(set);
+  }
+
+  /// Detectors send the transforms of one image one by one, but bearings of one stamp are one
+  /// message: they are collected until the next image, or for a moment.
+  void addTransforms(const tf2_msgs::TFMessage& message) {
+    for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+      const auto light = config_.lights_by_frame.find(withoutSlash(transform.child_frame_id));
+      if (light == config_.lights_by_frame.end()) continue;
+      const ros::Time last = std::exchange(last_seen_[light->first], transform.header.stamp);
+      if (transform.header.stamp == last) continue;  // sent again
+      counts_.countMessage();
+      const std::optional<Eigen::Isometry3d> sensor_from_frame = place(transform.header);
+      if (!sensor_from_frame) continue;
+      const core::Stamp stamp = stampFromRos(transform.header.stamp);
+      if (image_.stamp != stamp) publishTransforms();
+      image_.stamp = stamp;
+      const geometry_msgs::Vector3& point = transform.transform.translation;
+      add({point.x, point.y, point.z}, *sensor_from_frame, light->second, &image_);
+      image_timer_.stop();
+      image_timer_.start();
+    }
+  }
+
+  void publishTransforms() {
+    if (!image_.candidates.empty()) publish(image_);
+    image_.candidates.clear();
+  }
+
+  void takePrediction(const msg::PredictedBearing& message) {
+    checkFrame(prediction_topic_, message.header.frame_id, config_.sensor_frame);
+    prediction_ = predictionFromMessage(message);
+  }
+
+  void takeScan(const sensor_msgs::LaserScan& message) {
+    counts_.countMessage();
+    const std::optional<Eigen::Isometry3d> sensor_from_frame = place(message.header);
+    if (!sensor_from_frame) return;
+    const core::LaserScan scan = scanFromMessage(message);
+    const std::string refusal = core::whyUnusable(scan, config_.scan);
+    if (!refusal.empty()) return refuse(refusal, "the scan is ignored");
+    std::vector<core::TimedBearing> candidates;
+    for (const core::ScanLight& light : core::lightsInScan(scan, config_.scan)) {
+      const Eigen::Vector3d in_scan(light.position_m.x(), light.position_m.y(), 0.0);
+      const Eigen::Vector3d in_sensor = *sensor_from_frame * in_scan;
+      core::Bearing bearing = core::bearingOfPoint(in_sensor, config_.azimuth_stddev_rad);
+      bearing.azimuth_variance_rad2 += core::edgeVariance(scan);
+      bearing.elevation_rad = bearing.elevation_variance_rad2 = core::Bearing().elevation_rad;
+      candidates.push_back({bearing, light.stamp});
+    }
+    core::BearingSet set = core::atOneMoment(candidates, prediction_);
+    if (candidates.empty()) set.stamp = scan.stamp;
+    publish(set);
+  }
+
+  void add(const Eigen::Vector3d& point, const Eigen::Isometry3d& sensor_from_frame, int light_id,
+           core::BearingSet* set) {
+    const Eigen::Vector3d in_sensor = sensor_from_frame * point;
+    const char* refusal = core::whyNoPoint(point);
+    if (refusal == nullptr) refusal = core::whyNoAzimuth(in_sensor);
+    if (refusal != nullptr) {
+      return refuse(refusal,
+                    core::formatted("(%g, %g, %g) m is left out", point.x(), point.y(), point.z()));
+    }
+    set->candidates.push_back(core::bearingOfPoint(in_sensor, config_.azimuth_stddev_rad));
+    set->candidates.back().light_id = light_id;
+  }
+
+  /// Where a message's frame is in the sensor's; none, and a word, where nobody knows.
+  std::optional<Eigen::Isometry3d> place(const std_msgs::Header& header) {
+    const std::string frame = withoutSlash(header.frame_id);
+    const std::string sensor = withoutSlash(config_.sensor_frame);
+    if (header.stamp.isZero()) {
+      refuse("stamp is zero", "the message is ignored: its driver must set it");
+    } else if (frame.empty()) {
+      refuse("frame_id is empty", "the message is ignored: its driver must set it");
+    } else if (frame == sensor) {
+      return Eigen::Isometry3d::Identity();
+    } else if (static_transforms_.canTransform(sensor, frame, ros::Time())) {
+      return isometryFromMessage(
+          static_transforms_.lookupTransform(sensor, frame, ros::Time()).transform);
+    } else {
+      refuse("no static transform",
+             "the message is ignored: nothing on /tf_static connects its frame '" + frame +
+                 "' with frames/sensor '" + sensor +
+                 "'. Publish it, as by rosrun tf2_ros static_transform_publisher X Y Z YAW PITCH "
+                 "ROLL " +
+                 sensor + " " + frame);
+    }
+    return std::nullopt;
+  }
+
+  void publish(const core::BearingSet& set) {
+    counts_.countPublished(set.candidates.size());
+    bearings_publisher_.publish(messageFromBearings(set, config_.sensor_frame));
+  }
+
+  void refuse(const std::string& kind, const std::string& text) {
+    counts_.countRefused(kind);
+    if (!throttle_.isDue(kind)) return;
+    NODELET_WARN("%s: %s: %s", input_topic_.c_str(), kind.c_str(), text.c_str());
+  }
+
+  void onError(const std::string& callback, const std::string& error) override {
+    counts_.countRefused(callback);
+    GuardedNodelet::onError(callback, error);
+  }
+
+  static constexpr double kImage_s = 0.05;  ///< in which the transforms of an image arrive
+
+  AdapterNodeConfig config_;
+  tf2::BufferCore static_transforms_;
+  std::optional<core::BearingPrediction> prediction_;
+  core::BearingSet image_;                      ///< of transforms, not yet published
+  std::map<std::string, ros::Time> last_seen_;  ///< by frame
+  AdapterDiagnostics counts_;
+  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+  std::string input_topic_, prediction_topic_;
+  ros::Publisher bearings_publisher_;
+  ros::Subscriber static_subscriber_, prediction_subscriber_, input_subscriber_;
+  ros::WallTimer image_timer_, timer_;
+};
+
+}  // namespace bearing_calibration_ros
+
+PLUGINLIB_EXPORT_CLASS(bearing_calibration_ros::BearingAdapterNodelet, nodelet::Nodelet)
