@@ -140,7 +140,7 @@ class BearingAdapterNodelet : public GuardedNodelet {
   }
 
   /// Detectors send the transforms of one image one by one, but bearings of one stamp are one
-  /// message: they are collected until the next image, or for a moment.
+  /// message: they are collected until all lights or the next image have come, or for a while.
   void addTransforms(const tf2_msgs::TFMessage& message) {
     for (const geometry_msgs::TransformStamped& transform : message.transforms) {
       const auto light = config_.lights_by_frame.find(withoutSlash(transform.child_frame_id));
@@ -155,6 +155,7 @@ class BearingAdapterNodelet : public GuardedNodelet {
       image_.stamp = stamp;
       const geometry_msgs::Vector3& point = transform.transform.translation;
       add({point.x, point.y, point.z}, *sensor_from_frame, light->second, &image_);
+      if (image_.candidates.size() == config_.lights_by_frame.size()) publishTransforms();
       image_timer_.stop();
       image_timer_.start();
     }
@@ -244,7 +245,7 @@ class BearingAdapterNodelet : public GuardedNodelet {
     GuardedNodelet::onError(callback, error);
   }
 
-  static constexpr double kImage_s = 0.05;  ///< in which the transforms of an image arrive
+  static constexpr double kImage_s = 0.5;  ///< in which the transforms of an image arrive
 
   AdapterNodeConfig config_;
   tf2::BufferCore static_transforms_;

@@ -47,16 +47,23 @@ class RefusedParameters(unittest.TestCase):
     def nodelets(self):
         return rospy.ServiceProxy('/manager/list', NodeletList)().nodelets
 
-    def test_standalone_ends_with_every_error(self):
-        rospy.set_param('/broken', self.configuration(self.FAULTS))
+    def said_standalone(self, config):
+        """By a process of its own, which ends."""
+        if rospy.has_param('/broken'):
+            rospy.delete_param('/broken')
+        rospy.set_param('/broken', config)
         process = subprocess.run(
             ['rosrun', 'nodelet', 'nodelet', 'standalone', self.NODELET, '__name:=broken'],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
             timeout=DEADLINE_S)
         self.assertGreater(process.returncode, 0, process.stdout)  # less: ended by a signal
+        return process.stdout
+
+    def test_standalone_ends_with_every_error(self):
+        said = self.said_standalone(self.configuration(self.FAULTS))
         for _, sentence in self.FAULTS:
-            self.assertIn(sentence, process.stdout)
-        self.assertEqual(process.stdout.count('not started: '), 1, process.stdout)
+            self.assertIn(sentence, said)
+        self.assertEqual(said.count('not started: '), 1, said)
 
     def test_manager_lives_on(self):
         self.assertFalse(self.load('/wrong', self.configuration(self.FAULTS)))

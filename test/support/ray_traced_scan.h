@@ -11,7 +11,7 @@
 namespace bearing_calibration::core::testing {
 
 struct Post {
-  Eigen::Vector2d centre_m;
+  Eigen::Vector2d centre_m = Eigen::Vector2d::Zero();
   double radius_m = 0.05;
   float intensity = 10.0F;
 };
