@@ -13,6 +13,7 @@ REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..'))
 CONFIGURATIONS = (
     ('calibration.yaml', 'Calibration', 'live.launch, calibrate.launch, replay.launch, demo.launch, calibrate_bag'),
     ('detection.yaml', 'Light detection', 'live.launch, detect.launch, replay.launch, demo.launch, calibrate_bag'),
+    ('adapter.yaml', 'Bearing adapter', 'adapter.launch'),
     ('drive.yaml', 'Calibration drive', 'live.launch and drive.launch, with the group `wheels` of the calibration'),
     ('simulation.yaml', 'Simulation', 'demo.launch, simulate_bag, render_scene'),
 )

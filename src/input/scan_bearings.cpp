@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/geometry/pose2.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -141,7 +140,7 @@ std::vector<ScanLight> lightsInScan(const LaserScan& scan, const ScanLightConfig
   for (const RayRun& run : segments.lights()) {
     const double middle = segments.middleOf(run);
     const double azimuth_rad = scan.first_ray_rad + middle * scan.ray_spacing_rad;
-    lights.push_back({rotation2(azimuth_rad).col(0) * run.range_m(),
+    lights.push_back({run.range_m() * Eigen::Vector2d(std::cos(azimuth_rad), std::sin(azimuth_rad)),
                       scan.stamp + durationFromSeconds(middle * scan.ray_period_s),
                       static_cast<int>(run.rays())});
   }

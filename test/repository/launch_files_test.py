@@ -16,8 +16,8 @@ import yaml
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 LAUNCH_FILES = sorted(glob.glob(os.path.join(REPOSITORY, 'launch', '*.launch')))
 CONFIG_FILES = sorted(glob.glob(os.path.join(REPOSITORY, 'config', '*.yaml')))
-EXPECTED_LAUNCH_FILES = {'calibrate.launch', 'demo.launch', 'detect.launch', 'drive.launch',
-                         'live.launch', 'manager.launch', 'replay.launch'}
+EXPECTED_LAUNCH_FILES = {'adapter.launch', 'calibrate.launch', 'demo.launch', 'detect.launch',
+                         'drive.launch', 'live.launch', 'manager.launch', 'replay.launch'}
 
 # Arguments that have no default because only the user knows them.
 REQUIRED_ARGUMENTS = {'manager.launch': ['manager:=some_manager'],

@@ -27,6 +27,10 @@ QUICK_START = 'live.launch overrides:=$PWD/robot.yaml image:=/camera/image_raw'
 DRIVE = 'drive.launch calibration_overrides:=$PWD/robot.yaml'
 CAMERA = 'detect.launch image:=/camera/image_raw'
 SENSOR = 'calibrate.launch overrides:=$PWD/robot.yaml bearings:=bearings sensor_frame:=laser'
+POSE, POSES, TAGS, SCAN = ('adapter.launch ' + arguments for arguments in (
+    'source:=pose input:=/marker/pose', 'source:=poses input:=/markers',
+    'source:=tf overrides:=$PWD/tags.yaml', 'source:=scan input:=/scan sensor_frame:=laser'))
+MARKERS = 'calibrate.launch overrides:=$PWD/robot.yaml'
 ROBOTS = 'calibrate.launch overrides:=$PWD/config/robots/'
 TURTLEBOT, KOBUKI = ROBOTS + 'turtlebot3_burger.yaml', ROBOTS + 'kobuki.yaml'
 DUCKIEBOT = (ROBOTS + 'duckiebot.yaml left_ticks:=/duckie/left_wheel_encoder_node/tick '
@@ -43,6 +47,10 @@ COMBINATIONS = (
     (DUCKIEBOT,),
     (ODOMETRY,),
     (SENSOR, DRIVE),
+    (MARKERS, POSE),
+    (POSES,),
+    (TAGS,),
+    (SENSOR, SCAN),
 )
 # Those with a clock of their own, alone, and what is started for it where that is something else:
 # launch_files_run_test has the window.
@@ -70,6 +78,8 @@ class Combinations(unittest.TestCase):
         for name in ('robot.yaml', 'litw.yaml'):
             with open(os.path.join(self.folder, name), 'w') as file:
                 file.write(ROBOT)
+        with open(os.path.join(self.folder, 'tags.yaml'), 'w') as file:
+            file.write('tf: {lights: {tag_1: 1, tag_2: 2}}\n')
         for name in ('FILE', 'landmark_1.bag'):
             with rosbag.Bag(os.path.join(self.folder, name), 'w') as bag:
                 for second in range(1, 6000):  # longer than the test

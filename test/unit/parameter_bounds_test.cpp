@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration_ros/adapter_params.h"
 #include "bearing_calibration_ros/calibrator_params.h"
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/drive_params.h"
@@ -39,7 +40,8 @@ const std::map<std::string, std::string> kExamples = {
 };
 
 /// Names and counts for which every integer, or every one from 0 on, is as good as another.
-const std::set<std::string> kWithoutLargest = {"world/seed", "blink/light_id", "colour/lights",
+const std::set<std::string> kWithoutLargest = {"world/seed",        "blink/light_id",
+                                               "colour/lights",     "bearings/light_id",
                                                "wheels/left_start", "wheels/right_start"};
 const std::set<std::string> kWithoutLeast = {"wheels/left_start", "wheels/right_start"};
 
@@ -129,13 +131,14 @@ class ShippedNumbers : public testing::TestWithParam<Node> {
 TEST_P(ShippedNumbers, AreRefusedByNameBeyondWhatARobotHas) {
   ASSERT_NO_THROW(GetParam().read(parameters_));
   for (const std::string& name : names_) expectEachRefused(name, &parameters_.at(name));
-  constexpr int kLeast = 12;  // in drive.yaml, the shortest of them
+  constexpr int kLeast = 6;  // in adapter.yaml, the shortest of them
   EXPECT_GE(numbers_, kLeast);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Nodes, ShippedNumbers,
-    testing::Values(Node{"calibration", {"calibration.yaml"}, readAs<CalibrationNodeConfig>},
+    testing::Values(Node{"adapter", {"adapter.yaml"}, readAs<AdapterNodeConfig>},
+                    Node{"calibration", {"calibration.yaml"}, readAs<CalibrationNodeConfig>},
                     Node{"detection", {"detection.yaml"}, readAs<DetectionNodeConfig>},
                     Node{"drive", {"calibration.yaml", "drive.yaml"}, readAs<DriveNodeConfig>},
                     Node{"simulation", {"simulation.yaml"}, readAs<SimulationNodeConfig>}),
