@@ -167,7 +167,7 @@ class BearingAdapterNodelet : public GuardedNodelet {
   }
 
   void takePrediction(const msg::PredictedBearing& message) {
-    checkFrame(prediction_topic_, message.header.frame_id, config_.sensor_frame);
+    checkFrame(prediction_topic_, message.header.frame_id, "frames/sensor", config_.sensor_frame);
     prediction_ = predictionFromMessage(message);
   }
 

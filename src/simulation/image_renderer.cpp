@@ -60,21 +60,15 @@ Panorama::Extent extentOf(const LightSpot& spot) {
 }  // namespace
 
 void RendererConfig::declare(Parameters& params) {
-  constexpr int kMostRays = 1 << 20;     // a second of work for one light
   constexpr double kBrightest = 1000.0;  // full wells
-  using plausible::kFarthest_m;
   rig.declare(params);
   pixels.declare(params);
   shutter.declare(params);
   encoding.declare(params);
   params.number("exposure/reference_value", reference_value, 1.0, PixelConfig::kLargestValue);
-  params.number("exposure/reference_distance", reference_distance_m, plausible::kShortest_m,
-                kFarthest_m);
-  params.number("exposure/reference_height", reference_height_m, -kFarthest_m, kFarthest_m);
   params.number("surroundings/outside_mirror", outside_mirror, 0.0, kBrightest);
   params.number("surroundings/centre_radius", centre_radius_px, 0.0, plausible::kLargestSide_px);
   params.number("surroundings/centre_brightness", centre_brightness, 0.0, kBrightest);
-  params.integer("camera/rays_per_light", rays_per_light, 1, kMostRays);
 }
 
 ImageRenderer::ImageRenderer(const RendererConfig& config, const RadianceFunction& surroundings)
@@ -84,7 +78,8 @@ ImageRenderer::ImageRenderer(const RendererConfig& config, const RadianceFunctio
   const SpotMoments reference =
       spot_.moments({{config.reference_distance_m, 0.0}, config.reference_height_m});
   if (reference.flux <= 0.0) {
-    throw std::invalid_argument("the mirror does not show a light at exposure/reference_distance");
+    throw std::invalid_argument(
+        "the mirror does not show a light at the distance and height of exposure/reference_value");
   }
   const double full_well = config.pixels.full_well_electrons;
   electrons_per_flux_ =

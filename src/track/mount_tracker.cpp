@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/paper_filter.h"
@@ -14,19 +15,16 @@ namespace {
 
 constexpr double kNotFused = -1.0;
 constexpr double kLostBelowFusedShare = 0.3;
+constexpr int kGatedBeforeRecovery = 5;  // in a row
 constexpr int kLostWindow = MountTracker::kWindow / 2;
 
 }  // namespace
 
 void FilterConfig::declare(Parameters& params) {
-  using namespace plausible;
   constexpr double kSmallestGate = 0.5;
   constexpr double kLargestGate = 1.0 - 1e-12;
   params.choice("filter/parametrisation", {"cartesian", "paper"}, parametrisation);
   params.number("filter/gate_probability", gate_probability, kSmallestGate, kLargestGate);
-  params.integer("filter/recovery_after", recovery_after, 1, kMostOfAKind);
-  params.number("filter/recovery_bearing_stddev", recovery_bearing_stddev_rad, 0.0, kTurn_rad);
-  params.number("filter/recovery_distance_stddev", recovery_distance_stddev_m, 0.0, kFarthest_m);
 }
 
 MountTracker::MountTracker(const FilterConfig& config, const StateEstimate& start,
@@ -70,7 +68,7 @@ Association MountTracker::fuse(const std::vector<Bearing>& candidates, const Odo
   }
   recent_nis_.push_back(kNotFused);
   if (!may_be_others && association.kind == Association::Kind::kGated &&
-      ++gated_in_a_row_ >= config_.recovery_after) {
+      ++gated_in_a_row_ >= kGatedBeforeRecovery) {
     gated_in_a_row_ = 0;
     lookAnew();
   }
@@ -107,9 +105,10 @@ void MountTracker::noteFused(const Association& association) {
 
 /// The light has been gated too often: it is looked for near and far.
 void MountTracker::lookAnew() {
+  constexpr double kRecoveryDistance_m = 0.03;  // in every direction
+  constexpr double kRecoveryBearing_rad = radiansFromDegrees(10.0);
   if (!former_) former_.emplace(filter_);
-  filter_.restart(widenLight(filter_.estimate(), config_.recovery_distance_stddev_m,
-                             config_.recovery_bearing_stddev_rad));
+  filter_.restart(widenLight(filter_.estimate(), kRecoveryDistance_m, kRecoveryBearing_rad));
 }
 
 void MountTracker::rebase(const StateEstimate& estimate, double bearing_correlation) {

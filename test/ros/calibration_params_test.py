@@ -21,7 +21,7 @@ EXPECTED = [
     ('wheels/seperation', 'not known'),
     ('wheels/source', 'ticks, joint_states, separate_ticks', "'encoder'"),
     ('bearings/latency', 'finite number', "'late'"),
-    ('filter/recovery_after', 'is missing'),
+    ('bearings/reorder_window', 'is missing'),
     ('filter/gate_probability', '1.5'),
     ('session/restart_on_mount_change', 'true or false'),
     ('mount/z_stddev', 'must lie in'),
@@ -44,7 +44,7 @@ class CalibrationParamsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('calibration_params_test')
-        rospy.delete_param('/wrong/filter/recovery_after')  # roslaunch deletes before it loads
+        rospy.delete_param('/wrong/bearings/reorder_window')  # roslaunch deletes before it loads
         cls.logs = []
         rospy.Subscriber('/rosout', Log, cls.logs.append)
 

@@ -14,9 +14,6 @@ CalibratorConfig defaultCalibration(const DriveGeometry& drive, const WheelNoise
   config.bearings.max_future_s = 0.2;
   config.bearings.max_waiting = 100;
   config.filter.gate_probability = 0.999;
-  config.filter.recovery_after = 5;
-  config.filter.recovery_bearing_stddev_rad = radiansFromDegrees(10.0);
-  config.filter.recovery_distance_stddev_m = 0.03;
   config.converged.position_stddev_m = 0.01;
   config.converged.yaw_stddev_rad = radiansFromDegrees(0.5);
   return config;

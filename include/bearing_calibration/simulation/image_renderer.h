@@ -23,7 +23,7 @@ struct RendererConfig {
   /// The exposure is set so that a light of brightness 1 at this distance, seen along the sensor's
   /// x axis, reaches this value of 255 in the middle of its spot.
   double reference_value = 180.0;
-  double reference_distance_m = 1.5;
+  double reference_distance_m = 1.0;
   double reference_height_m = -0.03;
   double outside_mirror = 0.01;     ///< what is seen past the mirror [full wells]
   double centre_radius_px = 25.0;   ///< the cone's blunt tip, which shows the camera itself

@@ -18,10 +18,6 @@ struct FilterConfig {
   using Parametrisation = LiveFilter::Parametrisation;
   Parametrisation parametrisation = Parametrisation::kCartesian;
   double gate_probability = 0.0;  ///< a true bearing passes the chi-square gate with this one
-  /// So many gated bearings in a row, and the light's block is widened by the two amounts below.
-  int recovery_after = 0;
-  double recovery_bearing_stddev_rad = 0.0;  ///< across the line of sight, as an angle
-  double recovery_distance_stddev_m = 0.0;   ///< along and across the line of sight
 
   void declare(Parameters& params);
 };
