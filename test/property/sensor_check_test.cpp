@@ -91,6 +91,27 @@ void expectNoiseIsFound(double correlation) {
 TEST(SensorCheck, NoiseOfARobotThatStands) { expectNoiseIsFound(0.0); }
 TEST(SensorCheck, NoiseThatIsCorrelatedInTime) { expectNoiseIsFound(0.7); }
 
+// The mean of a short stop takes a part of correlated noise with it: of 20 bearings 15 %.
+TEST(SensorCheck, ShortStopsScatterByAsMuch) {
+  constexpr double kCorrelation = 0.7;
+  double stddev_sum = 0.0;
+  double time_sum = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    SimulatedCase simulated = someCase(seed);
+    simulated.robot.sensor.correlation = kCorrelation;
+    const std::vector<Observation> observations =
+        simulateAlong(simulated, segmentTrajectory({{0.0, 0.0, 2.0}, {0.2, 0.2, 0.5}}))
+            .observations;
+    const SensorCheck check = checkSensor(observations);
+    ASSERT_TRUE(check.standing);
+    EXPECT_GT(check.standing->stops, 15);
+    stddev_sum += check.standing->stddev_rad / simulated.robot.sensor.stddev_rad / kRuns;
+    time_sum += check.standing->correlation_time_s / kRuns;
+  }
+  EXPECT_NEAR(stddev_sum, 1.0, 0.05);
+  EXPECT_NEAR(time_sum, -0.1 / std::log(kCorrelation), 0.03);
+}
+
 TEST(SensorCheck, OutliersAreCountedAndLeftOut) {
   SimulatedCase simulated = someCase(1);
   simulated.robot.sensor.outlier_probability = 0.1;
