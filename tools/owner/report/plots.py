@@ -69,8 +69,10 @@ def estimatesFigure(record):
     for state in states:
         handles.append(patches.Patch(color=STATE_COLOURS.get(state, GREY)))
         labels.append(state)
-    rows[0].legend(handles, labels, loc='lower center', bbox_to_anchor=(0.5, 1.0), ncol=len(labels),
-                   fontsize=8.5, columnspacing=1.2, handletextpad=0.5)
+    most_in_a_row = 4  # more are wider than the page
+    rows[0].legend(handles, labels, loc='lower center', bbox_to_anchor=(0.5, 1.0),
+                   ncol=min(len(labels), most_in_a_row), fontsize=8.5, columnspacing=1.2,
+                   handletextpad=0.5)
     rows[-1].set_xlabel('distance driven [m]')
     return figure
 
