@@ -242,7 +242,7 @@ TEST(ImageRenderer, SameNumberSameImage) {
 TEST(ImageRenderer, ListsEveryWrongValue) {
   RendererConfig config;
   config.reference_value = 0.0;
-  config.rays_per_light = 0;
+  config.centre_brightness = -1.0;
   config.pixels.full_well_electrons = -1.0;
   EXPECT_EQ(errorsOf(config).size(), 3U);
   EXPECT_THROW(ImageRenderer(config, darkness), std::invalid_argument);
