@@ -180,10 +180,8 @@ std::vector<std::string> inWords(const SensorCheck& check) {
                             "noise: let it stand for ten seconds in view of the light");
   if (!check.turning) {
     sentences.emplace_back(
-        "the robot does not turn on the spot far enough to determine the bearings' latency: a "
-        "whole "
-        "turn "
-        "each way, with stops");
+        "the robot does not turn on the spot far enough to determine the bearings' latency: let it "
+        "turn once each way, with stops");
     return sentences;
   }
   for (const std::string& sentence : inWords(*check.turning)) sentences.push_back(sentence);
