@@ -59,9 +59,8 @@ core::OdometryPose odometryFromMessage(const nav_msgs::Odometry& message);
 /// and so on, and Duckietown's WheelEncoderStamped.
 bool isWheelCount(const std::string& message_definition);
 /// The count of one wheel, with the stamp of its header, or of its receipt where it has none.
-/// @throws std::invalid_argument that names the type, for a message that is no such count, or is
-/// cut
-///   short.
+/// @throws std::invalid_argument that names the type, for a message that is no such count, or
+/// is cut short.
 core::WheelCount countFromMessage(const topic_tools::ShapeShifter& message,
                                   const ros::Time& received);
 

@@ -48,8 +48,7 @@ constexpr StatusWords kStatusWords[] = {
      "out"},
     {InputStatus::kCounterReset, "counter reset",
      "the counters or the odometry's pose jumped by %.9g m: taken as a reset by the driver, "
-     "followed "
-     "from there"},
+     "followed from there"},
     {InputStatus::kTicksTooFast, "wheel faster than possible",
      "a wheel would have rolled %.9g m, faster than wheels/max_speed allows: reading left out"},
     {InputStatus::kTicksGap, "gap hides a counter wrap",
@@ -72,8 +71,7 @@ constexpr StatusWords kStatusWords[] = {
      "used, does the driver fill them in? reading left out"},
     {InputStatus::kMovedSideways, "odometry moves sideways",
      "the odometry's pose moved %.9g m sideways, as no two wheels do (a holonomic robot, a base "
-     "frame "
-     "off the wheels' axle, or a pose that localisation corrects?): reading left out"},
+     "frame off the wheels' axle, or a pose that localisation corrects?): reading left out"},
     {InputStatus::kNoPartner, "no reading of the other wheel",
      "the other wheel has no reading for %.9g s around it: reading left out"},
     {InputStatus::kQueueFull, "too many bearings wait for ticks",

@@ -102,41 +102,51 @@ class SpinFit {
     return 1.0 / huber(residual_rad / std::sqrt(variance_rad2_), kHuberSigmas).doubt;
   }
 
-  /// One step of Gauss and Newton: each spin's own numbers are eliminated. @returns the shared
-  /// ones'
+  /// The normal equations of one spin, the priors on its own numbers included.
+  struct NormalEquations {
+    Normal N = Normal::Zero();
+    Eigen::Matrix<double, kAll, 1> pull = Eigen::Matrix<double, kAll, 1>::Zero();
+
+    Eigen::MatrixXd ofOwn(const Eigen::MatrixXd& right) const {
+      return solved(N.bottomRightCorner<kOwn, kOwn>(), right);
+    }
+  };
+  NormalEquations normalOf(std::size_t spin, double variance_rad2) const {
+    Own stddev;
+    stddev << 10.0, 0.3, 0.3, 0.1, 0.1, 0.03, 0.03;  // [rad] sensors at a third of the range
+    const Own precision = stddev.cwiseAbs2().cwiseInverse();
+    NormalEquations normal;
+    forEachLook(spin, [&](const Look& seen) {
+      const double weight = weightOf(seen.residual_rad) / variance_rad2;
+      normal.N += weight * seen.J.transpose() * seen.J;
+      normal.pull += weight * seen.residual_rad * seen.J.transpose();
+    });
+    normal.N.diagonal().tail<kOwn>() += precision;
+    constexpr int kSeries = kOwn - 1;  // c is pulled nowhere
+    normal.pull.tail<kSeries>() -=
+        precision.tail<kSeries>().cwiseProduct(own_[spin].tail<kSeries>());
+    return normal;
+  }
+
+  /// One step of Gauss and Newton, each spin's own numbers eliminated: what the shared ones move
+  /// by.
   Eigen::Vector2d step(double variance_rad2) {
     const Eigen::Vector2d stddev(0.3, 0.05);  // [s], [1]: nobody knows
-    Own own_stddev;
-    own_stddev << 10.0, 0.3, 0.3, 0.1, 0.1, 0.03, 0.03;  // [rad] sensors at a third of the range
     information_ = stddev.cwiseAbs2().cwiseInverse().asDiagonal();
     Eigen::Vector2d pull = -information_ * shared_;
-    std::vector<Normal> normals(spins_.size());
-    std::vector<Eigen::Matrix<double, kAll, 1>> pulls(spins_.size());
-    const Eigen::VectorXd own_precision = own_stddev.cwiseAbs2().cwiseInverse();
+    std::vector<NormalEquations> normals;
     for (std::size_t k = 0; k < spins_.size(); ++k) {
-      Normal& N = normals[k];
-      auto& g = pulls[k];
-      N.setZero();
-      g.setZero();
-      forEachLook(k, [&](const Look& seen) {
-        const double precision = weightOf(seen.residual_rad) / variance_rad2;
-        N += precision * seen.J.transpose() * seen.J;
-        g += precision * seen.residual_rad * seen.J.transpose();
-      });
-      N.diagonal().tail<kOwn>() += own_precision;
-      g.tail<kOwn>().tail<kOwn - 1>() -=
-          own_precision.tail<kOwn - 1>().cwiseProduct(own_[k].tail<kOwn - 1>());
-      const Eigen::MatrixXd eliminated =
-          solved(N.bottomRightCorner<kOwn, kOwn>(), N.bottomLeftCorner<kOwn, kShared>());
+      normals.push_back(normalOf(k, variance_rad2));
+      const auto& [N, g] = normals.back();
+      const Eigen::MatrixXd eliminated = normals.back().ofOwn(N.bottomLeftCorner<kOwn, kShared>());
       information_ +=
           N.topLeftCorner<kShared, kShared>() - N.topRightCorner<kShared, kOwn>() * eliminated;
       pull += g.head<kShared>() - eliminated.transpose() * g.tail<kOwn>();
     }
     const Eigen::Vector2d moved = solved(information_, pull);
     for (std::size_t k = 0; k < spins_.size(); ++k) {
-      own_[k] +=
-          solved(normals[k].bottomRightCorner<kOwn, kOwn>(),
-                 pulls[k].tail<kOwn>() - normals[k].bottomLeftCorner<kOwn, kShared>() * moved);
+      const auto& [N, g] = normals[k];
+      own_[k] += normals[k].ofOwn(g.tail<kOwn>() - N.bottomLeftCorner<kOwn, kShared>() * moved);
     }
     shared_ += moved;
     return moved;
