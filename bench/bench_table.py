@@ -25,7 +25,7 @@ MEDIANS = '; medians of CPU time, one thread (/real_time: of real time).'
 NANOSECONDS = {'ns': 1.0, 'us': 1e3, 'ms': 1e6, 's': 1e9}
 
 # Title, then rows of: what is divided, by what it is divided, least ratio that is aimed at.
-# doc/performance.md has a section for each title.
+# performance.md has a section for each title.
 SECTIONS = (
     ('Filter step', (
         ('filter_bench/dynamicStep/15', 'filter_bench/cartesianStep', 10.0),

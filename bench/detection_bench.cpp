@@ -86,7 +86,7 @@ void fullScan(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(detector.detect(image).lights.size());
 }
 
-/// What a robot has that tracks its light (doc/detection.md): a prediction good to 0.5 deg that is
+/// What a robot has that tracks its light (detection.md): a prediction good to 0.5 deg that is
 /// 20 ms old, and the image radius from the image before, a tenth of a second ago.
 SearchRegion trackedRegion(const DetectorConfig& config) {
   SearchConfig search;
@@ -178,7 +178,7 @@ void spotAlone(benchmark::State& state) {
   }
 }
 
-/// A light among windows, lamps, reflections and texture, ray-traced (doc/detection.md).
+/// A light among windows, lamps, reflections and texture, ray-traced (detection.md).
 struct ClutteredScene {
   ClutteredScene(const benchmark::State& state, std::uint64_t seed) : config(detectorOf(state)) {
     constexpr double kMaskMargin_rad = radiansFromDegrees(1.0);
@@ -203,7 +203,7 @@ struct ClutteredScene {
   cv::Mat image;
 };
 
-/// The first eight of doc/detection.md's scenes, or the same scenes on the finer sensor; drawn
+/// The first eight of detection.md's scenes, or the same scenes on the finer sensor; drawn
 /// once.
 const std::vector<ClutteredScene>& clutteredScenes(const benchmark::State& state) {
   constexpr std::uint64_t kScenes = 8;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes doc/parameters.md and doc/messages.md from the files that they describe.
+"""Writes doc/reference/parameters.md and doc/reference/messages.md from the files that they describe.
 
 A test (reference_pages) holds the pages against them, so neither can go stale.
 """
@@ -43,7 +43,7 @@ converged: {position_stddev: 0.005}
 ```
 
 `calibrate_bag` takes the same files by `--config`, and single values by `--set wheels/separation=0.40`.
-[robots.md](robots.md) has whole files for known robots.
+[robots.md](../tutorials/robots.md) has whole files for known robots.
 """
 MESSAGES_HEAD = """# Messages, services, actions
 
@@ -52,25 +52,25 @@ counter-clockwise; NaN means "not known".
 
 ## Topics and services of the calibration
 
-Those of the drive are in [driving.md](driving.md).
+Those of the drive are in [driving.md](../how-to/driving.md).
 
 | topic or service | type | |
 |---|---|---|
-| `wheel_ticks` | bearing_calibration/WheelTicks | in: both wheel counters, cumulative, with a stamp ([robots.md](robots.md)) |
+| `wheel_ticks` | bearing_calibration/WheelTicks | in: both wheel counters, cumulative, with a stamp ([robots.md](../tutorials/robots.md)) |
 | `joint_states` | sensor_msgs/JointState | in, instead (`wheel_source:=joint_states`): two joints by name |
 | `left_ticks`, `right_ticks` | std_msgs/Int32 or similar | in, instead (`wheel_source:=separate_ticks`): one topic for each wheel |
-| `odom` | nav_msgs/Odometry | in, instead (`wheel_source:=odometry`): the wheels' own odometry ([robots.md](robots.md)) |
+| `odom` | nav_msgs/Odometry | in, instead (`wheel_source:=odometry`): the wheels' own odometry ([robots.md](../tutorials/robots.md)) |
 | `bearings` | bearing_calibration/LightBearings | in: the candidates for the light in each image or scan |
-| `~estimate` | bearing_calibration/CalibrationEstimate | out: the whole estimate ([result.md](result.md)) |
+| `~estimate` | bearing_calibration/CalibrationEstimate | out: the whole estimate ([result.md](../how-to/result.md)) |
 | `~base_from_camera` | geometry_msgs/PoseWithCovarianceStamped | out: the pose in `base_link` with its 6x6 covariance |
 | `~transform` | geometry_msgs/TransformStamped | out: the same pose as a transform |
 | `~predicted_bearing` | bearing_calibration/PredictedBearing | out: the direction in which the light is expected next |
-| `~markers` | visualization_msgs/MarkerArray | out: robot, light, sensor, ellipses, ray and path for RViz ([live.md](live.md)) |
-| `/tf` | tf2_msgs/TFMessage | out, only with `publish_tf:=true` ([result.md](result.md)); the start frame while somebody subscribes to `~markers` |
-| `/diagnostics` | diagnostic_msgs/DiagnosticArray | out, once a second ([live.md](live.md)) |
+| `~markers` | visualization_msgs/MarkerArray | out: robot, light, sensor, ellipses, ray and path for RViz ([live.md](../how-to/live.md)) |
+| `/tf` | tf2_msgs/TFMessage | out, only with `publish_tf:=true` ([result.md](../how-to/result.md)); the start frame while somebody subscribes to `~markers` |
+| `/diagnostics` | diagnostic_msgs/DiagnosticArray | out, once a second ([live.md](../how-to/live.md)) |
 | `~reset` | std_srvs/Trigger | forgets everything and starts again |
 | `~pause` | std_srvs/SetBool | true pauses the calibration, false resumes it |
-| `~save` | std_srvs/Trigger | writes `result.yaml`, the URDF joint and more ([result.md](result.md)) |
+| `~save` | std_srvs/Trigger | writes `result.yaml`, the URDF joint and more ([result.md](../how-to/result.md)) |
 
 ## Topics and services of the light detection
 
@@ -80,10 +80,10 @@ Those of the drive are in [driving.md](driving.md).
 | `predicted_bearing` | bearing_calibration/PredictedBearing | in: the calibration's `~predicted_bearing` |
 | `bearings` | bearing_calibration/LightBearings | out: the candidates for the light in each image |
 | `~annotated` | sensor_msgs/Image | out: the image with mask, light and rejected candidates, while somebody subscribes |
-| `~advice` | std_msgs/String | out: what to change about focus and exposure ([camera.md](camera.md)) |
-| `/diagnostics` | diagnostic_msgs/DiagnosticArray | out, once a second ([live.md](live.md)) |
-| `~find_mirror` | bearing_calibration/FindMirror | finds the mirror's rim in the newest image ([camera.md](camera.md)) |
-| `~thresholds` | dynamic_reconfigure | changes thresholds while it runs ([live.md](live.md)) |
+| `~advice` | std_msgs/String | out: what to change about focus and exposure ([camera.md](../tutorials/camera.md)) |
+| `/diagnostics` | diagnostic_msgs/DiagnosticArray | out, once a second ([live.md](../how-to/live.md)) |
+| `~find_mirror` | bearing_calibration/FindMirror | finds the mirror's rim in the newest image ([camera.md](../tutorials/camera.md)) |
+| `~thresholds` | dynamic_reconfigure | changes thresholds while it runs ([live.md](../how-to/live.md)) |
 """
 
 GROUP = re.compile(r'^([a-z_]\w*):\s*(?:#\s*(.*))?$')
@@ -125,7 +125,7 @@ def cell(text):
 def parametersPage():
     parts = [PARAMETERS_HEAD]
     for name, title, users in CONFIGURATIONS:
-        parts.append('\n## %s\n\n[config/%s](../config/%s), read by %s.\n' % (title, name, name, users))
+        parts.append('\n## %s\n\n[config/%s](../../config/%s), read by %s.\n' % (title, name, name, users))
         for group, about, rows in parametersOf(readText('config', name)):
             parts.append('\n### %s\n' % group)
             if about:
@@ -140,12 +140,12 @@ def messagesPage():
     parts = [MESSAGES_HEAD]
     for folder, name, where in INTERFACES:
         path = '%s/%s.%s' % (folder, name, folder)
-        parts.append('\n## %s\n\n[%s](../%s), %s.\n\n```\n%s```\n'
+        parts.append('\n## %s\n\n[%s](../../%s), %s.\n\n```\n%s```\n'
                      % (name, path, path, where, readText(path)))
     return ''.join(parts)
 
 
-PAGES = {'parameters.md': parametersPage, 'messages.md': messagesPage}
+PAGES = {'reference/parameters.md': parametersPage, 'reference/messages.md': messagesPage}
 
 
 def main():

@@ -11,7 +11,7 @@ namespace {
 /// A light that has not been found out and not been seen for so long makes room for another.
 constexpr std::chrono::seconds kForgottenAfter{30};
 /// After so much way a light that alone says that the mount has moved has moved itself: what a
-/// displacement of 3 degrees takes the others to notice (doc/faults.md).
+/// displacement of 3 degrees takes the others to notice (faults.md).
 constexpr double kAloneFor_m = 10.0;
 
 bool isSame(const Bearing& bearing, const Observation& observation) {

@@ -18,7 +18,7 @@ Sinc sinc(double x) {
   return {std::sin(x) / x, (std::cos(x) - std::sin(x) / x) / x};
 }
 
-/// Covariance of (left_m, right_m) of one displacement (doc/model.md, eq. 3).
+/// Covariance of (left_m, right_m) of one displacement (model.md, eq. 3).
 Eigen::Matrix2d wheelCovariance(const WheelDisplacement& wheels, const WheelNoise& noise) {
   Eigen::Matrix2d covariance =
       Eigen::Matrix2d::Constant(noise.common_k_m * 0.5 * std::abs(wheels.left_m + wheels.right_m));

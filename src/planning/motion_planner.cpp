@@ -19,7 +19,7 @@ constexpr std::size_t kBeam = 6;
 /// it.
 constexpr double kSpare_m = 0.005;
 constexpr double kShortestPrimitive_m = 0.05;  // shorter ways teach less than their ramps cost
-/// A side of the polygon about the light that the best drives known are made of (doc/driving.md).
+/// A side of the polygon about the light that the best drives known are made of (driving.md).
 constexpr double kChord_m = 0.4;
 
 constexpr double kLongestStep_s = 0.25;  // 0.4 rad of a spin at 0.2 m/s: information hardly varies

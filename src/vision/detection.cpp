@@ -22,7 +22,7 @@ constexpr double kMostFill = 1.05;
 constexpr double kElongated = 1.25;
 
 // What a spot's measures take from the logarithm of its odds to be a light: chosen on 2000 random
-// scenes, half of them without light (doc/detection.md).
+// scenes, half of them without light (detection.md).
 constexpr double kPerfect = 16.4;  // of a spot without any doubt
 constexpr double kOfMisfit = 2.6;  // for each squared standard deviation of the size
 // For each e-fold that the light is larger than a point.

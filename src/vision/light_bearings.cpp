@@ -26,7 +26,7 @@ constexpr double kSamplingStddev_px = 0.001;
 // by, as a part of a full pixel (a coin's toss would be 0.5; measured on clipped discs and lines).
 constexpr double kClippedOutline = 0.26;
 // By which the centre is off where a bright area beside the light was taken away: 0.02 to 0.16 px
-// in cluttered scenes (doc/detection.md), 0.8 px where the area covers a pixel of the light's rim.
+// in cluttered scenes (detection.md), 0.8 px where the area covers a pixel of the light's rim.
 constexpr double kOpened_px = 0.3;
 
 /// Of the centre, for a source whose surface is not evenly bright, beside a point's image [px^2].

@@ -168,7 +168,7 @@ TEST(CalibrationDriver, NamesWhatIsWrongWithItsConfiguration) {
                std::invalid_argument);
 }
 
-/// The table of doc/driving.md on a sample that a build can afford; drive_table runs it in full.
+/// The table of driving.md on a sample that a build can afford; drive_table runs it in full.
 TEST(CalibrationDriver, TeachesMoreThanThePapersDance) {
   const auto summaryOf = [](const DrivenMotion& motion) {
     std::vector<DriveRecord> records;
@@ -181,7 +181,7 @@ TEST(CalibrationDriver, TeachesMoreThanThePapersDance) {
   const std::vector<Bar> bars = judgeBars(planned);
   EXPECT_TRUE(allReached(bars)) << format(bars);
   const MotionSummaryRow dance = summaryOf(comparedMotions()[1]);
-  EXPECT_NEAR(dance.figure, 0.745, 0.06);  // the bound along it, without ramps (doc/driving.md)
+  EXPECT_NEAR(dance.figure, 0.745, 0.06);  // the bound along it, without ramps (driving.md)
   EXPECT_LT(3.0 * planned.figure, dance.figure);
 }
 

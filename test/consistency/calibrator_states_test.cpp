@@ -219,7 +219,7 @@ TEST(UnknownNoise, ADanceFromNothingEndsConvergedAndRight) {
 class Displaced : public ::testing::TestWithParam<std::pair<double, double>> {};  // [m], [deg]
 
 // 10 m in 100 s, a displacement, and 10 m again. The bound: with the light at 2 m, 10 m tell the
-// yaw to 0.28 deg (doc/accuracy.md), so 3 deg are 7.6 standard deviations of the difference; after
+// yaw to 0.28 deg (accuracy.md), so 3 deg are 7.6 standard deviations of the difference; after
 // 6 m they would be 5.7, and one displacement in ten would go unseen at a false alarm of 1e-4.
 TEST_P(Displaced, IsNoticedWithinTenMetres) {
   constexpr double kDisplaced_s = 100.0;

@@ -1,4 +1,4 @@
-// The bars of doc/accuracy.md on samples that a build can afford; tools/monte_carlo runs them in
+// The bars of accuracy.md on samples that a build can afford; tools/monte_carlo runs them in
 // full.
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // The calibration by a driver's odometry, beside the one by the ticks that the odometry is made of:
-// the figures of doc/robots.md.
+// the figures of robots.md.
 
 #include <gtest/gtest.h>
 

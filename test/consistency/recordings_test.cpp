@@ -77,7 +77,7 @@ class Recordings : public ::testing::Test {
 };
 
 // The README of the recording: per second about 7 mm along the way and 0.013 rad of heading. By
-// doc/model.md, eq. 3, at a mean speed v: heading 2 K v / b^2, along the way (K / 2 + K_c) v.
+// model.md, eq. 3, at a mean speed v: heading 2 K v / b^2, along the way (K / 2 + K_c) v.
 RecordingSetup litwSetup() {
   constexpr double kMeanSpeed_mps = 341.0 / 1261.0;
   constexpr double kHeading_rad = 0.013;

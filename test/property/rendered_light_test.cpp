@@ -1,5 +1,5 @@
 // The detector on ray-traced images: the renderer shares no optics with it. The figures asked for
-// are the package's own aims (doc/detection.md).
+// are the package's own aims (detection.md).
 
 #include <gtest/gtest.h>
 

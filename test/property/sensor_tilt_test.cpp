@@ -66,7 +66,7 @@ TEST(SensorTilt, ATiltedSensorSeesWhatGeometryInSpaceSays) {
   }
 }
 
-// doc/model.md, eq. 21: to first order in the tilt.
+// model.md, eq. 21: to first order in the tilt.
 TEST(SensorTilt, ByItsAzimuthsATiltIsAShiftedMount) {
   constexpr double kHeight_m = 0.4;
   constexpr double kTilt_rad = 1e-5;
@@ -172,7 +172,7 @@ BatchEstimate batchOf(const SimulatedCase& simulated, const ObservationRun& run)
                                          {run.truth.back(), run.observations.size() - 1});
 }
 
-// The bar of doc/imperfect.md, by as many runs as fit into a test.
+// The bar of imperfect.md, by as many runs as fit into a test.
 TEST(SensorTilt, ElevationsTellATiltFromAShiftedMount) {
   constexpr int kRuns = 16;
   double nees = 0.0;

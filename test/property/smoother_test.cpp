@@ -264,7 +264,7 @@ TEST(BatchEstimator, RefusesAStartAtNoObservationAndABadVariance) {
   EXPECT_THROW(estimator.estimate(run.observations, {run.truth.front(), 0}), std::invalid_argument);
 }
 
-// The paper's settings, second trajectory: the bound that doc/model.md's sources give, to its
+// The paper's settings, second trajectory: the bound that model.md's sources give, to its
 // digits.
 TEST(CramerRaoBound, IsTheKnownOneAtThePapersSettings) {
   struct Row {

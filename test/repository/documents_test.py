@@ -26,17 +26,25 @@ DOCUMENTS = [os.path.join(REPOSITORY, name) for name in ('README.md', 'CONTRIBUT
 COMMAND = re.compile(r'^ *(?:sudo )?(?:[A-Z_]+=\S+ )*'
                      r'(\./scripts/\w+|rosrun|roslaunch|parallel)\b((?:.*\\\n)*.*)$', re.M)
 NUMBERED_EQUATION = re.compile(r'^    .*\s\((\d+)\)$', re.M)
-# doc/model.md, eqs. 5 to 8; [start.md](start.md), "Batch". It may go on in the next line's comment.
+# model.md, eqs. 5 to 8; [start.md](start.md), "Batch". It may go on in the next line's comment.
 CITATION = re.compile(r'(\w+\.md)\)?,\s+(?:(?:///?|#) )?'
                       r'(?:eqs?\. ((?:\d+(?:, | and | to )?)+)|(?:section )?"([^"\n]+)")')
-CITING = [path for folder in ('include', 'src', 'test', 'tools') for name in ('*.h', '*.cpp', '*.py')
+CITING = [path for folder in ('bench', 'include', 'src', 'test', 'tools') for name in ('*.h', '*.cpp', '*.py')
           for path in glob.glob(os.path.join(REPOSITORY, folder, '**', name), recursive=True)]
+TEMPLATE = os.path.join(REPOSITORY, 'tools', 'paper', 'reproduce_paper.md')
 WITHOUT_HELP = {'drive_instructions'}  # takes one word
 
 
 def textOf(*path):
     with open(os.path.join(REPOSITORY, *path)) as file:
         return file.read()
+
+
+def pathOf(page):
+    """Of the one page of that name."""
+    paths = [path for path in DOCUMENTS + [TEMPLATE] if os.path.basename(path) == page]
+    assert len(paths) == 1, '%d pages are called %s' % (len(paths), page)
+    return paths[0]
 
 
 def commandsIn(path):
@@ -141,7 +149,7 @@ class Rendering(unittest.TestCase):
 
     def testEquationsAreNumberedInTheirOrder(self):
         for name in ('model.md', 'start.md', 'lights.md'):
-            numbers = [int(number) for number in NUMBERED_EQUATION.findall(textOf('doc', name))]
+            numbers = [int(number) for number in NUMBERED_EQUATION.findall(textOf(pathOf(name)))]
             self.assertTrue(numbers)
             self.assertEqual(numbers, list(range(1, len(numbers) + 1)), name)
 
@@ -150,7 +158,7 @@ class Rendering(unittest.TestCase):
         for path in DOCUMENTS + CITING:
             for page, equations, section in CITATION.findall(textOf(path)):
                 found += 1
-                text = textOf('doc', page)
+                text = textOf(pathOf(page))
                 with self.subTest(file=os.path.relpath(path, REPOSITORY), page=page):
                     self.assertLessEqual(set(re.findall(r'\d+', equations)),
                                          set(NUMBERED_EQUATION.findall(text)))
@@ -208,6 +216,25 @@ class Links(unittest.TestCase):
                     self.assertIn(anchor, self.anchorsOf(other))
         self.assertGreater(found, 5)
 
+    def testPagesThatAreNamedAreThere(self):
+        """In documents, code, messages and configurations by their path (doc/images), in code also
+        by a page's name alone."""
+        others = [path for pattern in ('CHANGELOG.rst', 'config/**/*.yaml', 'msg/*', 'scripts/*')
+                  for path in glob.glob(os.path.join(REPOSITORY, pattern), recursive=True)]
+        found = 0
+        for path in DOCUMENTS + CITING + others:
+            if path == os.path.abspath(__file__) or not os.path.isfile(path):
+                continue
+            names = re.findall(r'(?<![\w/.-])doc/[\w./-]*\w', textOf(path))
+            if path in CITING:
+                names += [os.path.relpath(pathOf(name), REPOSITORY)
+                          for name in re.findall(r'(?<![\w/.-])(?!README)\w+\.md\b', textOf(path))]
+            found += len(names)
+            for name in names:
+                with self.subTest(file=os.path.relpath(path, REPOSITORY), name=name):
+                    self.assertTrue(os.path.exists(os.path.join(REPOSITORY, name)))
+        self.assertGreater(found, 100)
+
 
 class Numbers(unittest.TestCase):
 
@@ -264,12 +291,14 @@ class Words(unittest.TestCase):
     # begins; "way" without "ahead", a length.
 
     # Those who read the code read these pages, and find its names there.
-    BACKGROUND = {'model.md', 'start.md', 'detection.md', 'notation.md', 'paper/README.md'}
+    BACKGROUND = {'background/model.md', 'background/start.md', 'background/detection.md',
+                  'background/notation.md', 'evidence/paper/README.md'}
     # Still to be reworded. Names of topics, options and parameters in code are not read as words.
     PENDING = {
-        'bearing_sensor.md': {'tells', 'told'}, 'result.md': {'tell'}, 'imperfect.md': {'bends', 'told'},
+        'tutorials/bearing_sensor.md': {'tells', 'told'}, 'how-to/result.md': {'tell'},
+        'evidence/imperfect.md': {'bends', 'told'},
         'config/calibration.yaml': {'looked for', 'told', 'tell'}, 'config/detection.yaml': {'tells'},
-        'parameters.md': {'looked for', 'told', 'tell', 'tells'},
+        'reference/parameters.md': {'looked for', 'told', 'tell', 'tells'},
     }
 
     def pages(self):
@@ -313,7 +342,7 @@ class QuickStart(unittest.TestCase):
         """Those without a master, as they stand there; the live ones have tests of their own."""
         with tempfile.TemporaryDirectory() as folder:
             ran = []
-            for command in commandsIn(os.path.join(REPOSITORY, 'doc', 'quick_start.md')):
+            for command in commandsIn(pathOf('quick_start.md')):
                 words = shlex.split(command)
                 if words[:3] != ['./scripts/run', 'rosrun', 'bearing_calibration']:
                     continue
@@ -324,7 +353,7 @@ class QuickStart(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stdout)
                 ran.append(words[3])
             self.assertEqual(ran, ['simulate_bag', 'calibrate_bag', 'calibration_report'])
-            for name in re.findall(r'`(result/[\w.]+)`', textOf('doc', 'quick_start.md')):
+            for name in re.findall(r'`(result/[\w.]+)`', textOf(pathOf('quick_start.md'))):
                 self.assertTrue(os.path.exists(os.path.join(folder, name)), name)
 
 
@@ -332,7 +361,7 @@ class BearingSensor(unittest.TestCase):
 
     def testTheExamplesMessageIsOne(self):
         import rospy
-        code = re.search(r'```python\n(.*?)```', textOf('doc', 'bearing_sensor.md'), re.S).group(1)
+        code = re.search(r'```python\n(.*?)```', textOf(pathOf('bearing_sensor.md')), re.S).group(1)
         names = {}
         with mock.patch('rospy.init_node'), mock.patch('rospy.Publisher') as publisher:
             exec(code, names)  # the document's own code

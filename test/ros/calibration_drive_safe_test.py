@@ -142,7 +142,7 @@ class CalibrationDriveSafeTest(unittest.TestCase):
                                 CalibrationDriveResult.OBSTACLE_LOST)
 
     def test_the_documents_button_is_a_dead_mans(self):
-        """doc/driving.md's rostopic pub, killed."""
+        """driving.md's rostopic pub, killed."""
         self.robot.enable.fall_silent()
         button = subprocess.Popen(['rostopic', 'pub', '-r', '10', rospy.resolve_name(
             'calibration_drive/enable'), 'std_msgs/Bool', 'data: true'], stdout=subprocess.DEVNULL)

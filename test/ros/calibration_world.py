@@ -1,7 +1,7 @@
 """A robot without errors but its sensor's noise, and the calibration node's other end.
 
 The expected values of the tests come from here: exact arcs of a differential drive and the exact
-bearing of a light (doc/model.md), written a second time and independently of the package.
+bearing of a light (model.md), written a second time and independently of the package.
 """
 
 import math

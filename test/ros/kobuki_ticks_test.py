@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The line of doc/robots.md that makes wheel_ticks of a driver's own message, as it stands there."""
+"""The line of robots.md that makes wheel_ticks of a driver's own message, as it stands there."""
 
 import os
 import re
@@ -35,7 +35,7 @@ string frame_id
 
 
 def commandOfTheDocument():
-    with open(os.path.join(REPOSITORY, 'doc', 'robots.md')) as file:
+    with open(os.path.join(REPOSITORY, 'doc', 'tutorials', 'robots.md')) as file:
         command = re.search(r'\./scripts/run (rosrun topic_tools transform(?:.*\\\n)*.*)', file.read())
     return shlex.split(command.group(1).replace('\\\n', ' '))
 

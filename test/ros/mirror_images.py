@@ -1,5 +1,5 @@
 """Images of a point light in the default rig's conic mirror, drawn from the closed forms of
-doc/detection.md, which are written here a second time and independently of the package."""
+detection.md, which are written here a second time and independently of the package."""
 
 import math
 import struct

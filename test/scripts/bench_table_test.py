@@ -18,8 +18,8 @@ bench_table = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(bench_table)
 
 
-DOCUMENT = os.path.join(REPOSITORY, 'doc', 'performance.md')
-MEASURED = os.path.join(REPOSITORY, 'doc', 'performance.json')
+DOCUMENT = os.path.join(REPOSITORY, 'doc', 'evidence', 'performance.md')
+MEASURED = os.path.join(REPOSITORY, 'doc', 'evidence', 'performance.json')
 
 
 def namesInTable():

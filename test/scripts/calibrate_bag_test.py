@@ -467,7 +467,7 @@ class CalibrateBag(Drives):
             self.assertTrue(re.search(r'\b%d\b' % status, done.stdout), status)
 
 class JobQueues(Drives):
-    """The commands of doc/calibrate_bag.md for many bags, as they stand there."""
+    """The commands of calibrate_bag.md for many bags, as they stand there."""
 
     def setUp(self):
         super().setUp()
@@ -478,7 +478,7 @@ class JobQueues(Drives):
             file.write('wheels: {noise_independent: 1.0e-6}\n')
 
     def documented(self, pattern):
-        with open(os.path.join(REPOSITORY, 'doc', 'calibrate_bag.md')) as file:
+        with open(os.path.join(REPOSITORY, 'doc', 'how-to', 'calibrate_bag.md')) as file:
             return re.search(pattern, file.read()).group(1)
 
     def runInFolder(self, command, **environment):

@@ -32,8 +32,8 @@ class Gallery(unittest.TestCase):
                 self.assertPicture(path)
 
     def testDrawsEveryPictureOfTheDetectionsDocument(self):
-        with open(os.path.join(REPOSITORY, 'doc', 'detection.md')) as file:
-            shown = re.findall(r'\]\(images/(\w+\.png)\)', file.read())
+        with open(os.path.join(REPOSITORY, 'doc', 'background', 'detection.md')) as file:
+            shown = re.findall(r'\]\(\.\./images/(\w+\.png)\)', file.read())
         self.assertTrue(shown)
         with tempfile.TemporaryDirectory() as folder:
             done = subprocess.run([sys.executable, PROGRAM, folder, '--images', '2'],

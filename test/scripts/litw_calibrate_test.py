@@ -1,4 +1,4 @@
-"""The worked example of doc/replay.md: nine landmarks of a real recording in one command; and the
+"""The worked example of replay.md: nine landmarks of a real recording in one command; and the
 same recording as odometry."""
 
 import json
@@ -17,7 +17,7 @@ from nav_msgs.msg import Odometry
 DATA = os.environ.get('BEARING_CALIBRATION_DATA')
 NO_DATA = 'BEARING_CALIBRATION_DATA is not set: it names the folder of the real recordings'
 LANDMARKS = (1, 3, 4, 6, 7, 8, 10, 12, 15)
-DOCUMENT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'doc', 'replay.md')
+DOCUMENT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'doc', 'how-to', 'replay.md')
 UNCERTAIN, DISAGREE = 4, 5
 MAX_POSITION_ERROR_M = 0.06  # as litw_replay asks of the live node
 MAX_YAW_ERROR_RAD = math.radians(2.5)
@@ -115,7 +115,7 @@ class LitwCalibrate(unittest.TestCase):
                                                  ODOMETRY_YAW_ERROR_RAD)
         self.assertNotRegex(self.by_odometry.stdout, 'changed: ticks', 'no odometry is refused')
         for by_odometry, by_ticks in zip(comparison['mounts'], self.comparison['mounts']):
-            for key in ('x', 'y', 'yaw'):  # doc/robots.md: the same to a millimetre and 1 mrad
+            for key in ('x', 'y', 'yaw'):  # robots.md: the same to a millimetre and 1 mrad
                 self.assertAlmostEqual(by_odometry['base_from_camera'][key],
                                        by_ticks['base_from_camera'][key], delta=1e-3)
 

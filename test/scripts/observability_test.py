@@ -1,4 +1,4 @@
-"""The observability section of doc/model.md is what its two programs print."""
+"""The observability section of model.md is what its two programs print."""
 
 import os
 import subprocess
@@ -25,7 +25,7 @@ class Observability(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        with open(os.path.join(REPOSITORY, 'doc', 'model.md')) as file:
+        with open(os.path.join(REPOSITORY, 'doc', 'background', 'model.md')) as file:
             cls.document = cellsOf(file.read())
 
     def testRanksByMotionStandInTheDocument(self):

@@ -1,4 +1,4 @@
-"""The paper's figures: the same from run to run, and doc/paper is what the command writes."""
+"""The paper's figures: the same from run to run, and doc/evidence/paper is what the command writes."""
 
 import glob
 import importlib.util
@@ -13,7 +13,7 @@ import roslib.packages
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 SCRIPT = os.path.join(REPOSITORY, 'tools', 'paper', 'reproduce_paper.py')
-COMMITTED = os.path.join(REPOSITORY, 'doc', 'paper')
+COMMITTED = os.path.join(REPOSITORY, 'doc', 'evidence', 'paper')
 # The paper's own numbers, those of its figures, equations and parameters, and the settings of the
 # runs with the moments that are looked at, as they stand in the text.
 SETTINGS = {'0', '0.01', '0.074', '0.1', '0.2', '0.5', '1', '1.58', '1.8', '2', '3', '3.11', '4', '5',

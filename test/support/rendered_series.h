@@ -21,7 +21,7 @@ struct RenderedSeries {
   ShutterConfig shutter;
 };
 
-/// The rows of the table in doc/detection.md.
+/// The rows of the table in detection.md.
 std::vector<RenderedSeries> renderedSeries();
 /// @throws std::out_of_range when there is none of that name.
 RenderedSeries renderedSeries(const std::string& name);

@@ -5,7 +5,7 @@ The Lie derivatives of the bearing along the paper's f1 and f2 (its eq. 21), the
 (A.2) to (A.5) beside the right ones, the determinant of the five gradients, and the ranks where it
 is zero. Angles whose sines and cosines are rational make every number below exact: two formulas are
 called equal when they agree exactly at 5 random points, and a rank is that of rational numbers.
-Prints Markdown, and a line `missed: ...` and status 1 for what is not as doc/model.md says.
+Prints Markdown, and a line `missed: ...` and status 1 for what is not as model.md says.
 """
 
 import random

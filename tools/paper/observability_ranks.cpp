@@ -139,7 +139,7 @@ struct DualPose {
   Dual yaw = 0.0;
 };
 
-/// One exact arc (doc/model.md, eq. 2).
+/// One exact arc (model.md, eq. 2).
 DualPose moved(const DualPose& from, const DriveSegment& segment, const Dual& time_s,
                const World& world) {
   const Dual left = world.left_scale * segment.left_mps * time_s;

@@ -35,7 +35,7 @@ struct ObservabilityCase {
   bool with_elevation = false;  ///< the light's elevation is measured, too
   double light_x_m = 2.0;       ///< in the base frame of the start
   double light_y_m = 0.7;
-  int expected_rank = 0;  ///< as doc/model.md has it
+  int expected_rank = 0;  ///< as model.md has it
 };
 
 struct ObservabilityRank {
@@ -51,7 +51,7 @@ struct ObservabilityRank {
 /// unknowns, differentiated automatically (exact to rounding), by its singular values.
 ObservabilityRank rankOf(const ObservabilityCase& observed);
 
-/// The lines of the table in doc/model.md.
+/// The lines of the table in model.md.
 std::vector<ObservabilityCase> observabilityCases();
 
 /// The table in Markdown; the lines whose rank is not the expected one say so.

@@ -1,4 +1,4 @@
-// Prints what the bearings of a motion determine: the table of ranks in doc/model.md.
+// Prints what the bearings of a motion determine: the table of ranks in model.md.
 
 #include <cstdio>
 

@@ -29,7 +29,7 @@ struct PaperMoment {
   Eigen::Vector3d bound_unknown;  ///< the same when nothing is known at the start
 };
 
-/// The paper's EKF (its section III, with the exact arc of doc/model.md, eq. 9) over a whole run,
+/// The paper's EKF (its section III, with the exact arc of model.md, eq. 9) over a whole run,
 /// at about 200 moments of it and the last one.
 /// @param stated_stddev_rad  of a bearing, as the filter takes it; the bounds take that of the
 /// observations

@@ -37,7 +37,7 @@ struct Arguments {
 options::options_description describeOptions(Arguments* arguments) {
   options::options_description description(
       "drive_table [--what motions|best|rooms|far|images|all] [options]\n\n"
-      "Exit status 1 when a bar of doc/driving.md is missed");
+      "Exit status 1 when a bar of doc/how-to/driving.md is missed");
   auto add = description.add_options();
   add("help,h", "print this");
   add("what", options::value(&arguments->what)->default_value("all"),

@@ -41,7 +41,7 @@ struct DriveRecord {
 
 DriveRecord drive(const DrivenCase& driven);
 
-/// det cov(phi deg, rho mm, psi deg)^(1/6) of a mount's covariance, the measure of doc/driving.md.
+/// det cov(phi deg, rho mm, psi deg)^(1/6) of a mount's covariance, the measure of driving.md.
 double polarFigure(const Eigen::Matrix3d& mount_covariance, double rho_m);
 
 }  // namespace bearing_calibration::core

@@ -23,7 +23,7 @@ namespace {
 namespace options = boost::program_options;
 
 constexpr int kBarMissed = 1;
-// What doc/imperfect.md says to try.
+// What imperfect.md says to try.
 constexpr double kUsualHarmonic_rad = 0.03;
 constexpr double kUsualTilt_rad = 0.035;
 
@@ -62,7 +62,7 @@ options::options_description describeOptions(Arguments* arguments) {
   options::options_description description(
       "monte_carlo --what initialiser|batch|calibrator --world random|paper|corner|short "
       "[options]\n\n"
-      "Exit status 1 when a bar of doc/accuracy.md is missed (see --check)");
+      "Exit status 1 when a bar of doc/evidence/accuracy.md is missed (see --check)");
   auto add = description.add_options();
   add("help,h", "print this");
   add("what", options::value(&arguments->what)->default_value("initialiser"),

@@ -22,7 +22,7 @@ enum class ClaimKind {
   kForbidden,  ///< from degenerate motion: none may be made
 };
 
-/// The bars of doc/accuracy.md that the trials speak of.
+/// The bars of accuracy.md that the trials speak of.
 std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<TableRow>& rows,
                            ClaimKind kind);
 std::string format(const std::vector<Bar>& bars);

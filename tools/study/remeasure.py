@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures tables of a page again: ./scripts/run tools/study/remeasure.py doc/accuracy.md
+"""Measures tables of a page again: ./scripts/run tools/study/remeasure.py doc/evidence/accuracy.md
 
 Runs each monte_carlo command of the page that is followed by a table, and writes what it prints
 into that table's rows. Tables with columns that monte_carlo does not print are left alone.

@@ -45,7 +45,7 @@ struct SimulatedCase {
 SimulatedCase paperCase(std::uint64_t seed);
 
 /// The same robot, its dance about a square inside of which the light stands, a quarter of a metre
-/// from two of the sides: what a person should drive (doc/driving.md).
+/// from two of the sides: what a person should drive (driving.md).
 SimulatedCase cornerCase(std::uint64_t seed);
 
 /// A short drive with a noisy sensor, as in a published simulation of active calibration: a source

@@ -5,7 +5,7 @@
 namespace bearing_calibration::core {
 
 /// The azimuth [rad] at which a sensor without errors sees the light, with its Jacobian by the
-/// Cartesian state (doc/model.md, eq. 6). Not defined at the sensor itself.
+/// Cartesian state (model.md, eq. 6). Not defined at the sensor itself.
 struct AzimuthModel {
   double azimuth_rad;
   Eigen::Matrix<double, 1, 5> J_azimuth_state;
@@ -13,7 +13,7 @@ struct AzimuthModel {
 AzimuthModel azimuthFromCartesian(const Vector5& state);
 
 /// An angle [rad] at which the sensor sees a light, errors and all, with its Jacobian by the state
-/// at the stamp (doc/model.md, eqs. 6, 16, 19, 20).
+/// at the stamp (model.md, eqs. 6, 16, 19, 20).
 struct ExpectedAngle {
   double angle_rad;
   StateRow J_angle_state;
@@ -33,7 +33,7 @@ struct Innovation {
   double nis() const { return residual * residual / variance; }
 };
 
-/// The EKF's update by one number, not yet applied (doc/model.md, eq. 8).
+/// The EKF's update by one number, not yet applied (model.md, eq. 8).
 struct ScalarUpdate {
   StateVector H;  ///< Jacobian of the measurement by the state, as a column
   StateVector gain;

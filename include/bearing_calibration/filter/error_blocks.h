@@ -10,7 +10,7 @@
 #include "bearing_calibration/odometry/odometry_increment.h"
 
 // What may be wrong with a robot, as blocks of numbers that are estimated beside the mount; all of
-// them are zero for a robot as it is believed (doc/model.md, "The imperfect robot"). A block is one
+// them are zero for a robot as it is believed (model.md, "The imperfect robot"). A block is one
 // small type below, and its place in the list `ErrorBlocks` at the end: nothing else names it.
 // `kLasts` says of each number whether it is the same when the robot starts anew.
 
@@ -93,7 +93,7 @@ struct TimeOffset : NoEffect {
       "the stamps' offset is as configured: only turns of changing speed determine it";
 
   using NoEffect::correct;
-  /// The base was where the wheels put it q seconds before the stamp (doc/model.md, eq. 16).
+  /// The base was where the wheels put it q seconds before the stamp (model.md, eq. 16).
   template <int At, class Q, int K>
   static void correct(CorrectedLight<K>& light, const OdometryWindow& nearby,
                       const WheelFactors& wheels, const Q& q) {
@@ -130,7 +130,7 @@ struct WheelScales : NoEffect {
     wheels.right += q(1);
   }
   using NoEffect::correct;
-  /// doc/model.md, eq. 17.
+  /// model.md, eq. 17.
   template <int At, class Q, int K>
   static void correct(CorrectedMotion<K>& motion, const OdometryIncrement& measured, const Q& q) {
     const auto J = measured.J_pose_wheels.leftCols<kSize>();
@@ -157,7 +157,7 @@ struct WheelSeparation : NoEffect {
     wheels.separation += q(0);
   }
   using NoEffect::correct;
-  /// doc/model.md, eq. 18. The turn is exact, the chord to first order: over many metres a wrong
+  /// model.md, eq. 18. The turn is exact, the chord to first order: over many metres a wrong
   /// turn is what counts.
   template <int At, class Q, int K>
   static void correct(CorrectedMotion<K>& motion, const OdometryIncrement& measured, const Q& q) {
@@ -207,7 +207,7 @@ struct Harmonic {
 /// Mirror axis, apex and image centre are not on one line: the azimuth is off by a first harmonic
 /// of the sizes q(0), q(1) [rad] for a far light, and by q(2) [m] over the range times these more
 /// for a near one. q(2) is a constant of mirror and lens (optics/conic_mirror) where the
-/// image's centre is put as that says, and known beforehand (doc/model.md, eq. 19).
+/// image's centre is put as that says, and known beforehand (model.md, eq. 19).
 struct MirrorHarmonic : NoEffect {
   static constexpr const char* kName = "mirror_harmonic";
   static constexpr bool kSaidBySensor = true;
@@ -237,7 +237,7 @@ struct MirrorHarmonic : NoEffect {
 };
 
 /// The sensor is rolled by q(0) and pitched by q(1) [rad], and the light stands q(2) [m] over it
-/// (doc/model.md, eqs. 20 and 21). Azimuths of one light cannot tell that from a shifted mount.
+/// (model.md, eqs. 20 and 21). Azimuths of one light cannot tell that from a shifted mount.
 struct SensorTilt : NoEffect {
   static constexpr const char* kName = "sensor_tilt";
   static constexpr std::array<Quantity, 3> kNumbers = {

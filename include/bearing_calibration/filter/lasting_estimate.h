@@ -19,7 +19,7 @@ StateEstimate lastingPart(const MountEstimate& mount);
 std::vector<std::string> lastingNames();
 
 /// Adds an earlier calibration to an estimate that rests on other measurements. What was known of
-/// the errors before either of them is a part of both, and is counted once (doc/model.md, eq. 25).
+/// the errors before either of them is a part of both, and is counted once (model.md, eq. 25).
 /// @param earlier  a lasting part
 /// @param priors  of both
 void addEarlier(const StateEstimate& earlier, const ErrorPriors& priors, StateEstimate* estimate);

@@ -17,7 +17,7 @@ struct AzimuthPrediction {
 };
 
 /// The filter of mount, errors and lights. Predict by the base's motion, update by a bearing; the
-/// estimate is the one at the last prediction. It is consistent at any rho (doc/model.md,
+/// estimate is the one at the last prediction. It is consistent at any rho (model.md,
 /// "Cartesian parametrisation"). A value: a copy goes on by itself.
 class LiveFilter {
  public:

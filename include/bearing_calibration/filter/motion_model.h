@@ -9,7 +9,7 @@ CorrectedMotion<kErrorCount> correctMotion(const OdometryIncrement& measured,
                                            const ErrorVector& errors);
 
 /// A motion of the base, linearised about its own error and those of the robot, as it moves all
-/// lights: l+ = R (l - t) - J error + J_errors (errors - errors*) (doc/model.md, eq. 5).
+/// lights: l+ = R (l - t) - J error + J_errors (errors - errors*) (model.md, eq. 5).
 struct LinearMotion {
   Pose2 start_from_end;  ///< the measured one with both kinds of error put right
   Eigen::Matrix2d R_end_start;
@@ -30,7 +30,7 @@ LinearMotion lineariseMotion(const StateLayout& layout, const ErrorVector& error
 LinearMotion lineariseMotion(const StateLayout& layout, const StateVector& before,
                              const OdometryIncrement& measured);
 
-/// Moves an estimate (doc/model.md, eq. 7).
+/// Moves an estimate (model.md, eq. 7).
 void propagate(const LinearMotion& motion, StateEstimate* estimate);
 /// The same by a motion that is linearised at the estimate.
 void propagate(const OdometryIncrement& measured, StateEstimate* estimate);

@@ -20,16 +20,16 @@ struct PaperEstimate {
   bool phi_psi_determined = false;
 };
 
-/// The same knowledge in the paper's parametrisation (doc/model.md, eq. 12). Where rho is not known
+/// The same knowledge in the paper's parametrisation (model.md, eq. 12). Where rho is not known
 /// to be above zero, the variance of phi is limited to that of a direction of which nothing is
 /// known.
 PaperEstimate paperFromCartesian(const CartesianEstimate& cartesian);
 
-/// The same knowledge in the Cartesian parametrisation (doc/model.md, eq. 11).
+/// The same knowledge in the Cartesian parametrisation (model.md, eq. 11).
 CartesianEstimate cartesianFromPaper(const PaperEstimate& paper);
 
 /// The paper's state after a motion, with its Jacobians by the state and by the increment's (x, y,
-/// yaw) (doc/model.md, eq. 9; the paper's eq. 12 for an exact arc). Not defined where the motion
+/// yaw) (model.md, eq. 9; the paper's eq. 12 for an exact arc). Not defined where the motion
 /// ends at the light.
 struct PaperPropagation {
   Vector5 state;
@@ -37,11 +37,11 @@ struct PaperPropagation {
   Eigen::Matrix<double, 5, 3> J_state_motion;
 };
 PaperPropagation propagatePaper(const Vector5& state, const OdometryIncrement& motion);
-/// Bearing from the paper's state (doc/model.md, eq. 10; the paper's eqs. 8 and 15).
+/// Bearing from the paper's state (model.md, eq. 10; the paper's eqs. 8 and 15).
 AzimuthModel azimuthFromPaper(const Vector5& state);
 
 /// The paper's own filter on X = [D, theta, phi, rho, psi] (its section III), with the exact arc of
-/// doc/model.md, eq. 9. It may begin at rho = 0. It knows no errors of the robot.
+/// model.md, eq. 9. It may begin at rho = 0. It knows no errors of the robot.
 class PaperFilter {
  public:
   explicit PaperFilter(const PaperEstimate& start);

@@ -19,7 +19,7 @@ using StateMatrix =
 using LightPositions = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostLights>;
 
 /// Places of the quantities in the state: sensor x, y, yaw; the first `errors` of the robot's
-/// errors; x, y of each light. All in the base frame of now (doc/model.md, "Several lights").
+/// errors; x, y of each light. All in the base frame of now (model.md, "Several lights").
 struct StateLayout {
   int errors = 0;
   int lights = 0;
@@ -30,7 +30,7 @@ struct StateLayout {
 };
 
 /// One light with the mount: [light x, light y, sensor x, sensor y, sensor yaw] in the base frame
-/// (doc/model.md, "Cartesian parametrisation").
+/// (model.md, "Cartesian parametrisation").
 using Vector5 = Eigen::Matrix<double, 5, 1>;
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
 struct CartesianIndex {
@@ -102,7 +102,7 @@ StateEstimate widened(StateEstimate estimate, double widening);
 /// grow: both become their mean.
 void symmetrise(StateMatrix* covariance);
 
-/// The sensor's part of the state (doc/model.md, eq. 13).
+/// The sensor's part of the state (model.md, eq. 13).
 MountEstimate mountFromCartesian(const CartesianEstimate& cartesian);
 
 /// a minus b (x, y, yaw), the yaw wrapped.

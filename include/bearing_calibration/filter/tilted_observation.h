@@ -20,7 +20,7 @@ struct TiltedAngle {
   Eigen::Matrix<double, 1, 5> J_angle_level;
 };
 
-/// doc/model.md, eqs. 20 and 21. The azimuth is not defined along the tilted sensor's z axis.
+/// model.md, eqs. 20 and 21. The azimuth is not defined along the tilted sensor's z axis.
 TiltedAngle tiltedAzimuth(const LevelObservation& level);
 TiltedAngle tiltedElevation(const LevelObservation& level);
 

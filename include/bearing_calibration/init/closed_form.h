@@ -7,7 +7,7 @@
 
 namespace bearing_calibration::core {
 
-/// Light, sensor and yaw from bearings in closed form (doc/start.md, eqs. 1 to 3): turned into the
+/// Light, sensor and yaw from bearings in closed form (start.md, eqs. 1 to 3): turned into the
 /// sensor's direction, light and sensor obey one linear homogeneous equation for each bearing, and
 /// the yaw is an eigenvector of a 2x2 matrix: the global optimum of the algebraic cost.
 ///

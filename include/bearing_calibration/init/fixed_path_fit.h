@@ -33,7 +33,7 @@ double bearingStddev(const PosedObservation& observation, const PosedObservation
 FixedPathFit judgeOnFixedPath(const std::vector<PosedObservation>& observations,
                               const Vector5& state_at_first, const FixedPathWeight& weight);
 
-/// Levenberg-Marquardt on the wrapped angles from `start` (doc/start.md, eq. 4).
+/// Levenberg-Marquardt on the wrapped angles from `start` (start.md, eq. 4).
 FixedPathFit fitOnFixedPath(const std::vector<PosedObservation>& observations, const Vector5& start,
                             const FixedPathWeight& weight);
 

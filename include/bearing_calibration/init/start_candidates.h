@@ -23,7 +23,7 @@ struct ObservationWindow {
 std::vector<ObservationWindow> startWindows(std::size_t observations);
 
 /// Mount and light that most bearings of a window agree on: the closed form on random draws of
-/// observations, the best one refitted on what agrees with it (doc/start.md, "Outliers").
+/// observations, the best one refitted on what agrees with it (start.md, "Outliers").
 /// State at the record's first observation.
 /// @param one_of_many  among many hypotheses of the path: fewer draws then
 FixedPathFit findConsensus(const std::vector<PosedObservation>& observations,

@@ -7,7 +7,7 @@ namespace bearing_calibration::core {
 
 /// What is wrong where bearings and motion do not fit; the values are those of
 /// CalibrationEstimate.msg. Faults that give the same data, up to another mount, are one entry:
-/// they cannot be told apart (doc/faults.md).
+/// they cannot be told apart (faults.md).
 enum class Fault : std::uint8_t {
   kNone,
   kMirrored,        ///< left and right wheel swapped, or both reversed, or the bearing's sense

@@ -45,14 +45,14 @@ struct Arc {
   Eigen::Matrix<double, 3, 2> J_pose_wheels;  ///< d(x, y, yaw) / d(left_m, right_m)
 };
 
-/// The exact arc of a differential drive (doc/model.md, eq. 2).
+/// The exact arc of a differential drive (model.md, eq. 2).
 Arc arcFromWheels(const WheelDisplacement& wheels, double wheel_separation_m);
 
 /// The arc that ends at a pose, for turns of up to a half: the inverse of arcFromWheels(). What of
 /// the position lies across the arc's chord is left out.
 WheelDisplacement wheelsFromArc(const Pose2& start_from_end, double wheel_separation_m);
 
-/// Appends one arc to an increment, the covariance with it (doc/model.md, eq. 4).
+/// Appends one arc to an increment, the covariance with it (model.md, eq. 4).
 /// `unseen_variance_m2` is added for each wheel, for motion that a break in the readings has
 /// hidden.
 OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplacement& wheels,

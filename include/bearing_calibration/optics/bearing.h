@@ -40,7 +40,7 @@ inline std::optional<Elevation> elevationOf(const Bearing& bearing) {
 }
 
 /// How well a sensor knows its own geometry: what bends all its azimuths alike, by a first harmonic
-/// that is larger for near lights (doc/model.md, eq. 19). Zero: there is nothing to know.
+/// that is larger for near lights (model.md, eq. 19). Zero: there is nothing to know.
 struct SensorGeometry {
   double harmonic_stddev_rad = 0.0;  ///< of the harmonic's cosine and sine, for a far light
   double near_per_far_m = 0.0;       ///< over the range: times so much it is larger for a near one

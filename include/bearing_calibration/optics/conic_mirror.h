@@ -63,7 +63,7 @@ struct MisalignmentCoefficients {
 };
 
 /// How a mirror that is tilted and stands beside the camera's axis bends the bearings of lights at
-/// the range r: by a first harmonic of size F + N / r, whatever lean and offset are (doc/model.md,
+/// the range r: by a first harmonic of size F + N / r, whatever lean and offset are (model.md,
 /// eq. 19). F shows in the bearings, N looks like a shifted sensor.
 struct MirrorMisalignment {
   /// Where the image's centre is best put: this part of the way from the principal point to the

@@ -53,7 +53,7 @@ std::vector<BlockReport> reportNoise(const NoisePriors& priors, const NoiseLevel
 std::vector<BlockReport> reportErrors(const CalibrationResult& result,
                                       double tilt_stddev_rad = 0.0);
 
-/// How good a mount is for who uses it (doc/model.md, eqs. 26 and 27).
+/// How good a mount is for who uses it (model.md, eqs. 26 and 27).
 struct MountQuality {
   double light_ahead_stddev_m = 0.0;  ///< of where a light 3 m ahead is placed, its worst axis
   double worst_direction_rad = 0.0;   ///< of the position, in the base frame: (-pi/2, pi/2]

@@ -38,7 +38,7 @@ struct PlannerConfig {
 };
 
 /// The estimate as the filter will have it after a primitive: the mean moves as planned, the
-/// covariance grows by the wheels' noise and shrinks by the bearings (doc/model.md, eqs. 5 to 8, 16
+/// covariance grows by the wheels' noise and shrinks by the bearings (model.md, eqs. 5 to 8, 16
 /// to 18). Bearings are taken together over steps of at most a quarter of a second. Errors of the
 /// wheels belong to the estimate: an unequal wheel bends a straight way as a light's parallax
 /// would, so that who does not doubt the wheels expects of such ways what they cannot teach.

@@ -10,7 +10,7 @@
 namespace bearing_calibration::core {
 
 /// What may be taken for the light, or hide it. The defaults are those of the scenes on which the
-/// detector is measured (doc/detection.md).
+/// detector is measured (detection.md).
 struct ClutterConfig {
   CountRange windows{1, 4};      ///< they reach over the upper edge of the view
   CountRange lamps{2, 8};        ///< over the horizon

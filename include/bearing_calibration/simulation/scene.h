@@ -46,7 +46,7 @@ struct Scene {
 Scene drawScene(const SceneConfig& config, std::uint64_t seed);
 
 /// A light somewhere among clutter drawn for the purpose, seen by a sensor that stands still: the
-/// scenes on which detectors are compared (doc/detection.md).
+/// scenes on which detectors are compared (detection.md).
 struct RandomSceneConfig {
   RendererConfig rendered;  ///< its holders and seed are those of the scene
   ClutterConfig clutter;

@@ -76,7 +76,7 @@ struct BatchEstimate {
 RecordStart surestStart(const BatchEstimate& fit);
 
 /// The most probable mount, lights and path given all bearings and the noise of all wheel motions:
-/// Gauss-Newton on the Cartesian state by relinearised Kalman smoother passes (doc/start.md,
+/// Gauss-Newton on the Cartesian state by relinearised Kalman smoother passes (start.md,
 /// section "Batch").
 class BatchEstimator {
  public:

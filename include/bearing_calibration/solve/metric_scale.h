@@ -9,7 +9,7 @@ namespace bearing_calibration::core {
 /// and the wheels with their separation. So only what was known beforehand tells the scale. But
 /// parts of a record that are linearised at slightly different scales seem to tell it together:
 /// over hours the scale would drift, and its standard deviation with it would be too small (the
-/// observability constraint of Huang, Mourikis and Roumeliotis, 2010; doc/start.md, eq. 9).
+/// observability constraint of Huang, Mourikis and Roumeliotis, 2010; start.md, eq. 9).
 /// @param at  where what follows will be linearised
 /// @param priors  that the estimate contains
 StateEstimate withoutLearntScale(const StateEstimate& estimate, const StateVector& at,

@@ -17,7 +17,7 @@ struct NoiseReview {
 };
 
 /// The levels that make the innovations of a settled fit most likely, priors and all, beside a
-/// correlation of neighbouring bearings that is unknown, too (doc/model.md, eq. 22). What the fit
+/// correlation of neighbouring bearings that is unknown, too (model.md, eq. 22). What the fit
 /// left out stays out. A slip competes with more noise.
 /// @param observations  of one light, as stated, those of the fit
 /// @param used  the levels with which the fit was made

@@ -16,7 +16,7 @@ struct MotionSummary {
   /// motion that nobody has counted moves no path.
   double extent_noise_m = 0.0;
   /// How much of the motion is of another curvature than most of it, as a length: 0 for one circle,
-  /// one line or one spin. Two different curvatures are needed (doc/model.md, "Observability").
+  /// one line or one spin. Two different curvatures are needed (model.md, "Observability").
   double second_curvature_m = 0.0;
 };
 
@@ -33,7 +33,7 @@ struct WeakestDirection {
 WeakestDirection weakestDirection(const CartesianEstimate& estimate);
 
 /// Covariance at the last observation that no unbiased estimator can beat: the information of all
-/// observations, linearised at the truth (Cramer-Rao bound, doc/model.md).
+/// observations, linearised at the truth (Cramer-Rao bound, model.md).
 /// @param light_in_base,mount  the true light in the base frame at each observation, and the true
 ///   mount (x [m], y [m], yaw [rad])
 /// @param errors,priors  the robot's true ones, and what is known of them beforehand

@@ -91,7 +91,7 @@ StateEstimate knownBeforehand(const StateLayout& layout, const RecordPath& path,
 /// Kalman filter forward, disturbance smoother (modified Bryson-Frazier) backward; its disturbances
 /// are the test statistics for slips and outliers (de Jong and Penzer 1998). Bearings and motions
 /// are linearised about `path`, the motions with their errors: to leave those out would reward a
-/// light that is too near, where the same turn moves it less (doc/start.md). Elevations count where
+/// light that is too near, where the same turn moves it less (start.md). Elevations count where
 /// the sensor's tilt is looked for.
 /// @param weights  one for each observation
 /// @param prior  without effect where something is known at the record's beginning

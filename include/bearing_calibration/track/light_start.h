@@ -12,7 +12,7 @@ struct LightDistance {
 };
 
 /// Places the light on the ray of one bearing, seen from a mount that is known to its covariance
-/// (doc/model.md, eq. 14). The start of a filter from an earlier mount, and of its light after its
+/// (model.md, eq. 14). The start of a filter from an earlier mount, and of its light after its
 /// track was lost.
 CartesianEstimate placeLight(const MountEstimate& base_from_sensor, const LightDistance& distance,
                              double azimuth_rad, double azimuth_variance_rad2);

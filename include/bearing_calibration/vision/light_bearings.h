@@ -12,7 +12,7 @@ namespace bearing_calibration::core {
 
 /// A measured spot as a bearing, without its probability: azimuth about the mirror's centre, image
 /// radius, and the elevation of the ray where a spot is expected. The variance of the spot's centre
-/// is that of doc/detection.md, V1: photon noise, read noise and rounding, the pixels' unequal
+/// is that of detection.md, V1: photon noise, read noise and rounding, the pixels' unequal
 /// sensitivities, the background plane and its texture, an unevenly bright light, sampling and
 /// clipping of the outline; and what the search adds, which found it beside a bright area or inside
 /// of one of the spots that a lower threshold showed and that were refused.

@@ -32,7 +32,7 @@ struct DetectionResult {
 
 /// Finds the image of a light in a conic mirror. An image's way to its bearings: where to look,
 /// from which level on, which pixels are connected, their ellipse of light, the probability that
-/// it is a light, its centre's variance (doc/detection.md).
+/// it is a light, its centre's variance (detection.md).
 class LightDetector {
  public:
   /// What is as likely as this is not looked for elsewhere.
