@@ -20,9 +20,6 @@ void CalibratorConfig::declare(Parameters& params) {
           (errorsInUse(initializer.batch.errors) == 0 && !initializer.noise.any()),
       "filter/parametrisation paper needs every errors/*_stddev 0, as in config/paper.yaml: "
       "its state has no errors of the robot, and its noise is as stated");
-  params.that(
-      max_lights == 1 || !initializer.batch.errors.usesElevations(),
-      "errors/sensor_tilt_stddev needs session/max_lights 1: it estimates the height of one light");
   params.notNegative("refit_growth", refit_growth);
 }
 

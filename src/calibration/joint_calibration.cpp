@@ -75,6 +75,10 @@ void JointCalibration::add(const LightsImage& image) {
     Bearing bearing;
     bearing.azimuth_rad = observation.azimuth_rad;
     bearing.azimuth_variance_rad2 = widening_[i] * observation.azimuth_variance_rad2;
+    if (observation.elevation) {
+      bearing.elevation_rad = observation.elevation->angle_rad;
+      bearing.elevation_variance_rad2 = observation.elevation->variance_rad2;
+    }
     const auto light = static_cast<int>(i);
     const Innovation innovation =
         joint_->filter.predictAzimuth(image.nearby, light)
@@ -153,7 +157,16 @@ std::optional<RecordBeginning> JointCalibration::beginningOf(
                          ? std::nullopt
                          : std::optional(static_cast<int>(known - lights_given_away_.begin())));
   }
-  beginning->known = partOf(beginning->known, beginning->known.layout.errors, places);
+  const ErrorPriors& errors = config_.initializer.batch.errors;
+  const auto count = static_cast<int>(lights.size());
+  beginning->known = partOf(beginning->known, errorsInUse(errors, count), places);
+  if (!errors.usesElevations()) return beginning;
+  for (int i = 0; i < count; ++i) {
+    if (places[static_cast<std::size_t>(i)]) continue;
+    const int at = kMountSize + heightAt(i);
+    beginning->known.mean(at) = errors.mean(heightAt(i));
+    beginning->known.covariance(at, at) = std::pow(errors.stddev(heightAt(i)), 2);
+  }
   return beginning;
 }
 
@@ -200,6 +213,9 @@ JointCalibration::Outcome JointCalibration::fitTogether(
       withNoise(observationsOf(record_.entries(), lights), taken);
   RecordStart start(surestOf(taken).fit.last, observations.size() - 1);
   start.lights_in_base = lights_in_base_(Eigen::all, lights);
+  for (std::size_t i = 0; i < taken.size(); ++i) {
+    start.errors(heightAt(static_cast<int>(i))) = taken[i]->fit.path.errors(heightAt(0));
+  }
   RecordTrack track = trackLights(observations, start);
   setOutliersAside(observations, taken, &track);
   SlipHypothesis slips;

@@ -129,7 +129,8 @@ void SeveralLights::take(std::size_t light, const AssociationOutcome& outcome,
   if (outcome.lost_light) joint_.forget(light);
   if (outcome.kind != Association::Kind::kFound) return;
   seen->lights.at(light) = {outcome.observation.azimuth_rad,
-                            outcome.observation.azimuth_variance_rad2};
+                            outcome.observation.azimuth_variance_rad2,
+                            outcome.observation.elevation};
   const auto taken = std::find_if(left->begin(), left->end(), [&](const Bearing& candidate) {
     return isSame(candidate, outcome.observation);
   });

@@ -47,8 +47,9 @@ Ideal seeIdeally(const Vector5& state, const ErrorVector& errors, const Odometry
 
 /// What the blocks of the sensor make of an angle, from the last of them to the first.
 template <class Corrected>
-Corrected bend(const Ideal& ideal, const ErrorVector& errors, int errors_in_use) {
+Corrected bend(const Ideal& ideal, const ErrorVector& errors, int errors_in_use, int light) {
   Corrected angle;
+  angle.light = light;
   angle.azimuth_rad = ideal.azimuth.azimuth_rad;
   angle.range_m = ideal.ray.norm();
   constexpr bool kBackwards = true;
@@ -100,7 +101,7 @@ ExpectedAngle expectAzimuth(const StateLayout& layout, const StateVector& state,
                             const OdometryWindow& nearby) {
   const ErrorVector errors = robotErrorsOf(layout, state);
   const Ideal ideal = seeIdeally(cartesianOf(layout, state, light), errors, nearby, layout.errors);
-  const auto azimuth = bend<CorrectedAzimuth<kErrorCount>>(ideal, errors, layout.errors);
+  const auto azimuth = bend<CorrectedAzimuth<kErrorCount>>(ideal, errors, layout.errors, light);
   return angleOf(layout, light, ideal, wrapAngle(azimuth.azimuth_rad), azimuth.J_azimuth_ideal,
                  azimuth.J_azimuth_range, azimuth.J_azimuth_errors);
 }
@@ -109,7 +110,7 @@ ExpectedAngle expectElevation(const StateLayout& layout, const StateVector& stat
                               const OdometryWindow& nearby) {
   const ErrorVector errors = robotErrorsOf(layout, state);
   const Ideal ideal = seeIdeally(cartesianOf(layout, state, light), errors, nearby, layout.errors);
-  const auto elevation = bend<CorrectedElevation<kErrorCount>>(ideal, errors, layout.errors);
+  const auto elevation = bend<CorrectedElevation<kErrorCount>>(ideal, errors, layout.errors, light);
   return angleOf(layout, light, ideal, elevation.elevation_rad, elevation.J_elevation_ideal,
                  elevation.J_elevation_range, elevation.J_elevation_errors);
 }
@@ -137,15 +138,17 @@ void apply(const ScalarUpdate& update, StateEstimate* estimate) {
 double residualOf(const Observation& observation, const Vector5& state, const ErrorVector& errors) {
   const int present = presentErrors(errors);
   const Ideal ideal = seeIdeally(state, errors, observation.nearby, present);
-  return wrapAngle(observation.azimuth_rad -
-                   bend<CorrectedAzimuth<kErrorCount>>(ideal, errors, present).azimuth_rad);
+  return wrapAngle(
+      observation.azimuth_rad -
+      bend<CorrectedAzimuth<kErrorCount>>(ideal, errors, present, observation.light).azimuth_rad);
 }
 
 std::optional<double> elevationResidualOf(const Observation& observation, const Vector5& state,
                                           const ErrorVector& errors) {
   if (!observation.elevation) return std::nullopt;
   const Ideal ideal = seeIdeally(state, errors, observation.nearby, kErrorCount);
-  const auto elevation = bend<CorrectedElevation<kErrorCount>>(ideal, errors, kErrorCount);
+  const auto elevation =
+      bend<CorrectedElevation<kErrorCount>>(ideal, errors, kErrorCount, observation.light);
   return observation.elevation->angle_rad - elevation.elevation_rad;
 }
 

@@ -45,7 +45,7 @@ void LiveFilter::update(const Bearing& bearing, const OdometryWindow& nearby, in
                       bearing.azimuth_variance_rad2, state_),
         &state_);
   const std::optional<Elevation> elevation = elevationOf(bearing);
-  if (elevation && state_.layout.errors == kErrorCount)
+  if (elevation && state_.layout.errors > placeOf<SensorTilt>())
     updateByElevation(*elevation, nearby, light);
   state_.wrapYaw();
 }

@@ -21,12 +21,11 @@ void ErrorPriors::setBlock(const std::string& name, double block_stddev) {
 }
 
 void ErrorPriors::setLightHeight(double mean_m, double stddev_m) {
-  constexpr int kHeight = placeOf<SensorTilt>() + SensorTilt::kHeight;
   light_height_m = mean_m;
   light_height_stddev_m = stddev_m;
   if (!usesElevations()) return;
-  mean(kHeight) = mean_m;
-  stddev(kHeight) = stddev_m;
+  mean.segment<kMostLights>(heightAt(0)).setConstant(mean_m);
+  stddev.segment<kMostLights>(heightAt(0)).setConstant(stddev_m);
 }
 
 void ErrorPriors::setGeometry(const SensorGeometry& geometry) {
@@ -76,10 +75,15 @@ void ErrorPriors::declare(Parameters& params) {
 }
 
 ErrorEstimate priorEstimate(const ErrorPriors& priors) {
-  return {priors.mean, priors.stddev.cwiseAbs2().asDiagonal()};
+  ErrorEstimate known{priors.mean, priors.stddev.cwiseAbs2().asDiagonal()};
+  constexpr int kOthers = kErrorCount - heightAt(1);
+  known.mean.tail<kOthers>().setZero();
+  known.covariance.diagonal().tail<kOthers>().setZero();
+  return known;
 }
 
-int errorsInUse(const ErrorPriors& priors) {
+int errorsInUse(const ErrorPriors& priors, int lights) {
+  if (priors.usesElevations()) return heightAt(lights);
   int in_use = 0;
   forEachBlock([&](auto block, auto at) {
     if ((partOf(priors.stddev, block, at).array() > 0.0).any()) {

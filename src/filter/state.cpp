@@ -80,11 +80,16 @@ StateEstimate partOf(const StateEstimate& estimate, int errors,
   StateEstimate part = StateEstimate::zero({errors, static_cast<int>(lights.size())});
   std::vector<int> from;  // places in the estimate ...
   std::vector<int> to;    // ... and in the part
-  for (int i = 0; i < kMountSize + std::min(errors, estimate.layout.errors); ++i) {
+  constexpr int kHeights = placeOf<SensorTilt>() + SensorTilt::kHeights;
+  for (int i = 0; i < kMountSize + std::min({errors, estimate.layout.errors, kHeights}); ++i) {
     from.push_back(i);
     to.push_back(i);
   }
   for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (lights[i] && errors > kHeights && estimate.layout.errors > kHeights) {
+      from.push_back(kMountSize + kHeights + *lights[i]);
+      to.push_back(kMountSize + kHeights + static_cast<int>(i));
+    }
     const int at = part.layout.lightAt(static_cast<int>(i));
     for (int place = at; place < at + 2; ++place) {
       if (!lights[i]) {

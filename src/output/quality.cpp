@@ -49,13 +49,14 @@ void addNote(const std::string& note, BlockReport* report) {
 void noteTilt(const ErrorPriors& priors, const ErrorEstimate& estimate, double tilt_stddev_rad,
               BlockReport* report) {
   if (report->status == BlockStatus::kEstimated) return;
-  constexpr int kTilt = placeOf<SensorTilt>();
-  constexpr int kHeight = kTilt + SensorTilt::kHeight;
   const bool is_held = report->status == BlockStatus::kHeldAtPrior;
-  const double height_m =
-      is_held ? std::hypot(estimate.mean(kHeight), std::sqrt(estimate.covariance(kHeight, kHeight)))
-              : std::abs(priors.light_height_m);
-  const double rho_stddev_m = height_m * (is_held ? priors.stddev(kTilt) : tilt_stddev_rad);
+  double height_m = std::abs(priors.light_height_m);
+  if (is_held) {
+    const ErrorVector variances = estimate.covariance.diagonal();
+    height_m = (estimate.mean.cwiseAbs2() + variances).tail(kMostLights).cwiseSqrt().maxCoeff();
+  }
+  const double rho_stddev_m =
+      height_m * (is_held ? priors.stddev(placeOf<SensorTilt>()) : tilt_stddev_rad);
   if (!(rho_stddev_m > 0.0)) return;
   addNote(formatted("rho is uncertain by %.1f mm, the light's height times the possible tilt%s",
                     kMillimetresPerMetre * rho_stddev_m,
@@ -175,6 +176,8 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
   for (const ErrorBlockInfo& block : errorBlocks()) {
     BlockReport report{block.name, statusOf(block, priors, estimate), {}, ""};
     for (int i = block.begin; i < block.begin + block.size; ++i) {
+      const bool is_of_no_light = i > heightAt(0) && estimate.covariance(i, i) == 0.0;
+      if (is_of_no_light) break;
       report.numbers.push_back({errorQuantities()[static_cast<std::size_t>(i)], estimate.mean(i),
                                 std::sqrt(estimate.covariance(i, i))});
     }

@@ -80,7 +80,8 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
     throw std::invalid_argument(
         "the track or a supposed slip of a batch estimate is not at one of its observations");
   }
-  const StateLayout layout{errorsInUse(config_.errors), track.path.lights()};
+  const int lights = track.path.lights();
+  const StateLayout layout{errorsInUse(config_.errors, lights), lights};
   if (beginning && (beginning->known.layout.errors != layout.errors ||
                     beginning->known.layout.lights != layout.lights)) {
     throw std::invalid_argument(
@@ -97,7 +98,7 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
                                   std::to_string(observation.elevation->variance_rad2) +
                                   " rad^2 is not positive");
     }
-    if (observation.light < 0 || observation.light >= track.path.lights()) {
+    if (observation.light < 0 || observation.light >= lights) {
       throw std::invalid_argument("light " + std::to_string(observation.light) +
                                   " is not on the track");
     }

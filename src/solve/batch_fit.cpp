@@ -58,16 +58,17 @@ BatchFit::BatchFit(const std::vector<Observation>& observations, const RecordTra
 /// Errors of the robot far beyond their priors are the sign of a fit that has run away.
 bool BatchFit::hasLikelyErrors() const {
   constexpr double kMostSigmas = 6.0;
+  const int errors = pass_.last.layout.errors;
   const ErrorVector most = kMostSigmas * config_.errors.stddev;
   const ErrorVector off = pass_.path.errors - config_.errors.mean;
-  return (off.cwiseAbs().array() <= most.array()).all();
+  return (off.head(errors).cwiseAbs().array() <= most.head(errors).array()).all();
 }
 
 /// What a path costs: its bearings, its motions, and what was known beforehand.
 double BatchFit::costOf(const SmootherPass& pass, const RecordPath& path) const {
   double cost = pass.motion_cost + weights_.bearingCost(path);
   if (beginning_) return cost + pass.beginning_cost;  // with the priors of the errors in it
-  for (int i = 0; i < kErrorCount; ++i) {
+  for (int i = 0; i < pass.last.layout.errors; ++i) {
     const double stddev = config_.errors.stddev(i);
     const double off = path.errors(i) - config_.errors.mean(i);
     if (stddev > 0.0) cost += std::pow(off / stddev, 2);

@@ -25,8 +25,9 @@ std::vector<Observation> observationsOf(const std::vector<LightsImage>& images,
     for (std::size_t i = 0; i < lights.size(); ++i) {
       const LightObservation& seen = image.lights.at(lights[i]);
       if (!seen.isSeen()) continue;
-      Observation observation{image.stamp, motion, seen.azimuth_rad, seen.azimuth_variance_rad2,
-                              image.nearby};
+      Observation observation{image.stamp,      motion,
+                              seen.azimuth_rad, seen.azimuth_variance_rad2,
+                              image.nearby,     seen.elevation};
       observation.light = static_cast<int>(i);
       observations.push_back(observation);
       motion = {};

@@ -21,7 +21,7 @@ StateVector growthAt(const StateLayout& layout, const StateVector& state) {
   for (int error = 0; error < layout.errors; ++error) {
     double& change = growth(kMountSize + error);
     const bool is_length = std::count(kLengths.begin(), kLengths.end(), error) > 0;
-    const bool is_height = error == placeOf<SensorTilt>() + SensorTilt::kHeight;
+    const bool is_height = error >= heightAt(0);
     if (is_length) change += 1.0;  // they are relative to one
     if (!is_length && !is_height) change = 0.0;
   }

@@ -69,7 +69,7 @@ class Smoother {
         path_(path),
         errors_(errors),
         beginning_(beginning),
-        layout_{errorsInUse(errors), path.lights()},
+        layout_{errorsInUse(errors, path.lights()), path.lights()},
         takes_elevations_(errors.usesElevations()) {
     images_.reserve(observations.size());
     forward_.reserve(observations.size());

@@ -6,17 +6,21 @@
 
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/judge/lights_agreement.h"
 #include "bearing_calibration/solve/joint_record.h"
 #include "bearing_calibration/solve/rival_mount.h"
+#include "test/support/mount_chi_square.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/lights_case.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {
 namespace {
+
+using testing::mountChiSquare;
 
 SimulatedCase danceWith(int lights, std::uint64_t seed) {
   SimulatedCase simulated = paperCase(seed);
@@ -115,6 +119,62 @@ TEST(JointFit, KeepsTheMeanOfAPrior) {
   ASSERT_TRUE(fit.converged);
   EXPECT_EQ(fit.path.errors(placeOf<MirrorHarmonic>() + MirrorHarmonic::kNearPerFar),
             kNearPerFar_m);
+}
+
+/// Two lights, one above and one below a sensor that is tilted.
+SimulatedCase tiltedDance(std::uint64_t seed) {
+  SimulatedCase simulated = danceWith(2, seed);
+  ImperfectRobot how;
+  how.tilt_rad = radiansFromDegrees(2.0);
+  makeImperfect(simulated, how, seed);
+  simulated.robot.sensor.elevation_stddev_rad = radiansFromDegrees(1.0);
+  spreadHeights(simulated, 0.4);
+  simulated.looked_for.setBlock(SensorTilt::kName, 0.035);
+  return simulated;
+}
+
+// Mount, tilt and both heights, as uncertain as they are said to be.
+TEST(JointFit, FindsTheTiltAndTheHeightOfEachLight) {
+  constexpr int kRuns = 24;
+  constexpr int kTilt = placeOf<SensorTilt>();
+  constexpr int kNumbers = SensorTilt::kHeights + 2;
+  double mount_nees = 0.0;
+  double tilt_nees = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const SimulatedCase simulated = tiltedDance(seed);
+    const ObservationRun run = simulate(simulated);
+    const BatchEstimate fit = fitFromTruth(simulated, run);
+    ASSERT_TRUE(fit.converged) << "seed " << seed;
+    mount_nees += mountChiSquare(fit.last.cartesian(), run.truth.back());
+    const ErrorEstimate found = fit.last.errors();
+    EXPECT_EQ(fit.last.layout.errors, kTilt + kNumbers);
+    const Eigen::VectorXd off = (found.mean - trueErrors(simulated)).segment<kNumbers>(kTilt);
+    const Eigen::MatrixXd known = found.covariance.block<kNumbers, kNumbers>(kTilt, kTilt);
+    tilt_nees += off.dot(known.ldlt().solve(off));
+  }
+  EXPECT_LT(mount_nees, chiSquareQuantile(0.999, 3.0 * kRuns));
+  EXPECT_GT(mount_nees, chiSquareQuantile(0.001, 3.0 * kRuns));
+  EXPECT_LT(tilt_nees, chiSquareQuantile(0.999, 1.0 * kNumbers * kRuns));
+  EXPECT_GT(tilt_nees, chiSquareQuantile(0.001, 1.0 * kNumbers * kRuns));
+}
+
+// A light's height goes where the light goes; one of which nothing is known has none.
+TEST(LightsState, HeightsGoWithTheirLights) {
+  ErrorPriors priors;
+  priors.setBlock(SensorTilt::kName, 0.035);
+  StateEstimate three = StateEstimate::zero({errorsInUse(priors, 3), 3});
+  for (int i = 0; i < three.layout.size(); ++i) {
+    three.mean(i) = i;
+    three.covariance(i, i) = 1.0 + i;
+  }
+  const StateEstimate two = partOf(three, errorsInUse(priors, 2), {2, std::nullopt});
+  EXPECT_EQ(two.layout.size(), kMountSize + errorsInUse(priors, 2) + 4);
+  const int height = kMountSize + heightAt(0);
+  EXPECT_EQ(two.mean(height), kMountSize + heightAt(2));
+  EXPECT_EQ(two.covariance(height, height), 1.0 + kMountSize + heightAt(2));
+  EXPECT_EQ(two.mean(height + 1), 0.0);
+  EXPECT_EQ(two.covariance(height + 1, height + 1), 0.0);
+  EXPECT_EQ(two.mean(two.layout.lightAt(0)), three.layout.lightAt(2));
 }
 
 /// Two lights that nobody knows, seen by a robot with hardly any noise for many thousand images.
@@ -255,17 +315,6 @@ TEST(MaxLights, HasBounds) {
     ASSERT_EQ(errorsOf(config).size(), 1U);
     EXPECT_NE(errorsOf(config).front().find("max_lights"), std::string::npos);
   }
-}
-
-// The tilt's block holds the height of one light.
-TEST(MaxLights, SeveralLightsAndATiltDoNotGoTogether) {
-  CalibratorConfig config = defaultCalibration(paperCase(1).robot.encoders.drive, {1e-6, 0.0});
-  config.initializer.batch.errors.setBlock(SensorTilt::kName, 0.03);
-  config.initializer.batch.errors.setLightHeight(0.0, 0.5);
-  EXPECT_TRUE(errorsOf(config).empty());
-  config.max_lights = 2;
-  ASSERT_EQ(errorsOf(config).size(), 1U);
-  EXPECT_NE(errorsOf(config).front().find("sensor_tilt_stddev"), std::string::npos);
 }
 
 }  // namespace

@@ -24,10 +24,11 @@ using testing::mountChiSquare;
 using testing::numericalJacobian;
 
 constexpr double kJacobianTolerance = 1e-6;
-constexpr int kWholeSize = kMountSize + kErrorCount + 2;
+constexpr int kLights = 2;
+constexpr int kWholeErrors = heightAt(kLights);
+constexpr int kWholeSize = kMountSize + kWholeErrors + 2 * kLights;
 using WholeState = Eigen::Matrix<double, kWholeSize, 1>;
-constexpr StateLayout kWhole{kErrorCount, 1};
-constexpr int kLightHeight = kMountSize + placeOf<SensorTilt>() + SensorTilt::kHeight;
+constexpr StateLayout kWhole{kWholeErrors, kLights};
 
 /// Errors as large as their priors allow, the same at every run.
 class Draws {
@@ -96,16 +97,17 @@ TEST(RobotErrors, JacobianOfTheAzimuthIsRight) {
     const Eigen::Vector2d light(draws.between(0.5, 3.0), draws.between(-3.0, 3.0));
     const Eigen::Vector3d mount(draws.between(-0.2, 0.2), draws.between(-0.2, 0.2),
                                 draws.between(-kPi, kPi));
-    x << mount, draws.errors(), light;
-    x(kLightHeight) = draws.between(-0.5, 0.5);
+    x << mount, draws.errors().head<kWholeErrors>(), light, -light;
+    const int seen = i % kLights;
+    for (int k = 0; k < kLights; ++k) x(kMountSize + heightAt(k)) = draws.between(-0.5, 0.5);
     for (const auto& expect : {expectAzimuth, expectElevation}) {
       const auto angle = [&](const WholeState& at) {
-        return Eigen::Matrix<double, 1, 1>(expect(kWhole, at, 0, nearby).angle_rad);
+        return Eigen::Matrix<double, 1, 1>(expect(kWhole, at, seen, nearby).angle_rad);
       };
       auto numerical = numericalJacobian<1, kWholeSize>(angle, x, {0});
       // By the wheels it is of second order, offset times scale, and left out.
       numerical.segment<3>(kMountSize + 1).setZero();
-      const Eigen::Matrix<double, 1, kWholeSize> J = expect(kWhole, x, 0, nearby).J_angle_state;
+      const Eigen::Matrix<double, 1, kWholeSize> J = expect(kWhole, x, seen, nearby).J_angle_state;
       EXPECT_LT(largestDifference(J, numerical), kJacobianTolerance);
     }
   }
@@ -222,7 +224,8 @@ TEST(RobotErrors, PriorsAreNamedAndChecked) {
   priors.setBlock("mirror_harmonic", 0.03);
   EXPECT_EQ(errorsInUse(priors), placeOf<SensorTilt>());
   priors.setBlock("sensor_tilt", 0.035);
-  EXPECT_EQ(errorsInUse(priors), kErrorCount);
+  EXPECT_EQ(errorsInUse(priors), heightAt(1));
+  EXPECT_EQ(errorsInUse(priors, kMostLights), kErrorCount);
   EXPECT_THROW(priors.setBlock("wobble", 0.1), std::invalid_argument);
   priors.setBlock("wheel_scales", -1.0);
   const std::vector<std::string> errors = errorsOf(priors);

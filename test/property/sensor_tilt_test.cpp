@@ -32,7 +32,7 @@ class Draws {
 
 /// A light in the frame of a sensor that stands somewhere in space.
 Eigen::Vector3d inTiltedSensor(const Vector5& state, const ErrorVector& errors) {
-  const auto tilt = errors.segment<SensorTilt::kSize>(placeOf<SensorTilt>());
+  const auto tilt = errors.segment<3>(placeOf<SensorTilt>());
   const auto base_from_sensor =
       Eigen::Translation3d(state(CartesianIndex::kSensorX), state(CartesianIndex::kSensorY), 0.0) *
       Eigen::AngleAxisd(state(CartesianIndex::kSensorYaw), Eigen::Vector3d::UnitZ()) *
@@ -44,7 +44,7 @@ Eigen::Vector3d inTiltedSensor(const Vector5& state, const ErrorVector& errors) 
 
 ErrorVector tiltOf(double roll_rad, double pitch_rad, double light_height_m) {
   ErrorVector errors = ErrorVector::Zero();
-  errors.segment<SensorTilt::kSize>(placeOf<SensorTilt>()) << roll_rad, pitch_rad, light_height_m;
+  errors.segment<3>(placeOf<SensorTilt>()) << roll_rad, pitch_rad, light_height_m;
   return errors;
 }
 
@@ -92,7 +92,7 @@ TEST(SensorTilt, AWildElevationPullsNoMoreThanAnUnlikelyOne) {
   ErrorPriors priors;
   priors.setBlock(SensorTilt::kName, 0.02);
   const auto heightAfter = [&](const std::optional<Elevation>& elevation) {
-    LiveFilter filter(StateEstimate::of(start, kErrorCount, priorEstimate(priors)));
+    LiveFilter filter(StateEstimate::of(start, errorsInUse(priors), priorEstimate(priors)));
     Bearing bearing;
     bearing.azimuth_rad = azimuthFromCartesian(start.mean).azimuth_rad;
     bearing.azimuth_variance_rad2 = 1e-4;
@@ -101,7 +101,7 @@ TEST(SensorTilt, AWildElevationPullsNoMoreThanAnUnlikelyOne) {
       bearing.elevation_variance_rad2 = elevation->variance_rad2;
     }
     filter.update(bearing);
-    return filter.estimate().errors().mean(placeOf<SensorTilt>() + SensorTilt::kHeight);
+    return filter.estimate().errors().mean(heightAt(0));
   };
   EXPECT_EQ(heightAfter(std::nullopt), 0.0);
   const double ordinary = heightAfter(Elevation{0.05, kStddev_rad * kStddev_rad});

@@ -34,6 +34,14 @@ void addLights(SimulatedCase& simulated, int count, std::uint64_t seed) {
   }
 }
 
+void spreadHeights(SimulatedCase& simulated, double highest_m) {
+  const std::size_t others = simulated.lights.size() - 1;
+  for (std::size_t i = 0; i <= others; ++i) {
+    const double share = others > 0 ? static_cast<double>(i) / static_cast<double>(others) : 0.0;
+    simulated.lights[i].height_m = highest_m * (1.0 - 2.0 * share);
+  }
+}
+
 std::vector<LightsImage> imagesOf(const ObservationRun& run, std::size_t count) {
   std::vector<LightsImage> images;
   auto observation = run.observations.begin();
@@ -45,7 +53,8 @@ std::vector<LightsImage> imagesOf(const ObservationRun& run, std::size_t count) 
       const Bearing& candidate = set.candidates[i];
       const auto light =
           candidate.light_id == kUnknownLight ? i : static_cast<std::size_t>(candidate.light_id);
-      image.lights.at(light) = {candidate.azimuth_rad, candidate.azimuth_variance_rad2};
+      image.lights.at(light) = {candidate.azimuth_rad, candidate.azimuth_variance_rad2,
+                                elevationOf(candidate)};
     }
     images.push_back(image);
     ++observation;

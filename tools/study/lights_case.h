@@ -12,6 +12,10 @@ namespace bearing_calibration::core {
 /// from it as the first one is, give or take a quarter, and not in its way.
 void addLights(SimulatedCase& simulated, int count, std::uint64_t seed);
 
+/// Puts the first light so high over the sensor, the last one as far below it, the others evenly
+/// between them.
+void spreadHeights(SimulatedCase& simulated, double highest_m);
+
 /// The first `count` images of a run that show any light, each light by its number.
 std::vector<LightsImage> imagesOf(const ObservationRun& run, std::size_t count);
 

@@ -130,7 +130,7 @@ options::options_description describeOptions(Arguments* arguments) {
   add("elevations", options::value(&arguments->elevation_stddev_deg)->default_value(0.0),
       "standard deviation of the light's elevation [deg]; 0: it is not measured");
   add("light-height", options::value(&arguments->light_height_m)->default_value(0.0),
-      "of the light over the sensor [m]");
+      "of the light over the sensor, the last of several as far below it [m]");
   add("look-for-harmonic", "of the mirror");
   add("look-for-tilt", "of the sensor, and for the light's height");
   add("whole-record", options::bool_switch(&arguments->fit_whole_record),
@@ -176,7 +176,6 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
   simulated.robot.sensor.outlier_probability = arguments.outliers;
   simulated.robot.sensor.correlation = arguments.correlation;
   simulated.robot.sensor.elevation_stddev_rad = radiansFromDegrees(arguments.elevation_stddev_deg);
-  simulated.lights.front().height_m = arguments.light_height_m;
   if (arguments.lights > 1) {
     addLights(simulated, arguments.lights, seed);
     simulated.lights.back().velocity_mps.x() = arguments.moving_light_mps;
@@ -184,6 +183,7 @@ SimulatedCase makeCase(const Arguments& arguments, std::uint64_t run) {
     simulated.are_lights_told = !arguments.unidentified;
     simulated.hide_in_turn_s = arguments.hide_in_turn_s;
   }
+  spreadHeights(simulated, arguments.light_height_m);
   addSlips(simulated, arguments.slips, seed);
   addOcclusions(simulated, arguments.occlusion, seed);
   makeImperfect(simulated, arguments.imperfect, seed);

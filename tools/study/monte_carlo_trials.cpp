@@ -71,9 +71,12 @@ void fillErrors(const CartesianEstimate& estimate, const Vector5& truth, Snapsho
   snapshot.psi_error_rad = wrapAngle(snapshot.error(4) - phi_error);
 }
 
-void fillRobotErrors(const ErrorEstimate& estimate, const ErrorVector& truth, Snapshot& snapshot) {
-  snapshot.robot_error = estimate.mean - truth;
+/// Without the heights of several lights, which an estimate has in an order of its own.
+void fillRobotErrors(const ErrorEstimate& estimate, const SimulatedCase& simulated,
+                     Snapshot& snapshot) {
+  snapshot.robot_error = estimate.mean - trueErrors(simulated);
   snapshot.robot_stddev = estimate.covariance.diagonal().cwiseSqrt();
+  if (simulated.lights.size() > 1) snapshot.robot_stddev.tail<kMostLights>().setZero();
 }
 
 /// Covariance at the first `count` observations that no estimator can beat.
@@ -167,7 +170,7 @@ Trial tryLightsBatch(const SimulatedCase& simulated, const std::vector<double>& 
     snapshot.words = fit.converged ? "converged" : "not settled";
     fillBound(simulated, run, count, kAny, snapshot);
     fillErrors(fit.last.cartesian(), run.truth[count - 1], snapshot);
-    fillRobotErrors(fit.last.errors(), trueErrors(simulated), snapshot);
+    fillRobotErrors(fit.last.errors(), simulated, snapshot);
     noteClaim(snapshot, trial);
     trial.snapshots.push_back(snapshot);
   }
@@ -209,7 +212,7 @@ Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& 
     fillBound(simulated, run, count, targets, snapshot);
     if (attempt.ready()) {
       fillErrors(attempt.estimate.cartesian(), run.truth[count - 1], snapshot);
-      fillRobotErrors(attempt.estimate.errors(), trueErrors(simulated), snapshot);
+      fillRobotErrors(attempt.estimate.errors(), simulated, snapshot);
     }
     noteClaim(snapshot, trial);
     trial.snapshots.push_back(snapshot);
@@ -240,7 +243,7 @@ Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_
     snapshot.words = estimate.converged ? "converged" : "not settled";
     fillBound(simulated, run, count, kAny, snapshot);
     fillErrors(estimate.last.cartesian(), run.truth[count - 1], snapshot);
-    fillRobotErrors(estimate.last.errors(), true_errors, snapshot);
+    fillRobotErrors(estimate.last.errors(), simulated, snapshot);
     noteClaim(snapshot, trial);
     trial.snapshots.push_back(snapshot);
   }
@@ -288,7 +291,7 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
       fillErrors(*result.cartesian_state,
                  trueStateAt(simulated, run, result.stamp, result.cartesian_state->lightInBase()),
                  snapshot);
-      fillRobotErrors(result.robot_errors, trueErrors(simulated), snapshot);
+      fillRobotErrors(result.robot_errors, simulated, snapshot);
     }
     noteClaim(snapshot, trial);
     if (result.state == CalibrationState::kInconsistent && trial.alarm.empty()) {

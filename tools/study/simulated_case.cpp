@@ -192,8 +192,10 @@ ErrorVector trueErrors(const SimulatedCase& simulated) {
   errors(placeOf<WheelSeparation>()) = robot.separation_factor - 1.0;
   errors.segment<2>(placeOf<MirrorHarmonic>()) << robot.sensor.harmonic_cos_rad,
       robot.sensor.harmonic_sin_rad;
-  errors.segment<SensorTilt::kSize>(placeOf<SensorTilt>()) << robot.sensor.roll_rad,
-      robot.sensor.pitch_rad, simulated.lights.front().height_m;
+  errors.segment<2>(placeOf<SensorTilt>()) << robot.sensor.roll_rad, robot.sensor.pitch_rad;
+  for (std::size_t i = 0; i < simulated.lights.size(); ++i) {
+    errors(heightAt(static_cast<int>(i))) = simulated.lights[i].height_m;
+  }
   return errors;
 }
 

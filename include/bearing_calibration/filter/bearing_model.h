@@ -21,7 +21,7 @@ struct ExpectedAngle {
 /// @param nearby  the wheels' travel around the stamp
 ExpectedAngle expectAzimuth(const StateLayout& layout, const StateVector& state, int light,
                             const OdometryWindow& nearby);
-/// Only with all errors in the state.
+/// Only with the sensor's tilt in the state.
 ExpectedAngle expectElevation(const StateLayout& layout, const StateVector& state, int light,
                               const OdometryWindow& nearby);
 

@@ -16,6 +16,8 @@
 
 namespace bearing_calibration::core {
 
+inline constexpr int kMostLights = 8;
+
 /// A number's name, and its unit: "1" for a ratio.
 struct Quantity {
   const char* name;
@@ -40,6 +42,7 @@ struct CorrectedLight {
 /// An azimuth while the blocks bend it.
 template <int K>
 struct CorrectedAzimuth {
+  int light = 0;
   double azimuth_rad = 0.0;
   double range_m = 0.0;          ///< from the sensor to the light
   double J_azimuth_ideal = 1.0;  ///< by the azimuth of a sensor without errors
@@ -50,6 +53,7 @@ struct CorrectedAzimuth {
 /// A light's elevation over the sensor's plane, for the blocks to say.
 template <int K>
 struct CorrectedElevation {
+  int light = 0;
   double azimuth_rad = 0.0;  ///< of a sensor without errors
   double range_m = 0.0;      ///< from the sensor to the light
   double elevation_rad = 0.0;
@@ -236,17 +240,27 @@ struct MirrorHarmonic : NoEffect {
   }
 };
 
-/// The sensor is rolled by q(0) and pitched by q(1) [rad], and the light stands q(2) [m] over it
-/// (model.md, eqs. 20 and 21). Azimuths of one light cannot tell that from a shifted mount.
+/// The sensor is rolled by q(0) and pitched by q(1) [rad], and light i stands q(2 + i) [m] over it
+/// (model.md, eqs. 20 and 21). Azimuths of one light cannot tell that from a shifted mount. A
+/// state has the heights of its own lights only.
 struct SensorTilt : NoEffect {
   static constexpr const char* kName = "sensor_tilt";
-  static constexpr std::array<Quantity, 3> kNumbers = {
-      {{"sensor_roll", "rad"}, {"sensor_pitch", "rad"}, {"light_height", "m"}}};
-  static constexpr int kSize = 3;
-  static constexpr int kHeight = 2;  ///< place of the light's height in it
+  static constexpr int kHeights = 2;  ///< place of the first light's height in it
+  static constexpr int kSize = kHeights + kMostLights;
+  static constexpr std::array<Quantity, kSize> kNumbers = {{{"sensor_roll", "rad"},
+                                                            {"sensor_pitch", "rad"},
+                                                            {"light_height", "m"},
+                                                            {"light_height_2", "m"},
+                                                            {"light_height_3", "m"},
+                                                            {"light_height_4", "m"},
+                                                            {"light_height_5", "m"},
+                                                            {"light_height_6", "m"},
+                                                            {"light_height_7", "m"},
+                                                            {"light_height_8", "m"}}};
   /// With 2 deg goes a light up to a third of a metre above or below.
-  static constexpr std::array<double, 3> kPriorWeights = {1.0, 1.0, 10.0};
-  static constexpr std::array<bool, 3> kLasts = {true, true, false};
+  static constexpr std::array<double, kSize> kPriorWeights = {1.0,  1.0,  10.0, 10.0, 10.0,
+                                                              10.0, 10.0, 10.0, 10.0, 10.0};
+  static constexpr std::array<bool, kSize> kLasts = {true, true};
   static constexpr const char* kWhenHeld =
       "a tilted sensor has the effect of a shifted one: bearings with elevations distinguish them, "
       "after turns at several distances";
@@ -254,12 +268,13 @@ struct SensorTilt : NoEffect {
   using NoEffect::correct;
   template <int At, class Q, int K>
   static void correct(CorrectedAzimuth<K>& azimuth, const Q& q) {
-    if (q.isZero(0.0)) return;  // neither the azimuth nor its Jacobian is another
+    if (q.template head<kHeights>().isZero(0.0) && q(kHeights + azimuth.light) == 0.0)
+      return;  // neither the azimuth nor its Jacobian is another
     const TiltedAngle tilted = tiltedAzimuth(levelObservation(azimuth, q));
     azimuth.azimuth_rad = tilted.angle_rad;
     azimuth.J_azimuth_ideal *= tilted.J_angle_level(0);
     azimuth.J_azimuth_range = tilted.J_angle_level(1);
-    azimuth.J_azimuth_errors.template segment<kSize>(At) = tilted.J_angle_level.tail<kSize>();
+    setJacobian<At>(tilted, azimuth.light, &azimuth.J_azimuth_errors);
   }
   template <int At, class Q, int K>
   static void correct(CorrectedElevation<K>& elevation, const Q& q) {
@@ -267,13 +282,20 @@ struct SensorTilt : NoEffect {
     elevation.elevation_rad = tilted.angle_rad;
     elevation.J_elevation_ideal = tilted.J_angle_level(0);
     elevation.J_elevation_range = tilted.J_angle_level(1);
-    elevation.J_elevation_errors.template segment<kSize>(At) = tilted.J_angle_level.tail<kSize>();
+    setJacobian<At>(tilted, elevation.light, &elevation.J_elevation_errors);
   }
 
  private:
   template <class Corrected, class Q>
   static LevelObservation levelObservation(const Corrected& observation, const Q& q) {
-    return {observation.azimuth_rad, observation.range_m, q(kHeight), q(0), q(1)};
+    const double height_m = q(kHeights + observation.light);
+    return {observation.azimuth_rad, observation.range_m, height_m, q(0), q(1)};
+  }
+  template <int At, class Row>
+  static void setJacobian(const TiltedAngle& tilted, int light, Row* J_angle_errors) {
+    constexpr int kRoll = 2;  // place in a level observation
+    J_angle_errors->template segment<kHeights>(At) = tilted.J_angle_level.segment<kHeights>(kRoll);
+    (*J_angle_errors)(At + kHeights + light) = tilted.J_angle_level(kRoll + kHeights);
   }
 };
 

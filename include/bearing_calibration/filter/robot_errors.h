@@ -43,12 +43,16 @@ struct ErrorPriors {
 /// The mount with what the sensor's nearness leaves open of it.
 StateEstimate withNearness(StateEstimate estimate, double nearness_stddev_m);
 
-/// Before anything is measured.
+/// Before anything is measured, of one light.
 ErrorEstimate priorEstimate(const ErrorPriors& priors);
 
-/// How many of the errors, from the first on, an estimate must have so that all blocks with a prior
-/// are among them.
-int errorsInUse(const ErrorPriors& priors);
+/// How many of the errors, from the first on, an estimate of so many lights must have so that all
+/// blocks with a prior are among them.
+int errorsInUse(const ErrorPriors& priors, int lights = 1);
+/// The height of a light, among the errors.
+inline constexpr int heightAt(int light) {
+  return placeOf<SensorTilt>() + SensorTilt::kHeights + light;
+}
 
 /// Those of clock and wheels come first.
 inline constexpr int kWheelErrors = placeOf<MirrorHarmonic>();

@@ -8,7 +8,6 @@
 
 namespace bearing_calibration::core {
 
-inline constexpr int kMostLights = 8;
 inline constexpr int kMountSize = 3;
 inline constexpr int kMostState = kMountSize + kErrorCount + 2 * kMostLights;
 using StateVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostState, 1>;

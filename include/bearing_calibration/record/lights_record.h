@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/filter/motion_model.h"
@@ -14,6 +15,7 @@ namespace bearing_calibration::core {
 struct LightObservation {
   double azimuth_rad = std::numeric_limits<double>::quiet_NaN();  ///< NaN: not seen
   double azimuth_variance_rad2 = std::numeric_limits<double>::quiet_NaN();
+  std::optional<Elevation> elevation = std::nullopt;  ///< where the sensor has one
 
   bool isSeen() const { return !std::isnan(azimuth_rad); }
 };
