@@ -55,6 +55,7 @@ struct Told {
 Told calibrate(const SimulatedCase& simulated, const SimulatedRecord& record, int most) {
   CalibratorConfig config = testing::calibratorConfig();
   config.max_lights = most;
+  config.initializer.batch.errors = simulated.looked_for;
   Calibrator calibrator(config);
   Told told;
   for (double second = 0.0; second < simulated.duration_s; second += 1.0) {
@@ -95,6 +96,29 @@ TEST(SeveralLights, ConvergeSoonerThanOneAndToTheTruth) {
     const Eigen::Vector2d error = light.lightInBase() - record.world_from_base.back().inverse() *
                                                             simulated.lights[i].position_m;
     EXPECT_LT(error.dot(covariance.ldlt().solve(error)), chiSquareQuantile(0.9999, 2.0)) << i;
+  }
+}
+
+TEST(SeveralLights, OfATiltedSensorHaveAHeightEach) {
+  SimulatedCase simulated = danceWith(3, 1);
+  simulated.duration_s = 50.0;
+  ImperfectRobot how;
+  how.tilt_rad = radiansFromDegrees(2.0);
+  makeImperfect(simulated, how, 1);
+  simulated.robot.sensor.elevation_stddev_rad = radiansFromDegrees(1.0);
+  spreadHeights(simulated, 0.4);
+  simulated.looked_for.setBlock(SensorTilt::kName, 0.035);
+  const Told told = calibrate(simulated, simulate(simulated).record, 3);
+  EXPECT_EQ(told.result.state, CalibrationState::kConverged) << told.result.advice;
+  EXPECT_LT(told.worst_claim, kWrongChiSquare);
+  ASSERT_EQ(lightsInEstimate(told.result), 3);
+  for (int i = 0; i < 3; ++i) {
+    const auto id = told.result.lights[static_cast<std::size_t>(i)].light_id;
+    const double truth_m = simulated.lights[static_cast<std::size_t>(id)].height_m;
+    const double variance_m2 = told.result.robot_errors.covariance(heightAt(i), heightAt(i));
+    const double off_m = told.result.robot_errors.mean(heightAt(i)) - truth_m;
+    EXPECT_LT(off_m * off_m / variance_m2, chiSquareQuantile(0.9999, 1.0)) << "light " << id;
+    EXPECT_LT(variance_m2, 0.05 * 0.05);
   }
 }
 

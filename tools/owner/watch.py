@@ -41,7 +41,9 @@ ERRORS = {'time_offset': ('time offset', 'ms', 1e3),
           'mirror_near_per_far': ('mirror, near per far', 'm', 1),
           'sensor_roll': ('sensor roll', 'deg', DEGREES),
           'sensor_pitch': ('sensor pitch', 'deg', DEGREES),
-          'light_height': ('light above sensor', 'mm', 1e3)}
+          'light_height': ('light above sensor', 'mm', 1e3),
+          **{f'light_height_{light}': (f'light {light} above sensor', 'mm', 1e3)
+             for light in range(2, 9)}}
 ERROR_STATES = {RobotError.HELD_AT_PRIOR: 'as configured: the data hardly say more',
                 RobotError.ESTIMATED: 'estimated'}
 
