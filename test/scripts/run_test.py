@@ -176,9 +176,9 @@ class Sanitize(CopyOfTheScripts):
         for name in ('install_dependencies', 'build'):
             self.standIn(self.path('scripts', name))
 
-    def sanitize(self, ctest_does):
+    def sanitize(self, ctest_does, *arguments):
         self.standIn(self.path('stand_ins', 'ctest'), ctest_does)
-        return subprocess.run([self.path('scripts', 'sanitize')], stdin=subprocess.DEVNULL,
+        return subprocess.run([self.path('scripts', 'sanitize'), *arguments], stdin=subprocess.DEVNULL,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               universal_newlines=True, timeout=60)
 
@@ -197,6 +197,27 @@ class Sanitize(CopyOfTheScripts):
 
     def testATestThatFailsFails(self):
         self.assertNotEqual(self.sanitize('exit 8').returncode, 0)
+
+    def testEachBuildsTheTestsThatItRuns(self):
+        with open(os.path.join(REPOSITORY, 'test', 'CMakeLists.txt')) as file:
+            tests = set(re.findall(r'bearing_calibration_gtest\((\w+)', file.read()))
+        for kind, option in (('thread', 'TSAN_OPTIONS'), ('address', 'ASAN_OPTIONS')):
+            done = self.sanitize('echo "$%s"' % option, kind)
+            self.assertEqual(done.returncode, 0, done.stdout)
+            self.assertIn('log_path=' + self.path('.build', kind, 'findings'), done.stdout)
+            with open(self.log) as file:
+                calls = {line.split()[0]: line.split()[1:] for line in file}
+            pattern = calls['ctest'][calls['ctest'].index('-R') + 1]
+            run = {name for name in tests if re.search(pattern, '_ctest_bearing_calibration_gtest_' + name)}
+            self.assertEqual(run, set(calls['build']) - {'programs', 'rostests'})
+            self.assertTrue(run)
+
+    def testOtherTestsAreNamedToCtest(self):
+        self.sanitize('exit 0', 'address', '-R', 'calibration_services')
+        with open(self.log) as file:
+            calls = {line.split()[0]: line.split()[1:] for line in file}
+        self.assertEqual(calls['build'], ['all', 'tests'])
+        self.assertEqual(calls['ctest'][-2:], ['-R', 'calibration_services'])
 
 
 if __name__ == '__main__':
