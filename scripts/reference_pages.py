@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes doc/reference/parameters.md and doc/reference/messages.md from the files that they describe.
+"""Writes doc/reference/parameters.md, doc/reference/messages.md and doc/background/promises.md from what they describe.
 
 A test (reference_pages) holds the pages against them, so neither can go stale.
 """
@@ -7,6 +7,7 @@ A test (reference_pages) holds the pages against them, so neither can go stale.
 import os
 import re
 import sys
+import textwrap
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..'))
 
@@ -145,7 +146,74 @@ def messagesPage():
     return ''.join(parts)
 
 
-PAGES = {'reference/parameters.md': parametersPage, 'reference/messages.md': messagesPage}
+PAGE_WIDTH = 120
+# A test says above itself which promise it holds against which fault: "Promise refused: ticks that jump".
+PROMISES = (
+    ('refused', 'An input that cannot be right changes no estimate',
+     'It is left out, counted by its reason in `~estimate` and in the diagnostics, and a warning names its topic '
+     'and its value. Good input beside and after it is used.'),
+    ('unharmed', 'What happens on every robot does not end the calibration',
+     'The estimate goes on, and with it the motion; what could not be used is counted, what is missing is reported.'),
+    ('honest', 'CONVERGED is not reported of a wrong mount',
+     'The state is another one, or the mount is right; where a fault can be identified, the advice names it.'),
+    ('kept', 'A result is not lost, not damaged and not replaced by a worse one',
+     'What has been estimated is saved before the process ends. A kill leaves the file of before or the new one, '
+     'whole. What is worse or of another mount is written beside.'),
+    ('inside', 'No file outside of the configured folder is touched',
+     'Nor one in it that this package did not write.'),
+    ('stands', 'The robot does not move without a goal, and stops',
+     'The last command is to stand, and the goal ends with the reason.'),
+    ('alive', 'Nothing takes the nodelet manager down',
+     'An exception ends at its callback, with an error message; the other nodelets go on, and so do other bags.'),
+    ('named', 'What is wrong with a parameter or a file is said, all at once',
+     'The program or nodelet ends with errors that name each of them, and writes nothing. While it runs, the values '
+     'of before stay.'),
+    ('bounded', 'Memory, time and the log are bounded',
+     'What is too much is dropped and counted, the oldest first.'),
+)
+PROMISES_HEAD = """# Promises
+
+Made from the tests by `scripts/reference_pages.py`: what never happens, and %d faults that tests try. Each row is a
+test, which has a line `Promise NAME: FAULT` above it. What nobody has thought of is [fuzzed](reliability.md).
+"""
+PROMISE = re.compile(r' *(?:#|//) Promise (\w+): (.+)')
+TEST = re.compile(r' *def (test\w+)\(|TEST\w*\((\w+), (\w+)\)')
+
+
+def promisesIn(text, path):
+    """(promise, fault, name of the test) of each mark in a test's source."""
+    found, marks = [], []
+    for line in text.splitlines():
+        mark, test = PROMISE.match(line), TEST.match(line)
+        if mark:
+            marks.append(mark.groups())
+        elif test:
+            name = test.group(1) or '.'.join(test.groups()[1:])
+            found += [mark + (name,) for mark in marks]
+            marks = []
+        elif marks:
+            raise ValueError('%s: a promise that stands above no test: %s' % (path, marks[0][1]))
+    return found
+
+
+def promisesPage():
+    rows = {name: [] for name, _, _ in PROMISES}
+    for folder, _, names in sorted(os.walk(os.path.join(REPOSITORY, 'test'))):
+        for name in sorted(names):
+            if not name.endswith(('_test.py', '_test.cpp')):
+                continue
+            path = os.path.relpath(os.path.join(folder, name), REPOSITORY)
+            for promise, fault, test in promisesIn(readText(path), path):
+                rows[promise].append('| %s | [%s](../../%s) |\n' % (cell(fault), test, path))
+    parts = [PROMISES_HEAD % sum(map(len, rows.values()))]
+    for promise, title, about in PROMISES:
+        parts.append('\n## %s\n\n%s\n\n| fault | test |\n|---|---|\n' % (title, textwrap.fill(about, PAGE_WIDTH)))
+        parts += rows[promise]
+    return ''.join(parts)
+
+
+PAGES = {'reference/parameters.md': parametersPage, 'reference/messages.md': messagesPage,
+         'background/promises.md': promisesPage}
 
 
 def main():

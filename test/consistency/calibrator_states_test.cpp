@@ -87,6 +87,7 @@ SimulatedRecord simulateAnotherLight(const RobotConfig& robot, double from_s, do
   return mixed;
 }
 
+// Promise honest: another light for a while
 TEST(States, AnotherLightForAWhileIsNotBelieved) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const RobotConfig robot = paperRobot(seed);
@@ -173,6 +174,7 @@ SimulatedRecord withWrongTicks(SimulatedRecord record, const RobotConfig& robot)
   return record;
 }
 
+// Promise honest: bursts of wrong ticks
 TEST(States, BurstsOfWrongTicksAreSurvived) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const RobotConfig robot = paperRobot(seed);
@@ -221,6 +223,7 @@ class Displaced : public ::testing::TestWithParam<std::pair<double, double>> {};
 // 10 m in 100 s, a displacement, and 10 m again. The bound: with the light at 2 m, 10 m tell the
 // yaw to 0.28 deg (accuracy.md), so 3 deg are 7.6 standard deviations of the difference; after
 // 6 m they would be 5.7, and one displacement in ten would go unseen at a false alarm of 1e-4.
+// Promise honest: a mount that is displaced during the drive
 TEST_P(Displaced, IsNoticedWithinTenMetres) {
   constexpr double kDisplaced_s = 100.0;
   constexpr double kNoticed_m = 10.0;
@@ -274,6 +277,7 @@ TEST(States, ASoundRobotIsNeverCalledInconsistent) {
   }
 }
 
+// Promise honest: swapped wheels
 TEST(States, SwappedWheelsAreToldAsSuch) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SimulatedRecord record = simulate(paperRobot(seed), 100.0);
@@ -311,6 +315,7 @@ TEST(UnknownNoise, SwappedWheelsAreNotLaidToIt) {
 
 class DegenerateMotion : public ::testing::TestWithParam<TrajectoryConfig::Kind> {};
 
+// Promise honest: a motion that does not determine the mount
 TEST_P(DegenerateMotion, IsNeverCalledConverged) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     Calibrator calibrator(calibratorConfig());

@@ -301,6 +301,7 @@ TEST(FitsBeside, ADisplacedMountIsCalibratedAnewWhereTheOwnerWantsIt) {
 
 // A fit refuses a variance below 0, which no input lets in; what follows the light does not mind
 // one so small.
+// Promise alive: an exception in a fit
 TEST(FitsBeside, AnErrorOfAFitIsThrownWhereTheInputsCome) {
   std::vector<Frame> frames = framesOf(danceWith(1, 40.0));
   for (Frame& frame : frames) frame.image.candidates.at(0).azimuth_variance_rad2 = -1e-12;

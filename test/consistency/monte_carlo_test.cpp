@@ -138,6 +138,7 @@ TEST(Calibrator, ForgetsNothingOfALongDriveOfAnImperfectRobot) {
   expectBars(runTrials(tryCalibrator, longImperfectDance, 4, {400.0}), ClaimKind::kVerdict);
 }
 
+// Promise honest: candidates without a light
 TEST(Calibrator, ClaimsNoLightWhereThereIsNone) {
   std::vector<double> times_s;
   for (double time_s = 20.0; time_s <= 100.0; time_s += 2.0) times_s.push_back(time_s);
@@ -197,6 +198,7 @@ TEST(Calibrator, ALightStandsStillWhileTheEstimateIsWeak) {
   EXPECT_LT(light_moved_m, 0.1 * moved_m);
 }
 
+// Promise honest: wheels that slip
 TEST(Calibrator, IsNeverWrongWithSlips) {
   for (const Trial& trial : runTrials(tryCalibrator, slippingCase, 24, {100.0})) {
     EXPECT_LT(trial.worst_claim, kWrongChiSquare);
@@ -209,6 +211,7 @@ TEST(Calibrator, IsNotWrongWhereASlipWasNotSeen) {
   }
 }
 
+// Promise honest: bearings with correlated noise
 TEST(Calibrator, IsNeverWrongWithCorrelatedBearings) {
   for (const Trial& trial : runTrials(tryCalibrator, correlatedCase, 16, {100.0})) {
     EXPECT_LT(trial.worst_claim, kWrongChiSquare);

@@ -163,6 +163,7 @@ TEST(SeveralLights, AreToldApartWithoutNumbers) {
 
 // Lights that pass each other, and slips after which each is seen elsewhere: where one could be
 // another it is not taken for it.
+// Promise honest: lights without numbers that pass each other
 TEST(SeveralLights, AreNotMixedUpWithoutNumbers) {
   for (const auto& [seed, slips] : {std::pair(105, 0), std::pair(13, 3)}) {
     SimulatedCase simulated = danceWith(4, static_cast<std::uint64_t>(seed));
@@ -208,6 +209,7 @@ TEST(SeveralLights, ThatAreSeenTooCloseTogetherAreSaidToBe) {
 
 // 2 cm/s is more than a metre in the whole run; 2 mm/s is so little that the light alone may
 // believe it.
+// Promise honest: one of two lights that moves
 TEST(SeveralLights, OneOfTwoThatMovesIsNeverBelievedWrongly) {
   for (const double speed_mps : {0.002, 0.02}) {
     SimulatedCase simulated = danceWith(2, 5);

@@ -402,6 +402,19 @@ class References(unittest.TestCase):
             ['first', '1.0', '[m] begins and ends'],
             ['second', '[1, 2]', 'stands above and beside']])])
 
+    def testPromisesAreThoseOfTheTestsBelowTheirMarks(self):
+        self.assertEqual(
+            reference_pages.promisesIn(
+                '# Promise kept: a\n    # Promise still: b\n    def test_it(self):\n    def test_other(self):\n'
+                '// Promise kept: c\nTEST_F(Fixture, Does) {\n', 'x'),
+            [('kept', 'a', 'test_it'), ('still', 'b', 'test_it'), ('kept', 'c', 'Fixture.Does')])
+        with self.assertRaisesRegex(ValueError, 'x: .*: a'):
+            reference_pages.promisesIn('# Promise kept: a\nnumber = 1\ndef test_it(self):\n', 'x')
+        sections = textOf('doc', 'background', 'promises.md').split('\n## ')[1:]
+        self.assertEqual(len(sections), len(reference_pages.PROMISES))
+        for section in sections:
+            self.assertGreater(section.count('\n| '), 2, section)
+
     def testTheIndexLeadsToEveryPage(self):
         index = textOf('doc', 'README.md')
         for path in DOCUMENTS:

@@ -85,6 +85,7 @@ class BearingAdapterBadInputTest(unittest.TestCase):
         wait_until(lambda: any(all(part in log.msg for part in (adapter.topic, kind) + said)
                                for log in self.logs if log.level >= Log.WARN), 'a warning: ' + kind)
 
+    # Promise refused: points that are not finite, at the origin or on the sensor's axis
     def test_points(self):
         for point, kind in (((NAN, 0.0, 1.0), 'point not finite'),
                             ((1.0, math.inf, 1.0), 'point not finite'),
@@ -93,6 +94,7 @@ class BearingAdapterBadInputTest(unittest.TestCase):
             with self.subTest(point=point):
                 self.assertRefused(self.poses, poses(point), kind, 'is left out')
 
+    # Promise refused: one bad point among good ones
     def test_one_bad_point_does_not_spoil_the_others(self):
         answer = self.poses.answerTo(poses((NAN, 0.0, 0.0), GOOD))
         self.assertEqual([round(each.azimuth, 9) for each in answer.candidates],
@@ -102,12 +104,14 @@ class BearingAdapterBadInputTest(unittest.TestCase):
         self.assertEqual(self.poses.answerTo(poses()).candidates, [])
         self.assertEqual(self.scan.answerTo(scan(ranges=[5.0] * 180)).candidates, [])
 
+    # Promise refused: poses without a stamp, without a frame, or of a frame that no transform knows
     def test_headers(self):
         self.assertRefused(self.poses, poses(GOOD, stamp=rospy.Time()), 'stamp is zero', 'driver')
         self.assertRefused(self.poses, poses(GOOD, frame=''), 'frame_id is empty', 'driver')
         self.assertRefused(self.poses, poses(GOOD, frame='eye'), 'no static transform', "'eye'",
                            "'mast'", 'static_transform_publisher X Y Z YAW PITCH ROLL mast eye')
 
+    # Promise refused: a sensor on a moving frame
     def test_a_transform_that_moves_is_none(self):
         """A pan unit between sensor and camera is no part of the mount."""
         moving = rospy.Publisher('/tf', TFMessage, queue_size=10)
@@ -117,6 +121,7 @@ class BearingAdapterBadInputTest(unittest.TestCase):
         moving.publish(TFMessage([transform]))
         self.assertRefused(self.poses, poses(GOOD, frame='pan'), 'no static transform')
 
+    # Promise refused: scans without rays or intensities, or with impossible angles, times or ranges
     def test_scans(self):
         for changes, kind in (({'ranges': []}, 'scan without rays'),
                               ({'intensities': []}, 'scan without intensities'),

@@ -25,6 +25,7 @@ class BearingAdapterParametersTest(RefusedParameters):
         (lambda c: c['scan'].update(max_width='wide'), 'scan/max_width must be a finite number'),
     )
 
+    # Promise named: a parameter of the bearing adapter that its source lacks
     def test_what_only_a_source_needs_is_asked_for(self):
         for faults, sentence in (
                 ([(lambda c: c['bearings'].update(source='tf'), '')], 'tf/lights must give a frame'),

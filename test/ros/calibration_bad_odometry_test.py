@@ -23,19 +23,23 @@ class CalibrationBadOdometryTest(BadInput):
             change(message)
         self.node.wheels.publish(message)
 
+    # Promise refused: an odometry position that is not a number
     def test_position_nan(self):
         self.publish(lambda message: setattr(message.pose.pose.position, 'y', NAN))
         self.assert_refused("ticks odometry's pose not finite", '/odom', 'nan', 'left out')
 
+    # Promise refused: an odometry orientation that is not a number
     def test_orientation_nan(self):
         self.publish(lambda message: setattr(message.pose.pose.orientation, 'w', NAN))
         self.assert_refused("ticks odometry's pose not finite", '/odom', 'nan', 'left out')
 
+    # Promise refused: a quaternion of zeros
     def test_a_quaternion_that_nobody_filled_in(self):
         self.publish(lambda message: message.pose.pose.orientation.__init__())
         self.assert_refused("ticks odometry's quaternion not of length 1", '/odom',
                             'length 0 instead of 1')
 
+    # Promise refused: a quaternion of length 2
     def test_a_quaternion_that_is_not_of_unit_length(self):
         def double(message):
             message.pose.pose.orientation.z *= 2.0
@@ -43,22 +47,27 @@ class CalibrationBadOdometryTest(BadInput):
         self.publish(double)
         self.assert_refused("ticks odometry's quaternion not of length 1", '/odom', 'length 2')
 
+    # Promise refused: odometry without a stamp
     def test_stamp_zero(self):
         self.publish(lambda message: setattr(message.header, 'stamp', rospy.Time()))
         self.assert_refused('ticks stamp is zero', '/odom', 'stamp is zero', 'left out')
 
+    # Promise refused: odometry with a stamp in the future
     def test_stamp_in_the_future(self):
         self.publish(seconds=1005.0)  # the world is 1000 s ago
         self.assert_refused('ticks stamp in the future', '/odom', 'after the time of receipt')
 
+    # Promise refused: odometry older than the last
     def test_stamp_that_goes_back(self):
         self.publish(seconds=-0.5)
         self.assert_refused('ticks stamp not after the last', '/odom', '0.5', 'left out')
 
+    # Promise refused: odometry that changes its frame
     def test_parent_frame_changed(self):
         self.publish(lambda message: setattr(message.header, 'frame_id', 'map'))
         self.assert_refused("ticks odometry's frames changed", '/odom', 'header.frame_id')
 
+    # Promise refused: odometry that changes its child frame
     def test_child_frame_changed(self):
         self.publish(lambda message: setattr(message, 'child_frame_id', 'base_footprint'))
         self.assert_refused("ticks odometry's frames changed", '/odom', 'child_frame_id')
@@ -74,14 +83,17 @@ class CalibrationBadOdometryTest(BadInput):
             position.y += forward_m * math.sin(heading) + left_m * math.cos(heading)
         return move
 
+    # Promise refused: odometry that jumps
     def test_a_jump_that_no_wheel_makes(self):
         self.publish(self.moveBy(0.5, 0.0))  # in 10 ms: 50 m/s, the wheels reach 2
         self.assert_refused('ticks wheel faster than possible', '/odom', '0.5 m', 'max_speed')
 
+    # Promise refused: odometry that moves sideways
     def test_a_step_sideways(self):
         self.publish(self.moveBy(0.0, -0.02))
         self.assert_refused('ticks odometry moves sideways', '/odom', '-0.02', 'sideways')
 
+    # Promise unharmed: odometry that begins anew at zero
     def test_a_reset_of_the_pose_is_followed(self):
         """As a reset of a counter: what moved meanwhile is unknown, and nothing else is lost."""
         world, taken = self.world, taken_in(self.before)
@@ -95,6 +107,7 @@ class CalibrationBadOdometryTest(BadInput):
         self.assertEqual(taken_in(estimate), taken + 50)
         self.assertEqual(estimate.rejections, 'ticks counter reset: 1')
 
+    # Promise refused: odometry whose pose stands while its twist moves
     def test_a_driver_that_fills_in_the_twist_only(self):
         pose = self.world.odometry().pose
         for _ in range(3 * World.TICK_RATE):

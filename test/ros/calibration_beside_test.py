@@ -53,6 +53,7 @@ class CalibrationBesideTest(unittest.TestCase):
         for status in message.status:
             cls.fits += [int(v.value) for v in status.values if v.key == 'fits taken over']
 
+    # Promise unharmed: inputs during long fits
     def test_nothing_is_lost(self):
         world = EightLights(rospy.Time.now().to_sec() - 1000.0)
         begin = time.monotonic()

@@ -154,6 +154,7 @@ class CalibrationClockTest(unittest.TestCase):
         self.assert_transform_at(START_S + 16.5)
 
     # After test_clock, too.
+    # Promise unharmed: clocks and stamps that step back by less than a second
     def test_small_steps(self):
         self.set_clock(START_S + 1000.0)
         self.node.reset()

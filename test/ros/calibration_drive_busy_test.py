@@ -64,6 +64,7 @@ class Busy:
 
 class CalibrationDriveBusyTest(unittest.TestCase):
 
+    # Promise unharmed: a long fit while it drives
     def test_commands_do_not_wait_for_a_fit(self):
         rospy.init_node('calibration_drive_busy_test')
         robot = DrivableRobot()

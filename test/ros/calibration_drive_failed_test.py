@@ -16,6 +16,7 @@ from drivable_robot import DrivableRobot
 
 class CalibrationDriveFailedTest(unittest.TestCase):
 
+    # Promise stands: an exception while it drives
     def test_an_exception_in_a_callback_ends_the_drive(self):
         """A message that is no count at all makes the callback of the left wheel throw."""
         rospy.init_node('calibration_drive_failed_test')

@@ -61,9 +61,11 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         result = wait_until(self.robot.client.get_result, 'its result')
         self.assertEqual(result.end, CalibrationDriveResult.SHUT_DOWN, result)
 
+    # Promise stands: Ctrl-C while it drives
     def test_interrupted_it_stops_the_robot(self):
         self.assertEndedBySignalItStops(signal.SIGINT)
 
+    # Promise stands: SIGTERM while it drives, and a restart
     def test_terminated_it_stops_the_robot_and_started_again_it_does_not_move(self):
         self.assertEndedBySignalItStops(signal.SIGTERM)
         count = len(self.robot.said())
@@ -71,6 +73,7 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         time.sleep(1.0)
         self.assertEqual(self.robot.said()[count:], [])
 
+    # Promise stands: a kill while it drives, with the watchdog that the base has
     def test_killed_the_robot_stops_by_itself(self):
         self.robot.drive()
         pid = pid_of('calibration_drive')
@@ -81,6 +84,7 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         wait_until(lambda: rospy.get_time() > killed + 2.0 * WATCHDOG_S, 'its own time goes on')
         self.assertStands()
 
+    # Promise stands: a clock that stands still
     def test_it_stops_when_time_stands_still(self):
         self.robot.drive()
         pid = pid_of('simulation')

@@ -43,6 +43,7 @@ class Driver:
 
 class CalibrationDriveOdometryTest(unittest.TestCase):
 
+    # Promise stands: odometry that stops coming
     def test_it_drives_by_odometry_and_stops_without_it(self):
         rospy.init_node('calibration_drive_odometry_test')
         robot, driver = DrivableRobot(), Driver()

@@ -54,6 +54,7 @@ class CalibrationDriveSafeTest(unittest.TestCase):
         self.robot.drive()
         self.robot.stop_service()
 
+    # Promise stands: a second goal, waiting when the first is stopped
     def test_goal_b_is_dropped_by_everything_that_stops(self):
         result = CalibrationDriveResult
         stops = {
@@ -75,6 +76,7 @@ class CalibrationDriveSafeTest(unittest.TestCase):
                 self.assertEnds(b, end)
                 self.assertStaysStanding()
 
+    # Promise stands: a goal that comes after a stop but was sent before
     def test_goal_b_is_refused_when_the_stop_was_first(self):
         says_no = {'obstacle': lambda: self.robot.obstacle.say(True),
                    'enable false': lambda: self.robot.enable.say(False)}
@@ -107,6 +109,7 @@ class CalibrationDriveSafeTest(unittest.TestCase):
                 self.assertEnds(b, CalibrationDriveResult.CANCELLED)
                 self.assertStaysStanding()
 
+    # Promise stands: a new goal with impossible numbers
     def test_a_goal_that_is_refused_stops_the_one_before_it(self):
         self.robot.drive()
         b = self.robot.new_client()
@@ -118,6 +121,7 @@ class CalibrationDriveSafeTest(unittest.TestCase):
 
     # Silence.
 
+    # Promise stands: a required enable that never came
     def test_a_required_enable_must_come_before_it_moves(self):
         self.assertFalse(self.before_enable.success)
         self.assertIn('~enable is silent', self.before_enable.message)
@@ -134,9 +138,11 @@ class CalibrationDriveSafeTest(unittest.TestCase):
         self.assertFalse(refused.success)
         self.assertIn('is silent', refused.message)
 
+    # Promise stands: an enable that falls silent
     def test_it_stops_when_enable_falls_silent(self):
         self.assertSilenceStops(self.robot.enable.fall_silent, CalibrationDriveResult.ENABLE_LOST)
 
+    # Promise stands: an obstacle sensor that falls silent
     def test_it_stops_when_obstacle_falls_silent(self):
         self.assertSilenceStops(self.robot.obstacle.fall_silent,
                                 CalibrationDriveResult.OBSTACLE_LOST)
@@ -155,6 +161,7 @@ class CalibrationDriveSafeTest(unittest.TestCase):
             'dance', 0.0, 0.0).message, 'the drive has ended')
         self.assertStaysStanding()
 
+    # Promise stands: numbers of a goal out of their bounds
     def test_every_number_of_a_goal_has_bounds(self):
         nan = float('nan')
         for time_s, path_m in ((1e300, 0.0), (0.0, 1e300), (float('inf'), 0.0), (nan, 0.0),

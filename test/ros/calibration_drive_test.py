@@ -40,10 +40,12 @@ class CalibrationDriveTest(unittest.TestCase):
         last_motion = max(when for when, twist in self.robot.said() if not is_zero(twist))
         self.assertLess(last_motion - since, within_s)
 
+    # Promise stands: nobody has asked for a drive
     def test_it_does_not_move_by_itself(self):
         time.sleep(1.0)
         self.assertEqual(self.robot.said(), [])
 
+    # Promise stands: a goal that is cancelled
     def test_cancel_stops_it_and_the_limits_are_obeyed(self):
         sent = time.monotonic()
         self.robot.drive()
@@ -90,6 +92,7 @@ class CalibrationDriveTest(unittest.TestCase):
         self.assertTrue(old.wait_for_result(rospy.Duration(10.0)))
         self.assertEqual(old.get_result().end, CalibrationDriveResult.TIME_OVER)
 
+    # Promise stands: an enable that is taken away
     def test_enable_false_stops_and_forbids_it(self):
         self.robot.drive()
         since = rospy.get_time()
@@ -99,6 +102,7 @@ class CalibrationDriveTest(unittest.TestCase):
         self.assertFalse(refused.success)
         self.assertIn('~enable', refused.message)
 
+    # Promise stands: an obstacle
     def test_an_obstacle_stops_it(self):
         self.robot.drive()
         since = rospy.get_time()
@@ -112,15 +116,19 @@ class CalibrationDriveTest(unittest.TestCase):
         self.robot.cut.add(name)
         self.assertEnds(end, since, timeout_s + MOST_STOPPING_S)
 
+    # Promise stands: wheel readings that stop coming
     def test_without_ticks_it_stops(self):
         self.assertStopsWithout('ticks', CalibrationDriveResult.TICKS_LOST, 0.5)
 
+    # Promise stands: a light that is lost
     def test_without_the_light_it_stops(self):
         self.assertStopsWithout('light', CalibrationDriveResult.LIGHT_LOST, 1.0)
 
+    # Promise stands: estimates that stop coming
     def test_without_estimates_it_stops(self):
         self.assertStopsWithout('estimate', CalibrationDriveResult.ESTIMATE_LOST, 1.5)
 
+    # Promise stands: a robot that is pushed out of its region
     def test_the_regions_edge_stops_it(self):
         """Somebody pushes the robot over the border while it turns on the spot."""
         self.robot.drive('optimal')
@@ -140,6 +148,7 @@ class CalibrationDriveTest(unittest.TestCase):
         self.assertTrue(self.robot.client.wait_for_result(rospy.Duration(5.0)))
         subscriber.unregister()
 
+    # Promise stands: a nodelet that is unloaded while it drives
     def test_zz_unloaded_its_last_word_is_to_stand(self):
         """Runs last: the nodelet is gone afterwards."""
         self.robot.drive()

@@ -93,6 +93,7 @@ class CalibrationEndedTest(unittest.TestCase):
         wait_until(lambda: 'CONVERGED: written to' in self.said(), 'it is said')
         self.assertSaved('CONVERGED')
 
+    # Promise kept: Ctrl-C of roslaunch
     def test_it_is_saved_when_roslaunch_is_interrupted(self):
         node = self.started()
         self.driveUntil(node, CalibrationEstimate.CONVERGING)
@@ -101,6 +102,7 @@ class CalibrationEndedTest(unittest.TestCase):
         self.assertSaved('CONVERGING')
         self.assertEqual(self.said().count('at the end: '), 1)
 
+    # Promise kept: SIGTERM
     def test_it_is_saved_when_the_process_is_terminated(self):
         node = self.started('standalone:=true')
         self.driveUntil(node, CalibrationEstimate.CONVERGING)
@@ -108,6 +110,7 @@ class CalibrationEndedTest(unittest.TestCase):
         self.process.wait(timeout=60)
         self.assertSaved('CONVERGING')
 
+    # Promise kept: rosnode kill
     def test_it_is_saved_when_the_node_is_asked_to_end(self):
         node = self.started('standalone:=true')
         self.driveUntil(node, CalibrationEstimate.CONVERGING)
@@ -115,6 +118,7 @@ class CalibrationEndedTest(unittest.TestCase):
         self.process.wait(timeout=60)
         self.assertSaved('CONVERGING')
 
+    # Promise kept: a nodelet that is unloaded
     def test_it_is_saved_when_the_nodelet_is_unloaded(self):
         node = self.started()
         self.driveUntil(node, CalibrationEstimate.CONVERGING)
@@ -124,6 +128,7 @@ class CalibrationEndedTest(unittest.TestCase):
         wait_until(lambda: 'at the end: ' in self.said(), 'it is said')
         self.assertSaved('CONVERGING')
 
+    # Promise kept: an end during a pause
     def test_a_pause_does_not_hide_it(self):
         node = self.started('standalone:=true')
         self.driveUntil(node, CalibrationEstimate.CONVERGING)
@@ -132,12 +137,14 @@ class CalibrationEndedTest(unittest.TestCase):
         self.end(self.process)
         self.assertSaved('CONVERGING')
 
+    # Promise kept: an end before anything was found; no file is written
     def test_nothing_found_is_said(self):
         self.started('standalone:=true')
         self.end(self.process)
         self.assertIn('nothing is saved', self.said())
         self.assertEqual(os.listdir(self.folder), [])
 
+    # Promise kept: a new run that knows less than the saved result
     def test_a_new_run_does_not_overwrite_a_better_result(self):
         self.driveUntil(self.started('standalone:=true'), CalibrationEstimate.CONVERGED)
         self.end(self.process)
@@ -154,6 +161,7 @@ class CalibrationEndedTest(unittest.TestCase):
         self.assertIn('result.yaml stays: it is CONVERGED', self.said())
         self.assertEqual(self.result(), before)
 
+    # Promise kept: a reset between two results
     def test_after_a_reset_both_are_kept(self):
         node = self.started('standalone:=true')
         self.driveUntil(node, CalibrationEstimate.CONVERGING)

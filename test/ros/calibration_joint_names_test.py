@@ -27,6 +27,7 @@ class CalibrationJointNamesTest(unittest.TestCase):
     def publish(self, message):
         self.node.wheels.publish(message)
 
+    # Promise refused: joint states without the wheels
     def test_wrong_names_are_said_with_those_that_are_there(self):
         self.world.advance()
         self.publish(self.world.joint_state('wheel_l', 'wheel_r'))
@@ -36,6 +37,7 @@ class CalibrationJointNamesTest(unittest.TestCase):
         wait_until(lambda: self.node.warnings('/joint_states', 'left_wheel_joint',
                                               '(arm, wheel_l, wheel_r)', 'ignored'), 'a warning')
 
+    # Promise refused: joint states without positions
     def test_a_missing_position_or_wheel_is_refused(self):
         self.world.advance()
         without_positions = self.world.joint_state()
@@ -48,6 +50,7 @@ class CalibrationJointNamesTest(unittest.TestCase):
         estimate = self.node.wait_for(lambda e: e.ticks_used == 1, 'the whole one')
         self.assertEqual(estimate.ticks_rejected, 2, estimate)
 
+    # Promise refused: a joint position that is not a number
     def test_positions_that_are_not_finite_are_refused(self):
         self.world.advance()
         message = self.world.joint_state()
@@ -57,6 +60,7 @@ class CalibrationJointNamesTest(unittest.TestCase):
         self.assertIn('joint position not finite: 1', estimate.rejections)
         wait_until(lambda: self.node.warnings('/joint_states', 'nan', 'left out'), 'a warning')
 
+    # Promise unharmed: joint states of an arm on the same topic
     def test_another_publisher_on_the_topic_is_no_fault(self):
         for _ in range(5):
             self.world.advance()

@@ -103,6 +103,7 @@ class CalibrationKilledTest(unittest.TestCase):
         return [name for name in os.listdir(self.folder)
                 if name not in FILES and not name.isdigit()]
 
+    # Promise kept: a kill while it saves
     def test_killed_while_it_saves(self):
         random.seed(1)
         hits = kills = 0

@@ -55,11 +55,13 @@ class CalibrationParamsTest(unittest.TestCase):
             self.assertTrue(any(all(part in line for part in parts) for line in lines),
                             '%s is not said in\n%s' % (parts, text))
 
+    # Promise named: sixteen wrong parameters at once
     def test_standalone_ends_with_an_error(self):
         process = nodelet('standalone', CLASS, '__name:=wrong')
         self.assertNotEqual(process.returncode, 0)
         self.assert_all_errors_at_once(process.stdout.decode())
 
+    # Promise alive: a nodelet with wrong parameters in a manager of others
     def test_manager_lives_on(self):
         wait_until(lambda: '/manager' in rosnode.get_node_names(), 'the manager runs')
         process = nodelet('load', CLASS, 'manager', '--no-bond', '__name:=wrong')

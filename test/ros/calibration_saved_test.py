@@ -44,6 +44,7 @@ class CalibrationSavedTest(unittest.TestCase):
         self.addCleanup(process.terminate)
         return Node('/%s/calibration' % name, '/%s/wheel_ticks' % name, '/%s/bearings' % name)
 
+    # Promise kept: a saved result that is damaged; it is not resumed
     def test_it_is_written_and_taken_up_and_a_corrupt_one_is_refused(self):
         node = Node()
         world = World(rospy.Time.now().to_sec() - 1000.0)

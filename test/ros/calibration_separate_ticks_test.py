@@ -53,6 +53,7 @@ class CalibrationSeparateTicksTest(unittest.TestCase):
             self.assertLess(error, 3.0, estimate)
         self.assertLess(estimate.x_stddev_m, 0.02)
 
+    # Promise refused: counts of one wheel only
     def test_a_wheel_without_a_partner_is_said(self):
         for _ in range(7 * World.TICK_RATE):
             self.world.advance()

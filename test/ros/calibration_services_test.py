@@ -47,6 +47,7 @@ class CalibrationServicesTest(unittest.TestCase):
         self.assertEqual(estimate.distance_travelled_m, 0.0)
         self.drive(1.0)  # with the stamps of before
 
+    # Promise unharmed: a drive during a pause
     def test_pause_ignores_bearings_and_follows_the_wheels(self):
         self.drive(World.FOUND_S)
         self.assertTrue(self.node.pause_service(True).success)
@@ -61,6 +62,7 @@ class CalibrationServicesTest(unittest.TestCase):
         self.assertNotEqual(after.state, CalibrationEstimate.PAUSED)
         self.assertEqual(after.bearings_gated, before.bearings_gated, 'the way driven meanwhile is known')
 
+    # Promise kept: a request to save before there is an estimate, which the answer says
     def test_save_before_an_estimate_says_why_not(self):
         response = self.node.save_service()
         self.assertFalse(response.success)
@@ -99,6 +101,7 @@ class CalibrationServicesTest(unittest.TestCase):
         self.assertEqual(files, {'result.yaml', '.bearing_calibration'}
                          | (forms if trusted else set()), 'nothing else is left')
 
+    # Promise kept: a folder that cannot be written, which the answer names
     def test_save_says_why_it_cannot_write(self):
         other = Node('/bad/calibration', wheels='/bad/wheel_ticks', bearings='/bad/bearings')
         other.feed(self.world, World.FOUND_S)

@@ -114,6 +114,7 @@ class LightDetectionTest(unittest.TestCase):
         image = image_of([spot], rospy.Time.now(), padding=13)
         self.assert_seen(self.managed.answer_to(image), [spot])
 
+    # Promise unharmed: an image without any light
     def test_an_image_without_light_is_answered(self):
         image = image_of([], rospy.Time.now())
         answer = self.managed.answer_to(image)
@@ -179,6 +180,7 @@ class LightDetectionTest(unittest.TestCase):
         self.assert_said('/managed/camera/camera_info', 'images of 1280x960')
         self.assert_said('/managed/camera/camera_info', 'lens/pixel_pitch')
 
+    # Promise bounded: images that come faster than they can be searched
     def test_a_late_machine_drops_the_oldest_images_and_counts_them(self):
         image = image_of([Spot(azimuth=0.7)], rospy.Time.now())
         start, sent, dropped, burst = image.header.stamp, 0, 0, 20
@@ -340,6 +342,7 @@ class LightDetectionTest(unittest.TestCase):
                        check=True, timeout=DEADLINE_S)
         self.assert_seen(self.managed.answer_to(image_of([spot], rospy.Time.now())), [spot])
 
+    # Promise named: impossible thresholds while it runs
     def test_impossible_thresholds_are_refused_and_those_before_stay(self):
         spot = Spot(azimuth=0.7)
         thresholds = self.thresholds()
@@ -369,6 +372,7 @@ class LightDetectionTest(unittest.TestCase):
                                for status in self.statuses for value in status.values),
                    'a count of "%s" in /diagnostics' % kind)
 
+    # Promise refused: images that are empty, cut short, of another size or encoding, or without a stamp
     def test_bad_images_are_named_counted_and_ignored(self):
         spot = Spot(azimuth=-0.4)
         rows = (

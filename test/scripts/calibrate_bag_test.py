@@ -263,6 +263,7 @@ class CalibrateBag(Drives):
         self.assertIn('they agree', done.stdout)
         self.assertStatus(self.run_(bag, '--set', NOISE, '--light', '9'), CONVERGED)
 
+    # Promise kept: a bag of a straight line over a good result
     def testAStraightLineIsDegenerateAndLeavesAnEarlierResultAlone(self):
         self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
         before = self.filesIn('out')
@@ -298,6 +299,7 @@ class CalibrateBag(Drives):
         self.assertNotIn('a report of it', done.stdout)
         self.assertEqual(self.filesIn('out'), before)
 
+    # Promise kept: a worse bag of the same mount
     def testAWorseResultOfTheSameMountIsWrittenBesideTheBetterOne(self):
         self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
         before = self.filesIn('out')
@@ -310,6 +312,7 @@ class CalibrateBag(Drives):
         self.assertEqual(self.filesIn('out'), before)
         self.assertIn('short.bag', self.result('1')['provenance']['source'])
 
+    # Promise kept: a bag of another mount
     def testAnotherMountsResultIsKept(self):
         self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
         before = self.filesIn('out')
@@ -321,6 +324,7 @@ class CalibrateBag(Drives):
         self.assertRight(self.result(), moved)
         self.assertEqual(self.filesIn('out', '1'), before)
 
+    # Promise inside: an output folder with somebody else's files
     def testBesideOthersFilesItHasAFolderOfItsOwn(self):
         os.mkdir(self.output)
         for name in ('result.yaml', 'mount.urdf', 'details.yaml', 'comparison.yaml', 'drive_1'):
@@ -338,6 +342,7 @@ class CalibrateBag(Drives):
         self.assertLessEqual({'comparison.yaml', 'result.yaml'}, set(os.listdir(own)))
         self.assertRight(self.result('bearing_calibration', 'drive_2'), worldOf())
 
+    # Promise alive: one unreadable bag among several
     def testABagThatCannotBeReadFailsAloneAndIsNamed(self):
         with open(self.path('broken.bag'), 'w') as file:
             file.write('no bag')
@@ -356,6 +361,7 @@ class CalibrateBag(Drives):
         command = re.search(r'rosbag reindex \S+', done.stdout).group(0)
         subprocess.run(command.split(), check=True, stdout=subprocess.DEVNULL, timeout=60)
 
+    # Promise named: a bag that is cut short
     def testABagThatIsCutShortNamesItsCure(self):
         bag = self.record('cut.bag', worldOf(), chunk_threshold=8192)
         with open(bag, 'r+b') as file:
@@ -364,6 +370,7 @@ class CalibrateBag(Drives):
         self.assertStatus(self.run_(bag, '--set', NOISE), CONVERGED)
         self.assertRight(self.result(), worldOf())
 
+    # Promise named: a bag without an index
     def testABagWithoutAnIndexNamesItsCure(self):
         """As a recorder leaves it that was killed: the index is not there and not spoken of."""
         bag = self.record('killed.bag', worldOf(), chunk_threshold=8192)
@@ -378,6 +385,7 @@ class CalibrateBag(Drives):
         self.assertStatus(self.run_(active, '--set', NOISE), CONVERGED)
         self.assertRight(self.result(), worldOf())
 
+    # Promise named: a bag that is damaged inside
     def testABagThatIsDamagedInsideNamesItsCure(self):
         bag = self.record('damaged.bag', worldOf(), chunk_threshold=8192)
         with open(bag, 'r+b') as file:
@@ -388,6 +396,7 @@ class CalibrateBag(Drives):
         self.assertIn('damaged.bag is cut short or damaged', done.stdout)
         self.assertIn('rosbag reindex ' + bag, done.stdout)
 
+    # Promise named: a file that is no bag
     def testWhatIsNoBagIsSaid(self):
         for name, content in (('empty.bag', ''), ('text.bag', 'no bag')):
             with open(self.path(name), 'w') as file:
@@ -399,6 +408,7 @@ class CalibrateBag(Drives):
         self.assertStatus(done, FAILED)
         self.assertIn('absent.bag: No such file or directory', done.stdout)
 
+    # Promise named: an output that cannot be written
     def testAnOutputThatCannotBeWrittenIsSaidBeforeAnythingIsRead(self):
         done = subprocess.run([self.program, self.drives[0], '--output', '/proc/nope'],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -406,6 +416,7 @@ class CalibrateBag(Drives):
         self.assertStatus(done, USAGE)
         self.assertIn('--output /proc/nope cannot be made: No such file or directory', done.stderr)
 
+    # Promise bounded: a file of parameters with endless aliases
     def testABombOfAliasesEndsAtOnce(self):
         with open(self.path('bomb.yaml'), 'w') as file:
             file.write('a0: &a0 [x, x, x, x, x, x, x, x, x]\n')
@@ -420,6 +431,7 @@ class CalibrateBag(Drives):
         self.assertStatus(done, USAGE)
         self.assertIn('wheels/separation must be a finite number', done.stderr)
 
+    # Promise named: a bag without the topics
     def testABagWithoutTheTopicsSaysWhatItHolds(self):
         bag = self.record('drive.bag', worldOf(), seconds=1.0)
         done = self.run_(bag, '--set', 'wheels/source=joint_states')
@@ -431,6 +443,7 @@ class CalibrateBag(Drives):
         self.assertIn('no topic camera/image_raw of type sensor_msgs/Image or '
                       'sensor_msgs/CompressedImage', done.stdout)
 
+    # Promise named: an empty bag
     def testAnEmptyBagFailsAndSaysWhatIsMissing(self):
         with rosbag.Bag(self.path('empty.bag'), 'w'):
             pass

@@ -77,6 +77,7 @@ class CsvToBag(unittest.TestCase):
         messages = self.messagesOf('--landmark', '4', '--ticks-topic', 'a', '--bearings-topic', 'b')
         self.assertEqual({topic for topic, _, _ in messages}, {'a', 'b'})
 
+    # Promise named: bad rows of a CSV file; no bag is left
     def testBadRowsNameFileAndLineAndLeaveNoBag(self):
         for observations, words in (
                 (OBSERVATIONS + '0.1,3,0.5\n', ('observations.csv:6:', "'0.1'")),
@@ -101,6 +102,7 @@ class CsvToBag(unittest.TestCase):
                 done = self.convert('--landmark', '3', '--output', self.output, wheels=wheels)
                 self.assertRefused(done, 1, *words)
 
+    # Promise named: a CSV file in degrees
     def testBearingsInDegreesAreRefused(self):
         done = self.convert('--landmark', '3', '--output', self.output,
                             observations=OBSERVATIONS.replace('0.25', '25.0'))

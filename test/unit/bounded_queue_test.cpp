@@ -9,6 +9,7 @@
 namespace bearing_calibration::core {
 namespace {
 
+// Promise bounded: a bag that is read faster than it is worked on
 TEST(BoundedQueue, KeepsTheOrderAndItsBound) {
   constexpr int kItems = 10000;
   constexpr int kCapacity = 3;

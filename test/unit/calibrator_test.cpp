@@ -180,6 +180,7 @@ CalibrationResult playInOrderOf(const SimulatedRecord& measured, const Simulated
 }
 
 // Network time steps back by 0.25 or 0.9 s in the middle of a spin at 1.6 rad/s.
+// Promise unharmed: a clock that steps back during a drive
 TEST(Calibrator, LivesThroughAStepBackOfTheClock) {
   constexpr double kStepped_s = 108.0;
   const RobotConfig robot = paperRobot(4);
@@ -291,6 +292,7 @@ void expectTheMountAsBefore(const MountTracker& tracker) {
 }
 
 // One of the two stands about where the filter would expect the light, had it not turned.
+// Promise honest: several candidates after an unknown turn
 TEST(AnUnknownTurn, OfSeveralCandidatesNoneIsTaken) {
   MountTracker tracker = afterAnUnknownTurn();
   const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
@@ -389,6 +391,7 @@ TEST(TakenUp, CountsWhatIsKnownBeforehandOnce) {
   }
 }
 
+// Promise honest: a resumed result that the observations contradict
 TEST(TakenUp, IsForgottenWhenTheObservationsContradictIt) {
   const RobotConfig robot = paperRobot(4);
   Pose2 elsewhere = robot.base_from_sensor;
@@ -668,6 +671,7 @@ TEST(AVarianceThatNoSensorHas, IsRaisedForElevationsToo) {
   for (double variance : seen) EXPECT_DOUBLE_EQ(variance, 1e-8);
 }
 
+// Promise bounded: bearings without wheel readings, in the core
 TEST(Calibrator, BearingsWithoutTicksAreBounded) {
   CalibratorConfig config = calibratorConfig();
   config.bearings.max_waiting = 50;

@@ -167,6 +167,7 @@ TEST(ImageConversion, EachFaultHasItsName) {
 }
 
 // 2^16 rows of 2^16 bytes do not fit 32 bits: the product must not wrap to what is there.
+// Promise refused: an image whose size overflows
 TEST(ImageConversion, AnAbsurdSizeDoesNotWrap) {
   sensor_msgs::Image image = imageOf(encodings::MONO8, {7});
   image.step = 1u << 16;

@@ -119,6 +119,7 @@ TEST(SilenceWatch, KnowsTheRateOfWhatItWatches) {
   EXPECT_TRUE(watch.isSilent(now_s + 3.0));
 }
 
+// Promise alive: an exception of any kind in a callback
 TEST(ThrownBy, HasWordsForWhateverEndsACallback) {
   EXPECT_EQ(thrownBy([] {}), "");
   EXPECT_EQ(thrownBy([] { throw std::invalid_argument("a broken contract"); }),
@@ -135,6 +136,7 @@ struct ANodelet : GuardedNodelet {
   using GuardedNodelet::guarded;
 };
 
+// Promise alive: a nodelet that is deleted during a callback
 TEST(GuardedNodelet, WaitsAtItsEndForTheCallbackThatRunsAndLetsNoOtherBegin) {
   ANodelet nodelet;
   std::atomic<bool> has_begun{false};

@@ -36,6 +36,7 @@ void expectSameMotion(const OdometryIncrement& a, const OdometryIncrement& b) {
   EXPECT_LT((a.covariance - b.covariance).norm(), 1e-9 * b.covariance.norm());
 }
 
+// Promise bounded: a robot that stands for hours
 TEST(ObservationRecord, StandingStillCostsNoRoomAndLosesNoMotion) {
   ObservationRecord record{ObservationRecordConfig()};
   record.add(observationAfter(0.0, 0.0, 0));
@@ -54,6 +55,7 @@ TEST(ObservationRecord, CreepingIsNotStandingStill) {
   EXPECT_GT(record.observations().size(), 40U);
 }
 
+// Promise bounded: a drive without end
 TEST(ObservationRecord, AnEndlessDriveIsKeptWholeOnlyCoarser) {
   ObservationRecordConfig config;
   config.capacity = 200;

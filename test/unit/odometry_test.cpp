@@ -111,6 +111,7 @@ TEST(TickDifference, WrapsInBothDirectionsAtEveryWidth) {
 }
 
 // Any sequence of steps below half the range is recovered exactly from the wrapped counters.
+// Promise unharmed: counters that wrap
 TEST(WheelOdometer, RecoversTheTravelThroughWraps) {
   for (int bits : {8, 16, 32, 64}) {
     std::mt19937_64 random(static_cast<std::uint64_t>(bits));
@@ -141,6 +142,7 @@ TEST(WheelOdometer, RecoversTheTravelThroughWraps) {
   }
 }
 
+// Promise unharmed: counters that are reset
 TEST(WheelOdometer, TellsAResetFromMotion) {
   WheelOdometer odometer(geometry(32));
   odometer.add(WheelCounts{at(0.0), 50000, 60000});
@@ -172,6 +174,7 @@ TEST(WheelOdometer, FollowsAJumpThatPersists) {
   EXPECT_GT(odometer.travel()->unseen_variance_m2, 0.0);
 }
 
+// Promise unharmed: a gap that may hide a wrap; it is reported
 TEST(WheelOdometer, SaysWhenAGapMayHideAWrap) {
   WheelOdometer odometer(geometry(8));  // 128 mm to half the range: 0.128 s at 1 m/s
   odometer.add(WheelCounts{at(0.0), 0, 0});
@@ -193,6 +196,7 @@ TEST(WheelOdometer, RefusesWhatIsNotAReading) {
 
 // The encoders' clock steps back by up to a second while the wheels turn at 0.9 of the fastest
 // speed.
+// Promise unharmed: the wheels' clock steps back
 TEST(WheelOdometer, LosesNoMotionWhenItsClockStepsBack) {
   for (const double rate_hz : {20.0, 100.0}) {
     for (const double step_s : {0.0, 0.12, 0.2, 0.97}) {

@@ -78,6 +78,7 @@ TEST_F(OwnedFolderTest, ReplacesItsOwnAndRemovesWhatIsNoMore) {
   EXPECT_EQ(textOf(out_ / "r") + textOf(out_ / "b"), "newnew");
 }
 
+// Promise inside: a folder with somebody else's files
 TEST_F(OwnedFolderTest, BesideOthersFilesItIsASubfolder) {
   write(out_ / "r", "mine");
   write(out_ / "f", "mine, too");
@@ -93,6 +94,7 @@ TEST_F(OwnedFolderTest, ASubfolderOfThatNameIsNobodyElses) {
 }
 
 // Somebody has put a file of a name of ours into our folder.
+// Promise inside: a file of the same name that somebody else wrote
 TEST_F(OwnedFolderTest, OverwritesNothingThatItDidNotWrite) {
   OwnedFolder(out_).replace({{"r", "1"}});
   write(out_ / "f", "mine");
@@ -125,6 +127,7 @@ TEST_F(OwnedFolderTest, AddsAFileToTheOthers) {
   EXPECT_EQ(textOf(out_ / "c"), "2");
 }
 
+// Promise inside: a list of files that names some outside of the folder
 TEST_F(OwnedFolderTest, NeverRemovesAnythingOutside) {
   OwnedFolder(out_).replace({{"r", "1"}});
   write(top_ / "precious", "mine");
@@ -146,6 +149,7 @@ TEST_F(OwnedFolderTest, SaysWhyItCannotBeMade) {
   }
 }
 
+// Promise kept: two programs that write the same folder
 TEST_F(OwnedFolderTest, WaitsForAnotherWriter) {
   auto first = std::make_unique<OwnedFolder>(out_);
   std::thread later([&] { OwnedFolder(out_).replace({{"r", "second"}}); });
@@ -178,6 +182,7 @@ TEST_F(OwnedFolderTest, ReplacesInsteadOfOverwriting) {
 
 // Killed at any moment: the first file is there and whole, and beside it lie none but its own. What
 // was left behind is gone when the folder is opened again.
+// Promise kept: a kill at any moment of writing
 TEST_F(OwnedFolderTest, SurvivesAKillAtAnyMoment) {
   constexpr int kKills = 200;
   std::mt19937 random(1);

@@ -183,6 +183,7 @@ TEST_F(ResultFileTest, EveryStateHasANameThatReadsBack) {
 }
 
 // Whatever the place at which the file is cut, what remains is refused and nothing is thrown.
+// Promise kept: a result file that is cut short anywhere; it is not resumed
 TEST_F(ResultFileTest, RefusesAFileCutShortAnywhere) {
   writeText(resultText(someCalibration()));
   const std::string whole = text();
@@ -232,6 +233,7 @@ TEST_F(ResultFileTest, RefusesWhatCannotBeAndSaysWhy) {
   }
 }
 
+// Promise kept: a result file with an impossible covariance; it is not resumed
 TEST_F(ResultFileTest, RefusesCovariancesThatAreNone) {
   Eigen::Matrix3d asymmetric = Eigen::Matrix3d::Identity();
   asymmetric(0, 1) = 0.1;

@@ -144,6 +144,7 @@ TEST_F(ResultStoreTest, BesideOthersFilesItHasAFolderOfItsOwn) {
   EXPECT_EQ(countIn(out_), 2);
 }
 
+// Promise named: what the file system refuses
 TEST_F(ResultStoreTest, SaysWhatTheFileSystemRefuses) {
   std::ofstream(out_) << "a file\n";
   const StoredResult stored = storeResult(out_ / "below", someCalibration(), terms_);

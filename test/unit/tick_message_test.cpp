@@ -73,6 +73,7 @@ TEST(TickMessage, AHeaderBeforeTheCountGivesTheStamp) {
   EXPECT_EQ(count.stamp, stampFromRos(header.stamp));
 }
 
+// Promise refused: wheel counts that are cut short
 TEST(TickMessage, OnesCutShortAreNamed) {
   const std::string whole = ros::message_traits::definition<std_msgs::Int64>();
   for (const std::string& definition : {whole, "Header header\n" + whole}) {

@@ -93,6 +93,7 @@ TEST_F(WheelPairingTest, AGapOfTheOtherWheelLeavesReadingsOut) {
   expectPair(right(0.6, 200), 0.55, 1, 150);
 }
 
+// Promise bounded: a wheel that never reports
 TEST_F(WheelPairingTest, WhatNeverComesIsSaidAfterAWhileAndMemoryStaysBounded) {
   int refused = 0;
   constexpr int kReadings = 1000;
