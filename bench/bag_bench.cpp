@@ -20,6 +20,7 @@
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_conversion.h"
+#include "bearing_calibration_ros/parameter_files.h"
 #include "support/rendered_observations.h"
 #include "tools/owner/bag_calibration.h"
 #include "tools/study/simulated_case.h"
@@ -154,7 +155,8 @@ BENCHMARK(readAndDetect)->Unit(benchmark::kMillisecond)->UseRealTime();
 void calibrateBag(benchmark::State& state) {
   const double ticks = nearLight().robot.encoders.drive.ticks_per_revolution;
   core::BagSetup setup =
-      core::readBagSetup({}, {"wheels/ticks_per_revolution=" + std::to_string(ticks)}, {});
+      core::readBagSetup({packagedConfig("robots/simulated.yaml")},
+                         {"wheels/ticks_per_revolution=" + std::to_string(ticks)}, {});
   setup.detection.detector = core::test::detectorOf(rig());
   const core::BagJob job{bagOfImages().path(), std::nullopt, "bench"};
   for (auto _ : state) {

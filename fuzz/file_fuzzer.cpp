@@ -1,6 +1,7 @@
 // Files: result.yaml, parameters in YAML, recordings in CSV. What is no such file ends in an error
 // that says so; what is one is read as it was written.
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -64,11 +65,24 @@ bool readResult(const std::string& text) {
   return true;
 }
 
-/// A shipped file, without its comments.
+/// A shipped file, without its comments, and with the simulated robot's numbers where it has none.
 std::string shipped(const std::string& name) {
+  static ros_side::ParameterMap robot =
+      ros_side::parametersFromFiles({BEARING_CALIBRATION_CONFIG_FOLDER "/robots/simulated.yaml"});
   std::ifstream file(BEARING_CALIBRATION_CONFIG_FOLDER "/" + name);
-  std::string text;
-  for (std::string line; std::getline(file, line);) text += line.substr(0, line.find('#')) + "\n";
+  std::string text, group;
+  for (std::string line; std::getline(file, line);) {
+    line.resize(std::min(line.size(), line.find('#')));
+    const std::size_t colon = line.find(": required");
+    if (!line.empty() && line.front() != ' ') group = line.substr(0, line.find(':'));
+    if (colon != std::string::npos) {
+      const std::string parameter = group + "/" + line.substr(2, colon - 2);
+      std::ostringstream number;
+      robot.at(parameter).write(number);
+      line.replace(colon, std::string::npos, ": " + number.str());
+    }
+    text += line + "\n";
+  }
   return text;
 }
 

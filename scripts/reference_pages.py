@@ -32,10 +32,12 @@ INTERFACES = (
 )
 PARAMETERS_HEAD = """# Parameters
 
-Made from `config/*.yaml` by `scripts/reference_pages.py`: change the comments there. SI units and radians. Every
-parameter is required: the launch files load these files first, and yours (`overrides:=FILE`) over them. A
-missing, misspelt or wrong one stops the node with all errors listed, and so does a number beyond what any robot
-has, from one of millimetres to a truck: the error names its bounds. Give a file only what differs:
+Made from `config/*.yaml` by `scripts/reference_pages.py`: change the comments there. SI units and radians. The launch
+files load these files first, then the numbers of your robot (`robot:=FILE`), then other values of yours
+(`overrides:=FILE`). Where the default is `required` there is none: only you know that number ([robots.md](../tutorials/robots.md),
+[camera.md](../tutorials/camera.md)). A missing, misspelt or wrong parameter stops the node with all errors listed, and so does a
+number beyond what any robot has, from one of millimetres to a truck: the error names its bounds. Give a file only what
+differs:
 
 ```yaml
 wheels:
@@ -44,7 +46,7 @@ converged: {position_stddev: 0.005}
 ```
 
 `calibrate_bag` takes the same files by `--config`, and single values by `--set wheels/separation=0.40`.
-[robots.md](../tutorials/robots.md) has whole files for known robots.
+[config/robots](../../config/robots) has the files of known robots, and of the simulated one.
 """
 MESSAGES_HEAD = """# Messages, services, actions
 
@@ -174,7 +176,7 @@ PROMISES = (
 PROMISES_HEAD = """# Promises
 
 Made from the tests by `scripts/reference_pages.py`: what never happens, and %d faults that tests try. Each row is a
-test, which has a line `Promise NAME: FAULT` above it. What nobody has thought of is [fuzzed](reliability.md).
+test, which has a line `Promise NAME: FAULT` above it. What nobody has thought of is [fuzzed](../background/reliability.md).
 """
 PROMISE = re.compile(r' *(?:#|//) Promise (\w+): (.+)')
 TEST = re.compile(r' *def (test\w+)\(|TEST\w*\((\w+), (\w+)\)')

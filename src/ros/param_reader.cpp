@@ -83,6 +83,25 @@ std::string kindOf(const Parameters::Rows& target) {
   return "a list of lists of " + std::to_string(target.size) + " finite numbers";
 }
 
+/// In place of a number that only the robot's owner knows.
+bool isRequired(XmlRpcValue& value, const Parameters::Target& target) {
+  std::string text;
+  const bool is_number =
+      std::holds_alternative<double*>(target) || std::holds_alternative<int*>(target);
+  return is_number && take(value, text) && text == "required";
+}
+
+/// Whose it is, with the page that says how to find it out.
+std::string ownerOf(const std::string& name) {
+  return groupOf(name) == "wheels/" ? "robot (robots.md)" : "camera and mirror (camera.md)";
+}
+
+std::string listed(const std::vector<std::string>& sentences) {
+  std::string text = std::to_string(sentences.size()) + " wrong parameter(s):";
+  for (const std::string& sentence : sentences) text += "\n  - " + sentence;
+  return text;
+}
+
 void flatten(XmlRpcValue& value, const std::string& name, ParameterMap* parameters) {
   if (value.getType() != XmlRpcValue::TypeStruct) {
     (*parameters)[name] = value;
@@ -177,12 +196,31 @@ XmlRpcValue* ParamReader::find(const std::string& name) {
 bool ParamReader::readInto(const std::string& name, const Target& target) {
   XmlRpcValue* found = find(name);
   if (found == nullptr) return false;
+  if (isRequired(*found, target)) return readRequired(name, target);
   return std::visit(
       [&](auto* value) {
         return take(*found, *value) ||
                fail(name, "must be " + kindOf(*value) + ", but " + describe(*found, *value));
       },
       target);
+}
+
+bool ParamReader::readRequired(const std::string& name, const Target& target) {
+  const auto stand_in = stand_ins_.find(name);
+  if (stand_in != stand_ins_.end()) {
+    XmlRpcValue value(stand_in->second);
+    return std::visit([&](auto* number) { return take(value, *number); }, target);
+  }
+  if (failed_names_.insert(name).second) {
+    required_.push_back("parameter " + prefix_ + name + " is required: a number of your " +
+                        ownerOf(name));
+  }
+  return false;
+}
+
+std::string ParamReader::takeRequired() {
+  const std::vector<std::string> sentences = std::exchange(required_, {});
+  return sentences.empty() ? std::string() : listed(sentences);
 }
 
 std::vector<std::string> ParamReader::namesIn(const std::string& group) const {
@@ -217,10 +255,9 @@ void ParamReader::findUnknownNames() {
 
 void ParamReader::throwIfAnyError() {
   findUnknownNames();
-  if (errors().empty()) return;
-  std::string message = std::to_string(errors().size()) + " wrong parameter(s):";
-  for (const std::string& error : errors()) message += "\n  - " + error;
-  throw std::runtime_error(message);
+  std::vector<std::string> all = required_;
+  all.insert(all.end(), errors().begin(), errors().end());
+  if (!all.empty()) throw std::runtime_error(listed(all));
 }
 
 }  // namespace bearing_calibration_ros

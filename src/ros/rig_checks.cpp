@@ -56,12 +56,14 @@ msg::FindMirrorResponse noMirror(const std::string& why) {
 }
 
 msg::FindMirrorResponse findMirror(const cv::Mat& image, const core::DetectorConfig& config) {
-  const std::optional<core::MirrorRim> rim =
-      core::findMirrorRim(image, core::rimSearchAround(config));
+  const bool knows_optics = config.gates.mirror;
+  const std::optional<core::MirrorRim> rim = core::findMirrorRim(
+      image, knows_optics ? core::rimSearchAround(config) : core::rimSearchIn(image));
   if (!rim) {
     return noMirror(
-        "no rim within a quarter of the radius that lens and mirror predict: is the mirror in the "
-        "picture, and is there light beside it?");
+        std::string("no rim ") +
+        (knows_optics ? "within a quarter of the radius that lens and mirror predict" : "found") +
+        ": is the mirror in the picture, and is there light beside it?");
   }
   const core::MirrorCheck check = core::checkMirror(*rim, config);
   msg::FindMirrorResponse response;

@@ -84,6 +84,18 @@ void WheelInput::declare(core::Parameters& params) {
   params.that(
       joints.left != joints.right,
       "wheels/left_joint must not be wheels/right_joint, but both are '" + joints.left + "'");
+  // Poses need no wheels but for a picture of them, angles no ticks but for what is less than a
+  // jump.
+  constexpr double kDrawnRadius_m = 0.05;
+  constexpr double kFineTicks = 65536.0;
+  const bool has_poses = source == WheelSource::kOdometry;
+  if (has_poses) {
+    params.standIn("wheels/left_radius", kDrawnRadius_m);
+    params.standIn("wheels/right_radius", kDrawnRadius_m);
+  }
+  if (has_poses || source == WheelSource::kJointStates) {
+    params.standIn("wheels/ticks_per_revolution", kFineTicks);
+  }
 }
 
 core::WheelCounts countsFromMessage(const msg::WheelTicks& message) {

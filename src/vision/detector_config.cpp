@@ -29,6 +29,17 @@ void declareSensor(Parameters& params, ImageSensor& sensor) {
   params.number("sensor/response_spread", sensor.response_spread, 0.0, 1.0);
 }
 
+/// Where no spot is compared with the optics, they need not be known: those of some cone do.
+void standInForOptics(Parameters& params) {
+  params.standIn("lens/focal_length", 4e-3);
+  params.standIn("lens/aperture", 1.7e-3);
+  params.standIn("lens/focus_distance", 0.06);
+  params.standIn("lens/pixel_pitch", 5.6e-6);
+  params.standIn("mirror/lens_to_apex", 0.08);
+  params.standIn("mirror/half_angle", radiansFromDegrees(52.5));
+  params.standIn("mirror/base_radius", 0.035);
+}
+
 void declareOptics(Parameters& params, OpticsUncertainty& stddev, MirrorView& view) {
   constexpr double kHalf = 0.5;  // beyond, an optics value says nothing
   params.number("lens/scale_stddev", stddev.scale, 0.0, kHalf);
@@ -47,8 +58,9 @@ void declareMask(Parameters& params, const ImageSensor& sensor, MaskConfig& mask
   params.number("mask/outer_radius", mask.outer_radius_px, 1.0, kLargestSide_px);
   params.that(mask.inner_radius_px < mask.outer_radius_px,
               "mask/inner_radius must be less than mask/outer_radius");
-  params.integer("mask/first_row", mask.first_row, 0.0, sensor.height_px - 1.0);
-  params.integer("mask/last_row", mask.last_row, mask.first_row, sensor.height_px - 1.0);
+  const double last_row = sensor.height_px > 0 ? sensor.height_px - 1.0 : kLargestSide_px;
+  params.integer("mask/first_row", mask.first_row, 0.0, last_row);
+  params.integer("mask/last_row", mask.last_row, mask.first_row, last_row);
   params.list("mask/posts", 2, mask.posts, [](const auto& row) {
     return MirrorPost{row[0], row[1]};
   });
@@ -85,6 +97,8 @@ void declareAlignment(Parameters& params, AlignmentConfig& alignment) {
 }  // namespace
 
 void DetectorConfig::declare(Parameters& params) {
+  params.read("gates/mirror", gates.mirror);
+  if (!gates.mirror) standInForOptics(params);
   declareSensor(params, sensor);
   mirror.declare(params);
   declareOptics(params, optics_stddev, view);
@@ -94,7 +108,6 @@ void DetectorConfig::declare(Parameters& params) {
   params.number("threshold/min_contrast", threshold.min_contrast_levels, 1.0 / kLargestLevel,
                 kLargestLevel);
   params.number("threshold/spreads", threshold.spreads, 0.0, kMostSigmas);
-  params.read("gates/mirror", gates.mirror);
   params.integer("gates/max_pixels", gates.max_pixels, 1.0, kMaxPixels);
   params.integer("gates/min_pixels", gates.min_pixels, 1.0, gates.max_pixels);
   params.number("gates/min_probability", gates.min_probability, 0.0, 1.0);

@@ -341,6 +341,7 @@ class QuickStart(unittest.TestCase):
     def testItsCommandsLeadToTheFilesThatItNames(self):
         """Those without a master, as they stand there; the live ones have tests of their own."""
         with tempfile.TemporaryDirectory() as folder:
+            os.symlink(os.path.join(REPOSITORY, 'config'), os.path.join(folder, 'config'))
             ran = []
             for command in commandsIn(pathOf('quick_start.md')):
                 words = shlex.split(command)

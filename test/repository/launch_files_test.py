@@ -141,6 +141,24 @@ class ConfigFiles(unittest.TestCase):
         unused = [path for path in CONFIG_FILES if os.path.basename(path) not in texts]
         self.assertEqual(unused, [])
 
+    def testTheSimulatedRobotHasEveryRequiredNumberAsItIsSimulated(self):
+        def numbers(*name):
+            with open(os.path.join(REPOSITORY, 'config', *name)) as file:
+                return {group + '/' + key: value for group, of_group in yaml.safe_load(file).items()
+                        for key, value in of_group.items()}
+        robot, simulated = numbers('robots', 'simulated.yaml'), numbers('simulation.yaml')
+        required = {name for file in ('calibration.yaml', 'detection.yaml')
+                    for name, value in numbers(file).items() if value == 'required'}
+        self.assertEqual(required, set(robot))
+        also = {'sensor/width': 'camera/width', 'sensor/height': 'camera/height',
+                'lens/focal_length': 'camera/focal_length', 'lens/aperture': 'camera/aperture',
+                'lens/focus_distance': 'camera/focus_distance', 'lens/pixel_pitch': 'camera/pixel',
+                'mirror/half_angle': 'mirror/cone_half_angle', 'mirror/base_radius': 'mirror/radius',
+                'mirror/centre_u': 'camera/centre_u', 'mirror/centre_v': 'camera/centre_v'}
+        own = {'mask/inner_radius', 'mask/outer_radius', 'mask/last_row'}  # of the detector alone
+        for name in required - own:
+            self.assertEqual(robot[name], simulated[also.get(name, name)], name)
+
     def testNumbersAreNumbers(self):
         """YAML 1.1 reads 1e-6 as text: it wants a point."""
         def check(name, value):
@@ -168,7 +186,8 @@ class ConfigFiles(unittest.TestCase):
                     comment = (parameter.group('comment') or '') + above
                     with self.subTest(place='%s:%d: %s' % (os.path.basename(path), number, line)):
                         self.assertTrue(comment, 'has no comment')
-                        if isinstance(yaml.safe_load(parameter.group('value')), float):
+                        value = yaml.safe_load(parameter.group('value'))
+                        if isinstance(value, float) or value == 'required':
                             self.assertRegex(comment, UNIT, 'has no [unit]')
                 above = ''
 

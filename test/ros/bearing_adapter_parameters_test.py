@@ -33,7 +33,7 @@ class BearingAdapterParametersTest(RefusedParameters):
                  'one of scan/min_intensity and scan/min_jump'),
                 ([(lambda c: c['scan'].update(min_width=0.3), '')], 'scan/max_width must be greater')):
             with self.subTest(sentence=sentence):
-                self.assertIn(sentence, self.said_standalone(self.configuration(faults)))
+                self.assertIn(sentence, self.said_standalone(self.NODELET, self.configuration(faults)))
 
 
 if __name__ == '__main__':

@@ -20,7 +20,7 @@ import yaml
 from bearing_calibration.msg import CalibrationEstimate
 from nodelet.srv import NodeletUnload
 
-from calibration_world import Node, World, wait_until
+from calibration_world import Node, SIMULATED_ROBOT, World, wait_until
 
 OVERRIDES = os.path.join(rospkg.RosPack().get_path('bearing_calibration'), 'test', 'ros',
                          'calibration_overrides.yaml')
@@ -46,7 +46,8 @@ class CalibrationEndedTest(unittest.TestCase):
         with open(self.log, 'w') as log:
             self.process = subprocess.Popen(
                 ['roslaunch', '--disable-title', 'bearing_calibration', 'calibrate.launch',
-                 'overrides:=' + OVERRIDES, 'result_folder:=' + self.folder] + list(arguments),
+                 'robot:=' + SIMULATED_ROBOT, 'overrides:=' + OVERRIDES,
+                 'result_folder:=' + self.folder] + list(arguments),
                 stdout=log, stderr=subprocess.STDOUT, env=dict(os.environ, ROS_NAMESPACE=self.name))
         self.addCleanup(self.end, self.process)
         names = ['/%s/%s' % (self.name, name)

@@ -14,7 +14,8 @@ import rospy
 import rostest
 from rosgraph_msgs.msg import Clock
 
-from calibration_world import DEADLINE_S, Node, World, errors_in_stddevs, wait_until
+from calibration_world import (DEADLINE_S, Node, SIMULATED_ROBOT, World, errors_in_stddevs,
+                               wait_until)
 
 SECONDS = 40.0
 START_STAMP_S = 1.0e6
@@ -52,7 +53,7 @@ class CalibrationReplayTest(unittest.TestCase):
     def replay(self, *arguments):
         process = subprocess.Popen(
             ['roslaunch', 'bearing_calibration', 'replay.launch', 'bag:=' + self.bag, 'rate:=10',
-             'overrides:=' + OVERRIDES, 'delay:=%g' % DELAY_S,
+             'robot:=' + SIMULATED_ROBOT, 'overrides:=' + OVERRIDES, 'delay:=%g' % DELAY_S,
              'result_folder:=' + os.path.join(self.folder, 'result')] + list(arguments))
         self.addCleanup(self.stop, process)
         return process

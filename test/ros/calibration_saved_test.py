@@ -13,7 +13,7 @@ import rospy
 import rostest
 import yaml
 
-from calibration_world import Node, World, wait_until
+from calibration_world import Node, SIMULATED_ROBOT, World, wait_until
 
 OVERRIDES = os.path.join(rospkg.RosPack().get_path('bearing_calibration'), 'test', 'ros',
                          'calibration_overrides.yaml')
@@ -38,8 +38,9 @@ class CalibrationSavedTest(unittest.TestCase):
         """A node in a namespace of its own that takes up what lies in the folder."""
         process = subprocess.Popen(
             ['roslaunch', '--disable-title', 'bearing_calibration', 'calibrate.launch',
-             'overrides:=' + OVERRIDES, 'result_folder:=' + folder, 'resume:=true',
-             'standalone:=true'], env=dict(os.environ, ROS_NAMESPACE=name))
+             'robot:=' + SIMULATED_ROBOT, 'overrides:=' + OVERRIDES,
+             'result_folder:=' + folder, 'resume:=true', 'standalone:=true'],
+            env=dict(os.environ, ROS_NAMESPACE=name))
         self.addCleanup(process.wait)
         self.addCleanup(process.terminate)
         return Node('/%s/calibration' % name, '/%s/wheel_ticks' % name, '/%s/bearings' % name)

@@ -5,6 +5,7 @@ bearing of a light (model.md), written a second time and independently of the pa
 """
 
 import math
+import os
 import random
 import threading
 import time
@@ -19,6 +20,9 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
+# What the package has to know of this robot, for robot:= and --config.
+SIMULATED_ROBOT = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..', 'config',
+                                               'robots', 'simulated.yaml'))
 NAN = float('nan')
 DEADLINE_S = 60.0  # for anything that should happen at once, on a slow and busy machine
 WHEEL_TYPES = {'wheel_ticks': WheelTicks, 'joint_states': JointState, 'odom': Odometry}  # by topic

@@ -13,25 +13,25 @@ import unittest
 import roslib.packages
 import rosbag
 import rospy
+import yaml
 
 from bearing_calibration.msg import WheelTicks
+from calibration_world import SIMULATED_ROBOT
 from running_launch import CRASH, START_DEADLINE_S, STAY_S, RunningLaunch
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 sys.path.insert(0, os.path.join(REPOSITORY, 'test', 'repository'))
 import documents_test  # noqa: E402  (lies beside the tests of the repository)
 
-README = ('live.launch image:=/camera/image_raw wheel_separation:=0.40 left_wheel_radius:=0.0975 '
-          'right_wheel_radius:=0.0975 ticks_per_revolution:=2048')
-QUICK_START = 'live.launch overrides:=$PWD/robot.yaml image:=/camera/image_raw'
-DRIVE = 'drive.launch calibration_overrides:=$PWD/robot.yaml'
-CAMERA = 'detect.launch image:=/camera/image_raw'
-SENSOR = 'calibrate.launch overrides:=$PWD/robot.yaml bearings:=bearings sensor_frame:=laser'
+README = 'live.launch robot:=$PWD/robot.yaml image:=/camera/image_raw'
+DRIVE = 'drive.launch robot:=$PWD/robot.yaml'
+CAMERA = 'detect.launch robot:=$PWD/robot.yaml image:=/camera/image_raw'
+SENSOR = 'calibrate.launch robot:=$PWD/robot.yaml bearings:=bearings sensor_frame:=laser'
 POSE, POSES, TAGS, SCAN = ('adapter.launch ' + arguments for arguments in (
     'source:=pose input:=/marker/pose', 'source:=poses input:=/markers',
     'source:=tf overrides:=$PWD/tags.yaml', 'source:=scan input:=/scan sensor_frame:=laser'))
-MARKERS = 'calibrate.launch overrides:=$PWD/robot.yaml'
-ROBOTS = 'calibrate.launch overrides:=$PWD/config/robots/'
+MARKERS = 'calibrate.launch robot:=$PWD/robot.yaml'
+ROBOTS = 'calibrate.launch robot:=$PWD/config/robots/'
 TURTLEBOT, KOBUKI = ROBOTS + 'turtlebot3_burger.yaml', ROBOTS + 'kobuki.yaml'
 DUCKIEBOT = (ROBOTS + 'duckiebot.yaml left_ticks:=/duckie/left_wheel_encoder_node/tick '
              'right_ticks:=/duckie/right_wheel_encoder_node/tick')
@@ -39,9 +39,8 @@ ODOMETRY = 'calibrate.launch wheel_source:=odometry odom:=/odom wheel_separation
 
 # What a reader may start one after the other and leave running.
 COMBINATIONS = (
-    (README,),
-    (QUICK_START, DRIVE),
-    (QUICK_START + ' drive:=true',),
+    (README, DRIVE),
+    (README + ' drive:=true',),
     (CAMERA, TURTLEBOT),
     (KOBUKI, CAMERA, DRIVE),
     (DUCKIEBOT,),
@@ -57,10 +56,12 @@ COMBINATIONS = (
 ALONE = {
     'demo.launch scene:=$PWD/config/scene.yaml seed:=1': None,
     'demo.launch drive:=optimal rviz:=true': 'demo.launch drive:=optimal',
-    'replay.launch bag:=FILE': None,
+    'replay.launch bag:=FILE robot:=$PWD/robot.yaml': None,
     'replay.launch bag:=$PWD/landmark_1.bag overrides:=$PWD/litw.yaml detect:=false rate:=20': None,
 }
-ROBOT = 'wheels: {separation: 0.40, left_radius: 0.0975, right_radius: 0.0975}\n'
+# Of readme_robot.launch, which has the simulated robot's camera.
+WHEELS = {'separation': 0.40, 'left_radius': 0.0975, 'right_radius': 0.0975,
+          'ticks_per_revolution': 2048.0}
 
 CONVERGE_DEADLINE_S = 400  # the simulated robot takes a minute and a half on a machine that is free
 TRUTH_MM_DEG = {'x': 86.60254, 'y': 50.0, 'yaw': 60.0}  # config/simulation.yaml: mount
@@ -75,9 +76,11 @@ class Combinations(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
         os.symlink(os.path.join(REPOSITORY, 'config'), os.path.join(self.folder, 'config'))
+        with open(SIMULATED_ROBOT) as file:
+            robot = dict(yaml.safe_load(file), wheels=WHEELS)
         for name in ('robot.yaml', 'litw.yaml'):
             with open(os.path.join(self.folder, name), 'w') as file:
-                file.write(ROBOT)
+                yaml.safe_dump(robot, file)
         with open(os.path.join(self.folder, 'tags.yaml'), 'w') as file:
             file.write('tf: {lights: {tag_1: 1, tag_2: 2}}\n')
         for name in ('FILE', 'landmark_1.bag'):
@@ -124,8 +127,9 @@ class Combinations(unittest.TestCase):
                     self.assertNotRegex(launch.output(), CRASH)
 
     def testAManagerThatDiesEndsItsLaunch(self):
-        for command in ('live.launch', 'calibrate.launch', 'detect.launch', 'demo.launch',
-                        'replay.launch bag:=FILE'):
+        robot = ' robot:=$PWD/robot.yaml'
+        for command in ('live.launch' + robot, 'calibrate.launch' + robot, 'detect.launch' + robot,
+                        'demo.launch', 'replay.launch bag:=FILE' + robot):
             with self.subTest(command=command):
                 launch = self.start(command)
                 self.assertTrue(launch.waitFor(lambda: not launch.faults()), launch.output())
@@ -138,7 +142,8 @@ class Combinations(unittest.TestCase):
                 self.assertIn('REQUIRED process [%s' % manager[1:], launch.output())
 
     def testAManagerThatIsMissingIsNamedUntilItIsThere(self):
-        launch = self.start('detect.launch start_manager:=false manager:=camera_manager')
+        launch = self.start('detect.launch robot:=$PWD/robot.yaml start_manager:=false '
+                            'manager:=camera_manager')
         self.assertTrue(launch.waitFor(lambda: 'the nodelet manager /camera_manager' in
                                        launch.output()), 'it says nothing')
         self.start('manager.launch manager:=camera_manager', launch)

@@ -12,8 +12,10 @@ import rosbag
 import rospy
 
 from bearing_calibration.msg import WheelTicks
+from calibration_world import SIMULATED_ROBOT
 from running_launch import CRASH, START_DEADLINE_S, STAY_S, STOP_DEADLINE_S, RunningLaunch
 
+ROBOT = 'robot:=' + SIMULATED_ROBOT
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 
 
@@ -58,10 +60,21 @@ class LaunchFilesRun(unittest.TestCase):
         self.assertNotRegex(launch.output(), CRASH)
 
     def testCalibrate(self):
-        self.assertRuns('calibrate.launch')
+        self.assertRuns('calibrate.launch', ROBOT)
+
+    def testWithoutARobotEachNodeSaysWhatItNeeds(self):
+        launch = RunningLaunch('live.launch', ['drive:=true'], self.folder)
+        try:
+            for name in ('/calibration/wheels/separation', '/calibration_drive/wheels/separation',
+                         '/light_detection/mirror/half_angle'):
+                self.assertTrue(launch.waitFor(
+                    lambda: 'parameter %s is required' % name in launch.output()), launch.output())
+        finally:
+            launch.stop()
+        self.assertNotRegex(launch.output(), 'terminate called|Aborted|Segmentation')
 
     def testCalibrateStandalone(self):
-        self.assertRuns('calibrate.launch', 'standalone:=true')
+        self.assertRuns('calibrate.launch', ROBOT, 'standalone:=true')
 
     def testTheDemoInRviz(self):
         screen = HiddenScreen(self.folder)
@@ -100,13 +113,13 @@ class LaunchFilesRun(unittest.TestCase):
         self.assertTrue(os.path.exists(os.path.join(self.folder, 'rviz_room.png')))
 
     def testDetect(self):
-        self.assertRuns('detect.launch')
+        self.assertRuns('detect.launch', ROBOT)
 
     def testDemo(self):
         self.assertRuns('demo.launch')
 
     def testDrive(self):
-        self.assertRuns('drive.launch')
+        self.assertRuns('drive.launch', ROBOT)
 
     def testReplay(self):
         bag_path = os.path.join(self.folder, 'ticks.bag')
@@ -115,7 +128,7 @@ class LaunchFilesRun(unittest.TestCase):
                 ticks = WheelTicks()
                 ticks.header.stamp = rospy.Time(second)
                 bag.write('wheel_ticks', ticks, ticks.header.stamp)
-        self.assertRuns('replay.launch', 'bag:=' + bag_path)
+        self.assertRuns('replay.launch', ROBOT, 'bag:=' + bag_path)
 
 
 if __name__ == '__main__':

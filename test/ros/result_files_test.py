@@ -17,7 +17,7 @@ import yaml
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 sys.path.insert(0, os.path.join(REPOSITORY, 'tools', 'owner'))
 import demo_monitor  # noqa: E402  (lies in tools)
-from calibration_world import World, recordBag  # noqa: E402
+from calibration_world import SIMULATED_ROBOT, World, recordBag  # noqa: E402
 
 XACRO = '{http://www.ros.org/wiki/xacro}'
 MICRO = 2e-6  # the forms are rounded to 1e-6
@@ -32,8 +32,9 @@ class ResultFiles(unittest.TestCase):
         cls.folder = os.path.join(folder.name, 'out')
         bag = recordBag(os.path.join(folder.name, 'drive.bag'), World(1000.0))
         program = roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0]
-        subprocess.run([program, bag, '--output', cls.folder, '--set', 'mount/z=0.35', '--set',
-                        'mount/roll=0.02', '--set', 'mount/pitch=-0.03'], check=True,
+        subprocess.run([program, bag, '--output', cls.folder, '--config', SIMULATED_ROBOT,
+                        '--set', 'mount/z=0.35', '--set', 'mount/roll=0.02',
+                        '--set', 'mount/pitch=-0.03'], check=True,
                        stdout=subprocess.DEVNULL, timeout=600)
         with open(cls.path('result.yaml')) as file:
             cls.mount = yaml.safe_load(file)['base_from_camera']

@@ -16,7 +16,7 @@ import yaml
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 sys.path.insert(0, os.path.join(REPOSITORY, 'test', 'ros'))
-from calibration_world import World, recordBag  # noqa: E402  (lies beside the tests of the node)
+from calibration_world import SIMULATED_ROBOT, World, recordBag  # noqa: E402  (lies beside the nodes)
 
 CONVERGED, FAILED, USAGE, DEGENERATE, UNCERTAIN, DISAGREE = range(6)
 START_S = 1000.0
@@ -60,7 +60,8 @@ class Drives(unittest.TestCase):
 class CalibrateBag(Drives):
 
     def run_(self, *arguments):
-        return subprocess.run([self.program] + list(arguments) + ['--output', self.output],
+        return subprocess.run([self.program, '--config', SIMULATED_ROBOT, *arguments,
+                               '--output', self.output],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                               universal_newlines=True, timeout=120)
 
@@ -410,7 +411,8 @@ class CalibrateBag(Drives):
 
     # Promise named: an output that cannot be written
     def testAnOutputThatCannotBeWrittenIsSaidBeforeAnythingIsRead(self):
-        done = subprocess.run([self.program, self.drives[0], '--output', '/proc/nope'],
+        done = subprocess.run([self.program, self.drives[0], '--config', SIMULATED_ROBOT,
+                               '--output', '/proc/nope'],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                               universal_newlines=True, timeout=120)
         self.assertStatus(done, USAGE)
@@ -487,8 +489,7 @@ class JobQueues(Drives):
         os.mkdir(self.path('bags'))
         for bag in self.drives[:2]:
             os.symlink(bag, self.path(os.path.join('bags', os.path.basename(bag))))
-        with open(self.path('robot.yaml'), 'w') as file:
-            file.write('wheels: {noise_independent: 1.0e-6}\n')
+        shutil.copy(SIMULATED_ROBOT, self.path('robot.yaml'))
 
     def documented(self, pattern):
         with open(os.path.join(REPOSITORY, 'doc', 'how-to', 'calibrate_bag.md')) as file:

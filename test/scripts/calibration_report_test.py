@@ -16,7 +16,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, '..', 'ros'))
-from calibration_world import World, recordBag  # noqa: E402  (lies beside the node's tests)
+from calibration_world import SIMULATED_ROBOT, World, recordBag  # noqa: E402  (lies beside the nodes)
 
 REPORT = ['rosrun', 'bearing_calibration', 'calibration_report']
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
@@ -91,7 +91,8 @@ class CalibrationReport(unittest.TestCase):
     def calibrate(cls, name, *arguments):
         program = roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0]
         output = os.path.join(cls.folder, name)
-        subprocess.run([program, *arguments, '--output', output], stdout=subprocess.DEVNULL,
+        subprocess.run([program, *arguments, '--config', SIMULATED_ROBOT, '--output', output],
+                       stdout=subprocess.DEVNULL,
                        timeout=600)
         return output
 

@@ -1,8 +1,9 @@
-"""find_mirror as its user meets it: pictures in, lines for config/detection.yaml or a message out."""
+"""find_mirror as its user meets it: pictures in, lines for the robot's file or a message out."""
 
 import math
 import os
 import random
+import re
 import subprocess
 import tempfile
 import unittest
@@ -10,6 +11,8 @@ import unittest
 import roslib.packages
 import yaml
 
+SIMULATED = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..', 'config', 'robots',
+                                         'simulated.yaml'))
 WIDTH, HEIGHT = 320, 240
 CENTRE_U, CENTRE_V, RADIUS = 163.25, 118.5, 105.0
 
@@ -62,6 +65,28 @@ class FindMirror(unittest.TestCase):
         self.assertIn('# rim: radius', done.stdout)
         with open(drawing, 'rb') as file:
             self.assertEqual(file.read(4), b'\x89PNG')
+
+    def testAMisalignmentWantsLensAndMirrorAlone(self):
+        """Not the centre, which it finds, nor the wheels; and the optics even where nothing else is
+        compared with them."""
+        picture = self.write('a.pgm', mirrorPicture(1))
+        point = ['--principal-point', '160', '120', '--light-height=-0.03']
+        optics = {'lens/focal_length', 'lens/aperture', 'lens/focus_distance', 'lens/pixel_pitch',
+                  'mirror/lens_to_apex', 'mirror/half_angle', 'mirror/base_radius'}
+        plain = self.write('plain.yaml', b'gates: {mirror: false}')
+        for arguments in ([], ['--config', plain]):
+            done = self.findMirror(picture, *point, *arguments)
+            self.assertEqual(done.returncode, 1, done.stdout)
+            self.assertEqual(set(re.findall(r'parameter (\S+) is required', done.stderr)), optics)
+        with open(SIMULATED) as file:
+            rig = yaml.safe_load(file)
+        own = {'wheels': rig['wheels'], 'lens': rig['lens'],
+               'mirror': {name: rig['mirror'][name]
+                          for name in ('lens_to_apex', 'half_angle', 'base_radius')}}
+        done = self.findMirror(picture, *point, '--config',
+                               self.write('own.yaml', yaml.safe_dump(own).encode()))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn('near_per_far', yaml.safe_load(done.stdout)['alignment'])
 
     def testARadiusNarrowsTheSearch(self):
         picture = self.write('a.pgm', mirrorPicture(1))

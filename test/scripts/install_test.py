@@ -80,8 +80,9 @@ class Install(unittest.TestCase):
     def testCalibrateBagAndItsReport(self):
         output = self.path('out')
         robot = os.path.join(self.prefix, 'share', 'bearing_calibration', 'config', 'robots')
-        self.assertGreaterEqual(len(os.listdir(robot)), 3)
-        self.run_('rosrun', 'bearing_calibration', 'calibrate_bag', self.bag, '--output', output)
+        self.assertGreaterEqual(len(os.listdir(robot)), 4)
+        self.run_('rosrun', 'bearing_calibration', 'calibrate_bag', self.bag, '--output', output,
+                  '--config', os.path.join(robot, 'simulated.yaml'))
         self.assertRight(output)
         self.run_('rosrun', 'bearing_calibration', 'calibration_report', output)
         self.assertTrue(os.path.exists(os.path.join(output, 'report.html')))
@@ -103,7 +104,9 @@ class Install(unittest.TestCase):
         port = demo_monitor.freePort(demo_monitor.masterPorts())
         said = self.run_('roslaunch', '-p', str(port), 'bearing_calibration', 'replay.launch',
                          'bag:=' + self.bag, 'detect:=false', 'quit:=true', 'rate:=20.0',
-                         'overrides:=' + overrides)
+                         'overrides:=' + overrides, 'robot:=' + os.path.join(
+                             self.prefix, 'share', 'bearing_calibration', 'config', 'robots',
+                             'simulated.yaml'))
         self.assertNotRegex(said, r'terminate called|Aborted|Segmentation|Traceback')
         self.assertRight(output)
 

@@ -137,7 +137,7 @@ class Robots(unittest.TestCase):
     def testEveryConfigurationIsTestedHere(self):
         names = {os.path.basename(path) for path in
                  glob.glob(os.path.join(REPOSITORY, 'config', 'robots', '*'))}
-        self.assertEqual(names, {'turtlebot3_burger.yaml', 'kobuki.yaml', 'duckiebot.yaml'})
+        self.assertEqual(names, {'turtlebot3_burger.yaml', 'kobuki.yaml', 'duckiebot.yaml', 'simulated.yaml'})
 
     def testTurtleBot3(self):
         self.assertFindsTheMount(TurtleBot3(1000.0), *self.config('turtlebot3_burger'))
@@ -154,7 +154,7 @@ class Robots(unittest.TestCase):
 
     def testBareCountersWithoutStamps(self):
         world = OwnRobot(1000.0)
-        self.assertFindsTheMount(world, '--set', 'wheels/source=separate_ticks', '--set',
+        self.assertFindsTheMount(world, *self.config('simulated'), '--set', 'wheels/source=separate_ticks', '--set',
                                  'wheels/counter_bits=16', '--set',
                                  'wheels/ticks_per_revolution=4096.0')
         self.assertGreater(abs(world.counts()[1]), 2**16, 'the counter has not wrapped')
@@ -162,7 +162,7 @@ class Robots(unittest.TestCase):
     def testAMissingWheelIsNamed(self):
         world = OwnRobot(1000.0)
         world.TOPICS = ('/left_ticks', '/right')
-        done = self.calibrate(world, '--set', 'wheels/source=separate_ticks')
+        done = self.calibrate(world, *self.config('simulated'), '--set', 'wheels/source=separate_ticks')
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn('no topic right_ticks with the count of one wheel', done.stdout)
         self.assertIn('/right (std_msgs/Int16)', done.stdout)
@@ -174,7 +174,7 @@ class Robots(unittest.TestCase):
             if world.step % 2 == 0 or world.step < 20 * world.TICK_RATE:
                 Duckiebot.recordWheels(world, bag)
         world.recordWheels = recordWheels
-        done = self.calibrate(world, '--set', 'wheels/source=separate_ticks', '--set',
+        done = self.calibrate(world, *self.config('simulated'), '--set', 'wheels/source=separate_ticks', '--set',
                               'wheels/counter_bits=16', '--set',
                               'wheels/ticks_per_revolution=4096.0')
         self.assertIn('no reading of the other wheel', done.stdout)

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -14,7 +15,8 @@ import yaml
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 sys.path.insert(0, os.path.join(REPOSITORY, 'test', 'ros'))
-from mirror_images import png_of  # noqa: E402  (lies beside the tests of the node)
+from calibration_world import SIMULATED_ROBOT  # noqa: E402  (lies beside the tests of the node)
+from mirror_images import png_of  # noqa: E402
 
 TRUTH = (0.1 * math.cos(math.radians(30)), 0.1 * math.sin(math.radians(30)), math.radians(60))
 CHI_SQUARE_3_AT_999 = 16.27
@@ -44,12 +46,16 @@ class SimulateBag(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return self.path(name)
 
+    @staticmethod
+    def calibrateBag(*arguments, config=('--config', SIMULATED_ROBOT)):
+        return subprocess.run([program('calibrate_bag'), *config, *arguments],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              universal_newlines=True, timeout=600)
+
     def calibrate(self, *arguments):
         """Exit status, text and result."""
         output = self.path('out')
-        done = subprocess.run([program('calibrate_bag'), *arguments, '--output', output],
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, timeout=600)
+        done = self.calibrateBag(*arguments, '--output', output)
         with open(os.path.join(output, 'result.yaml')) as file:
             return done, yaml.safe_load(file)
 
@@ -74,9 +80,7 @@ class SimulateBag(unittest.TestCase):
         looks = []  # there are some whatever comes of so short a drive
         for arguments in ((raw,), (compressed,), (compressed, '--image-topic', 'camera/image_raw')):
             output = self.path('out_%d' % len(looks))
-            done = subprocess.run([program('calibrate_bag'), *arguments, '--output', output],
-                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                  universal_newlines=True, timeout=600)
+            done = self.calibrateBag(*arguments, '--output', output)
             images_file = os.path.join(output, 'images.csv')
             self.assertTrue(os.path.exists(images_file), done.stdout)
             with open(images_file) as file:
@@ -104,14 +108,36 @@ class SimulateBag(unittest.TestCase):
 
     def testImagesOfAnotherSizeAreNamed(self):
         bag = self.simulate('few.bag', '--seconds', '2')
-        done = subprocess.run([program('calibrate_bag'), bag, '--output', self.path('wrong'), '--set',
-                               'sensor/width=320', '--set', 'mirror/centre_u=159.5', '--set',
-                               'mask/outer_radius=150.0'],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              universal_newlines=True, timeout=600)
+        done = self.calibrateBag(bag, '--output', self.path('wrong'), '--set', 'sensor/width=320',
+                                 '--set', 'mirror/centre_u=159.5', '--set', 'mask/outer_radius=150.0')
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn('WAITING_FOR_LIGHT', done.stdout)
         self.assertRegex(done.stdout, r'images were left out \(.*640')
+
+    def testWhatIsNotKnownOfRobotAndCameraIsNamed(self):
+        """A bag of bearings needs no camera; a bag of images names all that is not given of it."""
+        wheels = {'wheels/' + name for name in
+                  ('separation', 'left_radius', 'right_radius', 'ticks_per_revolution')}
+        camera = {'sensor/width', 'sensor/height', 'lens/focal_length', 'lens/aperture',
+                  'lens/focus_distance', 'lens/pixel_pitch', 'mirror/lens_to_apex',
+                  'mirror/half_angle', 'mirror/base_radius', 'mirror/centre_u', 'mirror/centre_v',
+                  'mask/inner_radius', 'mask/outer_radius', 'mask/last_row'}
+        with open(SIMULATED_ROBOT) as file:
+            known = [word for name, value in yaml.safe_load(file)['wheels'].items()
+                     for word in ('--set', 'wheels/%s=%s' % (name, value))]
+        images = self.simulate('unknown.bag', '--seconds', '2')
+        for arguments, status, names in (
+                ((images,), 2, wheels), ((images, *known), 1, camera),
+                ((images, *known, '--set', 'gates/mirror=false'), 1,
+                 {name for name in camera if not re.match('lens/|mirror/[^c]', name)})):
+            with self.subTest(arguments=arguments[1:]):
+                done = self.calibrateBag(*arguments, '--output', self.path('unknown'), config=())
+                self.assertEqual(done.returncode, status, done.stdout)
+                self.assertEqual(set(re.findall(r'parameter (\S+) is required', done.stdout)), names)
+                self.assertIn('%d wrong parameter(s)' % len(names), done.stdout)
+        bearings = self.simulate('known.bag', '--seconds', '2', '--only-bearings')
+        done = self.calibrateBag(bearings, *known, '--output', self.path('known'), config=())
+        self.assertNotIn('required', done.stdout)
 
     def testTheSameSeedGivesTheSameBag(self):
         def messages(seed):

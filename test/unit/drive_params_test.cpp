@@ -21,10 +21,9 @@ const std::string kConfigFolder = BEARING_CALIBRATION_CONFIG_FOLDER;
 DriveNodeConfig readWith(const std::string& changes) {
   const std::string file = testing::TempDir() + "drive_params_changes.yaml";
   std::ofstream(file) << changes;
-  return readConfig<DriveNodeConfig>(
-      ParamReader(parametersFromFiles(
-                      {kConfigFolder + "/calibration.yaml", kConfigFolder + "/drive.yaml", file}),
-                  ""));
+  return readConfig<DriveNodeConfig>(ParamReader(parametersFromFiles(
+      {kConfigFolder + "/calibration.yaml", kConfigFolder + "/robots/simulated.yaml",
+       kConfigFolder + "/drive.yaml", file})));
 }
 
 std::string errorsWith(const std::string& changes) {
@@ -38,7 +37,7 @@ std::string errorsWith(const std::string& changes) {
 
 TEST(DriveParams, AreReadAsShipped) {
   const DriveNodeConfig config = readWith("drive: {motion: optimal}");
-  EXPECT_EQ(config.drive.limits.wheel_separation_m, 0.25);  // of calibration.yaml
+  EXPECT_EQ(config.drive.limits.wheel_separation_m, 0.25);  // of robots/simulated.yaml
   EXPECT_EQ(config.drive.limits.max_speed_mps, 0.2);
   EXPECT_EQ(config.drive.sensing.wheel_noise.independent_k_m, 1e-6);  // of calibration.yaml
   EXPECT_EQ(config.drive.planner.block, core::PlannerConfig::Block::kMount);

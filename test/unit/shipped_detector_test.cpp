@@ -1,5 +1,5 @@
 // What the core's tests and the tables call the shipped detector is what config/detection.yaml
-// says.
+// says of the simulated robot's camera.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,8 @@ std::map<std::string, double> numbersOf(core::DetectorConfig config) {
 }
 
 TEST(ShippedDetector, IsThatOfTheConfigurationFile) {
-  const ParamReader file(parametersFromFiles({packagedConfig("detection.yaml")}));
+  const ParamReader file(parametersFromFiles(
+      {packagedConfig("detection.yaml"), packagedConfig("robots/simulated.yaml")}));
   const auto shipped = numbersOf(readConfig<DetectionNodeConfig>(file).detector);
   const auto tested = numbersOf(core::test::shippedDetector());
   ASSERT_GT(shipped.size(), 40U);

@@ -204,8 +204,12 @@ BagSetup readBagSetup(const std::vector<std::string>& config_files,
   files.addNode("detection", ros_side::packagedConfig("detection.yaml"));
   for (const std::string& file : config_files) files.overlay(file);
   for (const std::string& assignment : assignments) files.set(assignment);
-  return {ros_side::readCalibrationNodeConfig(files.reader("calibration")),
-          ros_side::readConfig<ros_side::DetectionNodeConfig>(files.reader("detection")), topics};
+  BagSetup setup{ros_side::readCalibrationNodeConfig(files.reader("calibration")), {}, topics, {}};
+  ros_side::ParamReader params = files.reader("detection");
+  setup.detection.declare(params);
+  setup.camera_errors = params.takeRequired();
+  params.throwIfAnyError();
+  return setup;
 }
 
 BagOutcome calibrateBag(const BagJob& job, const BagSetup& setup,
@@ -215,6 +219,9 @@ BagOutcome calibrateBag(const BagJob& job, const BagSetup& setup,
     const Timing timing(&outcome.times.whole);
     BagReader reader = openBag(job.bag, setup);
     outcome.topics = reader.topics();
+    if (!outcome.topics.images.empty() && !setup.camera_errors.empty()) {
+      throw std::runtime_error("it holds images, and " + setup.camera_errors);
+    }
     Replay replay(job, setup, &outcome);
     for (auto batch = reader.next(); !batch.empty(); batch = reader.next()) {
       for (const BagMessage& message : batch) replay.take(message);

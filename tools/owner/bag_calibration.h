@@ -18,7 +18,8 @@ namespace bearing_calibration::core {
 struct BagSetup {
   bearing_calibration_ros::CalibrationNodeConfig calibration;
   bearing_calibration_ros::DetectionNodeConfig detection;
-  BagTopics topics;  ///< as wanted
+  BagTopics topics;           ///< as wanted
+  std::string camera_errors;  ///< required of `detection` and not given: no images can be searched
 };
 
 /// The package's own parameters, with what differs from them.

@@ -17,6 +17,7 @@ import sys
 import time
 
 import rosgraph
+import roslib.packages
 import rospy
 from geometry_msgs.msg import PoseStamped
 
@@ -135,9 +136,11 @@ def bagPath():
 def nextSteps(bag):
     """The way of an owner from a recording to a URDF."""
     run = '  ./scripts/run rosrun bearing_calibration '
+    robot = os.path.join(roslib.packages.get_pkg_dir('bearing_calibration'), 'config', 'robots',
+                         'simulated.yaml')
     return '\n'.join([
         '', 'The joint for a URDF, and a report, of what was just recorded:',
-        run + 'calibrate_bag %s --output demo_result' % bag,
+        run + 'calibrate_bag %s --config %s --output demo_result' % (bag, robot),
         run + 'calibration_report demo_result'])
 
 

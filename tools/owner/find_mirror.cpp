@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/optics/conic_mirror.h"
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/mirror_rim.h"
@@ -40,9 +41,9 @@ struct Arguments {
 bool parse(int argc, char** argv, Arguments* arguments) {
   options::options_description visible(
       "find_mirror IMAGE... [--radius PX] [--output OUT.png]\n"
-      "            [--principal-point U V --light-height M [--config FILE]...]\n\n"
+      "            [--principal-point U V --light-height M --config FILE...]\n\n"
       "Finds the circle of the mirror's rim and prints its centre and radius as lines for\n"
-      "config/detection.yaml. Of several images the mean is taken: in images of a turning robot "
+      "your robot's file. Of several images the mean is taken: in images of a turning robot "
       "the\n"
       "surroundings smear and the rim stays.\n"
       "With the lens' principal point it also prints the calibration's parameters for a mirror\n"
@@ -60,7 +61,7 @@ bool parse(int argc, char** argv, Arguments* arguments) {
       options::value(&arguments->light_distances_m)->multitoken()->default_value({1.0, 3.0}, "1 3"),
       "least and largest one of the drive [m]");
   add("config,c", options::value(&arguments->config_files),
-      "lens and mirror, where they differ from config/detection.yaml; may be repeated");
+      "parameters that differ from config/detection.yaml: your lens and mirror; may be repeated");
   options::options_description hidden;
   hidden.add_options()("image", options::value(&arguments->images)->required(), "");
   options::positional_options_description positions;
@@ -130,15 +131,32 @@ struct BestCentre {
   std::optional<MirrorMisalignment> bend;
 };
 
-BestCentre bestCentre(const MirrorRim& rim, const Arguments& arguments) {
+/// Lens and mirror of the files, which need not have yet what is only being found out.
+/// @throws std::runtime_error with every number that is missing or wrong
+ConicMirror readMirror(const MirrorRim& rim, const cv::Size& image,
+                       const std::vector<std::string>& config_files) {
+  namespace ros_side = bearing_calibration_ros;
+  ros_side::ParameterFiles files;
+  files.addNode("calibration", ros_side::packagedConfig("calibration.yaml"));  // knows the wheels
+  files.addNode("detection", ros_side::packagedConfig("detection.yaml"));
+  for (const std::string& found :
+       {formatted("sensor/width=%d", image.width), formatted("sensor/height=%d", image.height),
+        formatted("mirror/centre_u=%.3f", rim.circle.centre_px.x()),
+        formatted("mirror/centre_v=%.3f", rim.circle.centre_px.y()),
+        std::string("mask/inner_radius=0.0"),
+        formatted("mask/outer_radius=%.3f", rim.circle.radius_px),
+        formatted("mask/last_row=%d", image.height - 1)}) {
+    files.set(found);
+  }
+  for (const std::string& file : config_files) files.overlay(file);
+  files.set("gates/mirror=true");  // else the optics need not be known
+  return ros_side::readConfig<ros_side::DetectionNodeConfig>(files.reader("detection"))
+      .detector.mirror;
+}
+
+BestCentre bestCentre(const MirrorRim& rim, const cv::Size& image, const Arguments& arguments) {
   if (arguments.principal_point_px.empty()) return {rim.circle.centre_px, std::nullopt};
-  bearing_calibration_ros::ParameterFiles files;
-  files.addNode("detection", bearing_calibration_ros::packagedConfig("detection.yaml"));
-  for (const std::string& file : arguments.config_files) files.overlay(file);
-  const ConicMirror mirror =
-      bearing_calibration_ros::readConfig<bearing_calibration_ros::DetectionNodeConfig>(
-          files.reader("detection"))
-          .detector.mirror;
+  const ConicMirror mirror = readMirror(rim, image, arguments.config_files);
   const MirrorMisalignment bend =
       mirrorMisalignment(mirror, arguments.light_height_m, arguments.light_distances_m.front(),
                          arguments.light_distances_m.back());
@@ -178,7 +196,7 @@ void find(const Arguments& arguments) {
         "no rim found: a circle about the image's middle must be seen in a third of the directions "
         "(more light, more images of a turning robot, or --radius help)");
   }
-  print(*rim, bestCentre(*rim, arguments));
+  print(*rim, bestCentre(*rim, image.size(), arguments));
   if (arguments.output_file.empty()) return;
   if (!cv::imwrite(arguments.output_file, annotateRim(image, *rim))) {
     throw std::runtime_error(arguments.output_file + ": cannot be written");

@@ -40,7 +40,8 @@ def measure(folder):
     """(truth, result, details, images) of the drive."""
     bag, output = os.path.join(folder, 'drive.bag'), os.path.join(folder, 'result')
     run('simulate_bag', '--output', bag)
-    run('calibrate_bag', bag, '--output', output, '--quiet')
+    run('calibrate_bag', bag, '--config', os.path.join(REPOSITORY, 'config', 'robots', 'simulated.yaml'),
+        '--output', output, '--quiet')
     with open(os.path.join(REPOSITORY, 'config', 'simulation.yaml')) as file:
         truth = yaml.safe_load(file)['mount']
     with open(os.path.join(output, 'result.yaml')) as file:

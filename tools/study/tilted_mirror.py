@@ -31,10 +31,17 @@ def run(program, *arguments, statuses=(0,)):
     return done.stdout
 
 
+def config(*names):
+    return os.path.join(roslib.packages.get_pkg_dir('bearing_calibration'), 'config', *names)
+
+
 def simulation():
-    folder = roslib.packages.get_pkg_dir('bearing_calibration')
-    with open(os.path.join(folder, 'config', 'simulation.yaml')) as file:
+    with open(config('simulation.yaml')) as file:
         return yaml.safe_load(file)
+
+
+def robot():
+    return ['--config', config('robots', 'simulated.yaml')]
 
 
 def leaningMirror(tilt_deg, offset_mm, seed):
@@ -56,7 +63,7 @@ def calibrate(arguments, seed, folder):
     run('simulate_bag', '--scene', scene, '--seed', seed, '--seconds', arguments.seconds,
         '--output', bag)
     told = ['--config', foundMirror(scene, seed, folder)] if arguments.find_mirror else []
-    run('calibrate_bag', bag, '--quiet', *told, '--output', result, statuses=(0, 1, 3, 4))
+    run('calibrate_bag', bag, '--quiet', *robot(), *told, '--output', result, statuses=(0, 1, 3, 4))
     with open(os.path.join(result, 'result.yaml')) as file:
         return yaml.safe_load(file)
 
@@ -70,7 +77,7 @@ def foundMirror(scene, seed, folder):
     pictures = sorted(os.path.join(images, name) for name in os.listdir(images)
                       if name.endswith('.png'))
     with open(found, 'w') as file:
-        file.write(run('find_mirror', *pictures,
+        file.write(run('find_mirror', *pictures, *robot(),
                        '--principal-point', world['camera']['centre_u'], world['camera']['centre_v'],
                        '--light-height=%g' % world['world']['lights'][0][2]))
     return found

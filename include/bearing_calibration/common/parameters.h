@@ -84,6 +84,10 @@ class Parameters {
     for (const std::vector<double>& row : rows.rows) items.push_back(item_from(row));
   }
 
+  /// Of a number that only its owner knows, but need not give beside the others: `value` takes its
+  /// place where it is not given. To be called before the number is declared.
+  virtual void standIn(const std::string& /*name*/, double /*value*/) {}
+
   /// What is read as it is, without bounds. @returns whether it was read
   template <typename Value>
   bool read(const std::string& name, Value& value) {
