@@ -80,15 +80,15 @@ class DriveActionServer : public actionlib::SimpleActionServer<msg::CalibrationD
   }
 };
 
-/// What people see of a drive: ~path (driven), ~way_ahead (planned), and
-/// ~expected_base_from_camera, the mount with the covariance that the way ahead promises. The frame
+/// What people see of a drive: ~path (driven), ~plan (planned), and
+/// ~expected_base_from_camera, the mount with the covariance that the plan promises. The frame
 /// of the start is sent to /tf as a child of the base, which has a parent of its own, so that RViz
 /// can show the paths.
 class DrivePublisher {
  public:
   DrivePublisher(ros::NodeHandle private_node_handle, const std::string& start_frame)
       : path_publisher_(private_node_handle.advertise<nav_msgs::Path>("path", 1, true)),
-        way_publisher_(private_node_handle.advertise<nav_msgs::Path>("way_ahead", 1, true)),
+        way_publisher_(private_node_handle.advertise<nav_msgs::Path>("plan", 1, true)),
         expected_publisher_(private_node_handle.advertise<geometry_msgs::PoseWithCovarianceStamped>(
             "expected_base_from_camera", 1)) {
     path_.header.frame_id = start_frame;

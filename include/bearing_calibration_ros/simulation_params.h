@@ -29,8 +29,8 @@ struct SimulatedClockConfig {
                   core::plausible::kMostFrequent_hz);
     params.that(publish == ros::Time::isSimTime(),
                 publish ? "clock/publish is true, but /use_sim_time is not: nobody would listen"
-                        : "clock/publish is false, but /use_sim_time is true: nobody would tell "
-                          "the time");
+                        : "clock/publish is false, but /use_sim_time is true: nobody would "
+                          "publish the time");
   }
 };
 

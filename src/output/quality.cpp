@@ -67,8 +67,8 @@ void noteTilt(const ErrorPriors& priors, const ErrorEstimate& estimate, double t
 /// What near lights may show of a misaligned mirror shifts the sensor.
 void noteNearness(const ErrorPriors& priors, BlockReport* report) {
   if (!(priors.nearness_stddev_m > 0.0)) return;
-  addNote(formatted("x and y are uncertain by %.1f mm that no bearing tells: find_mirror with the "
-                    "lens' principal point takes most of it away",
+  addNote(formatted("x and y are uncertain by %.1f mm that no bearing determines: find_mirror with "
+                    "the lens' principal point removes most of it",
                     kMillimetresPerMetre * priors.nearness_stddev_m),
           report);
 }

@@ -196,7 +196,7 @@ std::optional<MirrorRim> refine(const EdgeImage& image, const Circle& first) {
 
 void require(const cv::Mat& image, const RimSearch& search) {
   if (image.type() != CV_8UC1 && image.type() != CV_16UC1) {
-    throw std::invalid_argument("the rim is looked for in grey images of 8 or 16 bits only");
+    throw std::invalid_argument("the rim is searched in grey images of 8 or 16 bits only");
   }
   if (image.empty()) throw std::invalid_argument("there is no rim in an empty image");
   const bool possible = search.centre_px.allFinite() && search.max_centre_error_px >= 0.0 &&

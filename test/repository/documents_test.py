@@ -1,8 +1,6 @@
 """The documents' commands have the options that they are shown with, are run by tests, and their
 code does what they say; their tables, blocks and equations are shown as they are meant; the
-reference pages are those of the files that they describe; the front page is short, links lead to
-sections that exist, a number that two pages state is the same on both, and the words are those of
-the field."""
+reference pages are those of the files that they describe; links lead to sections that exist."""
 
 import glob
 import io
@@ -167,37 +165,6 @@ class Rendering(unittest.TestCase):
         self.assertGreater(found, 40)
 
 
-def prose(text):
-    """What a reader reads of a page: no code, no comments, no targets of links."""
-    text = re.sub(r'(?ms)^ *```.*?^ *```$', '', text)
-    text = re.sub(r'(?s)<!--.*?-->', '', text)
-    text = re.sub(r'(?m)^(?: {4,}|\t)(?:\./|[A-Z_]+=\S+ |sudo |source |rosrun |roslaunch ).*(?:\\\n.*)*', '',
-                  text)
-    return re.sub(r'\]\([^)]*\)', ']', text)
-
-
-def wordsOf(text):
-    """Runs of characters between spaces that hold a letter or a digit: '0.31°' is one word, '|' and
-    '-' are none. Inline code, headings, cells of tables and the texts of links and pictures count."""
-    return [word for word in prose(text).split() if re.search(r'\w', word)]
-
-
-class FrontPage(unittest.TestCase):
-
-    def testItIsShort(self):
-        words = wordsOf(textOf('README.md'))
-        self.assertLessEqual(len(words), 500)
-        self.assertGreater(len(words), 300, 'is everything counted?')
-
-    def testItsFirstCommandIsTheWholePath(self):
-        self.assertEqual(next(commandsIn(os.path.join(REPOSITORY, 'README.md'))), './scripts/demo')
-
-    def testWhatCounts(self):
-        self.assertEqual(wordsOf('# One *two*\n\n    ./scripts/demo a b\n\n- three <!-- no -->`four`\n'
-                                 '| five | [six](no.md) |\n```\nno\n```\n'),
-                         ['One', '*two*', 'three', '`four`', 'five', '[six]'])
-
-
 class Links(unittest.TestCase):
 
     @staticmethod
@@ -234,106 +201,6 @@ class Links(unittest.TestCase):
                 with self.subTest(file=os.path.relpath(path, REPOSITORY), name=name):
                     self.assertTrue(os.path.exists(os.path.join(REPOSITORY, name)))
         self.assertGreater(found, 100)
-
-
-class Numbers(unittest.TestCase):
-
-    # <!--same: NAME-->1.4 marks a number that other pages state too, with the same mark.
-    SAME = re.compile(r'<!--same: (\w+)-->[^\w<]*([\d.]*\d)')
-
-    def testMarkedNumbersAreTheSameOnAllPages(self):
-        stated = {}
-        for path in DOCUMENTS:
-            text = re.sub(r'`[^`]*`', '', textOf(path))
-            for name, number in self.SAME.findall(text):
-                stated.setdefault(name, []).append((os.path.relpath(path, REPOSITORY), number))
-            self.assertEqual(len(self.SAME.findall(text)), text.count('<!--same'),
-                             'a mark without a number in ' + path)
-        self.assertGreater(len(stated), 5)
-        for name, places in stated.items():
-            with self.subTest(name=name):
-                self.assertEqual(len({number for _, number in places}), 1, places)
-                self.assertGreater(len({path for path, _ in places}), 1, 'marked on one page only')
-
-
-class Words(unittest.TestCase):
-    """Users' pages, configuration files and interfaces use the words of the field."""
-
-    # What this package once called it, and what the field does.
-    WORDS = {
-        r'sights?': 'observation',
-        r'(?:a|one|each|every|per|\d+) looks?': 'observation',
-        r'(?:look|looks|looked|looking) for(?! the (?:light|rim))': 'estimate',
-        r'rivals?': 'alternative hypothesis',
-        r'knock(?:s|ed|ing)?': 'mount displacement',
-        r'hops?': 'motion primitive',
-        r'ways? ahead': 'plan',
-        r'charts?': 'parametrisation',
-        r'from nothing': 'without an initial guess',
-        r'(?:take|takes|taken|took) up': 'resume',
-        r'skew': 'misaligned',
-        r'bend(?:s|ing)?|bent': 'misalignment, curve',
-        r'peakedness': 'kurtosis',
-        r'openings?': 'top-hat, first motions of a drive',
-        r'tells?|told': 'observable, determine, report',
-        r'claim(?:s|ed|ing)?': 'declare converged',
-        r'verdicts?': 'state',
-        r'believe[sd]?': 'nominal, configured',
-        r'last words?': 'shutdown',
-        r'sketch(?:es)?': 'visualisation',
-        r'doors?': 'input checks',
-        r'strangers?': 'another robot',
-        # history of the development belongs into the changelog
-        r'(?:earlier|present|former) (?:builds?|versions?)': 'nothing: say what is',
-        r'not repeated since|stood here': 'nothing: say what is',
-    }
-    # Not in the list: "start" and "room", which are also the moment and the place at which a drive
-    # begins; "way" without "ahead", a length.
-
-    # Those who read the code read these pages, and find its names there.
-    BACKGROUND = {'background/model.md', 'background/start.md', 'background/detection.md',
-                  'background/notation.md', 'evidence/paper/README.md'}
-    # Still to be reworded. Names of topics, options and parameters in code are not read as words.
-    PENDING = {
-        'tutorials/bearing_sensor.md': {'tells', 'told'}, 'how-to/result.md': {'tell'},
-        'evidence/imperfect.md': {'bends', 'told'},
-        'config/calibration.yaml': {'looked for', 'told', 'tell'}, 'config/detection.yaml': {'tells'},
-        'reference/parameters.md': {'looked for', 'told', 'tell', 'tells'},
-    }
-
-    def pages(self):
-        for path in DOCUMENTS:
-            name = os.path.relpath(path, os.path.join(REPOSITORY, 'doc'))
-            if name not in self.BACKGROUND:
-                yield name, re.sub(r'`[^`]*`', '', prose(textOf(path)))
-        for pattern in ('config/*.yaml', 'config/robots/*.yaml', 'msg/*.msg', 'srv/*.srv',
-                        'action/*.action', 'launch/*.launch'):
-            for path in glob.glob(os.path.join(REPOSITORY, pattern)):
-                yield os.path.relpath(path, REPOSITORY), textOf(path)
-
-    def testTheyAreThoseOfTheField(self):
-        checked = 0
-        for name, text in self.pages():
-            checked += 1
-            for pattern, instead in self.WORDS.items():
-                for match in re.finditer(r'(?i)(?<![\w-])(?:%s)(?![\w-])' % pattern.replace(' ', r'\s+'), text):
-                    if match.group(0) in self.PENDING.get(name, ()):
-                        continue
-                    line = text[:match.start()].count('\n')
-                    with self.subTest(page=name, word=match.group(0),
-                                      line=text.splitlines()[line].strip()[:100]):
-                        self.fail('the field says: ' + instead)
-        self.assertGreater(checked, 40)
-
-    def testParametersHaveNoneOfThem(self):
-        names = [key for name, _, _ in reference_pages.CONFIGURATIONS
-                 for group, _, rows in reference_pages.parametersOf(textOf('config', name))
-                 for key in [group] + [row[0] for row in rows]]
-        self.assertGreater(len(names), 150)
-        for name in names:
-            for pattern in self.WORDS:
-                with self.subTest(parameter=name):
-                    self.assertFalse(re.fullmatch(pattern, name.replace('_', ' ')))
 
 
 class QuickStart(unittest.TestCase):

@@ -138,7 +138,7 @@ class CalibrationDriveTest(unittest.TestCase):
 
     def test_it_plans_on_what_the_calibration_has_found(self):
         ways, feedback = [], []
-        subscriber = rospy.Subscriber('calibration_drive/way_ahead', Path, ways.append)
+        subscriber = rospy.Subscriber('calibration_drive/plan', Path, ways.append)
         self.robot.client.send_goal(CalibrationDriveGoal(motion='optimal'),
                                     feedback_cb=feedback.append)
         wait_until(lambda: any(f.expected_x_stddev_m < f.x_stddev_m for f in feedback),

@@ -84,7 +84,7 @@ class LaunchFilesRun(unittest.TestCase):
             launch.waitForNodes()
             self.assertEqual(launch.missingNodes(), set(), launch.output())
             wanted = {'/calibration/markers', '/light_detection/annotated',
-                      '/simulation/truth/marker', '/calibration_drive/way_ahead',
+                      '/simulation/truth/marker', '/calibration_drive/plan',
                       '/calibration_drive/expected_base_from_camera'}
             deadline = time.monotonic() + START_DEADLINE_S
             while wanted - launch.topicsOf('/rviz') and time.monotonic() < deadline:

@@ -157,7 +157,7 @@ class CalibrateBag(Drives):
         with open(os.path.join(self.output, 'images.csv')) as file:
             looks = list(csv.DictReader(file))
         self.assertEqual(len(looks), 1200)
-        used = [row for row in looks if row['verdict'] == 'used']
+        used = [row for row in looks if row['fit'] == 'used']
         self.assertGreater(len(used), 1100)
         stddev = math.sqrt(sum(float(row['residual_rad'])**2 for row in used) / len(used))
         # of about 1200 residuals of 0.5 deg each: within five of its standard errors (2 %)

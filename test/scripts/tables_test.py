@@ -36,7 +36,7 @@ class Tables(unittest.TestCase):
         done = run('monte_carlo', '--what', 'batch', '--world', 'corner', '--runs', '4', '--errors',
                    '--known-separation', '--offset', '0.05', '--ratio', '0.01', '--scale', '0.01',
                    '--tilt', '2', '--harmonic', '2.5', '--elevations', '1', '--light-height', '0.4',
-                   '--look-for-harmonic', '--look-for-tilt')
+                   '--estimate-harmonic', '--estimate-tilt')
         self.assertEqual(done.returncode, 0, done.stderr)
         found = re.search(r'RMSE of phi (\S+) deg, rho (\S+) mm', done.stdout)
         # four runs: twice what a hundred have

@@ -59,7 +59,7 @@ const char* nameOf(Association::Kind kind) {
 
 std::string imagesCsv(const Review& review, Stamp start) {
   std::ostringstream csv;
-  csv << "t_s,distance_m,base_x_m,base_y_m,base_yaw_rad,live,verdict,azimuth_rad,"
+  csv << "t_s,distance_m,base_x_m,base_y_m,base_yaw_rad,live,fit,azimuth_rad,"
          "azimuth_stddev_rad,residual_rad,nis\n";
   for (const ReviewedImage& reviewed : review.images) {
     const Observation& observation = reviewed.outcome.observation;

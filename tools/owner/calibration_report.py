@@ -25,7 +25,7 @@ FIGURES = (
       'bottom: what the running calibration said.'),),
     (('sigmas', plots.sigmasFigure, 'How fast it became known',
       'Standard deviations of the running calibration. Dots, where the robot drove by a plan: what '
-      'it expected to know at the end of its way ahead, when it chose that way.'),),
+      'it expected to know at the end of its plan, when it chose that plan.'),),
     (('trajectory', plots.trajectoryFigure, 'Where the robot drove',
       "Smoothed by odometry and bearings; the light's ellipse: three standard deviations, as seen "
       'from the end.'),),
@@ -104,11 +104,11 @@ def sourceOf(record):
 
 
 def sectionOf(record):
-    tone, verdict = words.STATES[record.details['state']]
-    return {'name': record.name, 'state': record.details['state'], 'tone': tone, 'verdict': verdict,
+    tone, sentence = words.STATES[record.details['state']]
+    return {'name': record.name, 'state': record.details['state'], 'tone': tone, 'sentence': sentence,
             'rows': rowsOf(record), 'source': sourceOf(record),
-            'warnings': words.warningsOf(record), 'told': words.couldTell(record),
-            'untold': words.couldNotTell(record),
+            'warnings': words.warningsOf(record), 'observable': words.observable(record),
+            'unobservable': words.unobservable(record),
             'sensor': words.sensorByItself(record), 'figures': figuresOf(record),
             'joint': jointOf(record)}
 

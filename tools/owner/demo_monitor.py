@@ -69,7 +69,7 @@ def hasEstimate(estimate):
 def faultsOf(estimate, truth):
     """What is wrong with a result, one sentence each; empty when it is right."""
     if truth is None:
-        return ['the simulator told no truth on %s' % TRUTH_TOPIC]
+        return ['the simulator published no truth on %s' % TRUTH_TOPIC]
     if estimate is None:
         return ['the calibration said nothing on %s' % ESTIMATE_TOPIC]
     if not hasEstimate(estimate):

@@ -130,7 +130,7 @@ def furtherLightRows(estimate):
 
 
 def errorRows(estimate):
-    """Those of the robot's own errors that are looked for."""
+    """Those of the robot's own errors that are estimated."""
     rows = []
     for error in estimate.robot_errors:
         said = ERROR_STATES.get(error.state)

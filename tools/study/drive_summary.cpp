@@ -164,8 +164,7 @@ std::vector<Bar> judgeBars(const MotionSummaryRow& row) {
       atMost("runs without an estimate", row.without_estimate, 0.0),
       atMost("figure", row.figure, kMostFigure),
       atMost("mean NEES", row.nees, chiSquareQuantile(1.0 - kTail, all) / estimates),
-      atMost("NEES that honesty needs at least", chiSquareQuantile(kTail, all) / estimates,
-             row.nees),
+      atMost("NEES, at least", chiSquareQuantile(kTail, all) / estimates, row.nees),
       atMost("nearness to the light, 1/m", 1.0 / row.least_distance_m, 1.0 / kNear_m),
   };
 }
@@ -200,7 +199,7 @@ std::string format(const RoomSummary& summary) {
   char lines[kLine];
   std::snprintf(lines, sizeof(lines),
                 "rooms: %d of %d converged (%d of them right), mean %.0f s, longest %.0f s\n"
-                "nearer than %.2f m: %d in the opening, %d when planned\n",
+                "nearer than %.2f m: %d before the first plan, %d when planned\n",
                 summary.converged, summary.rooms, summary.right, summary.mean_time_s,
                 summary.worst_time_s, kNear_m, summary.near_in_opening, summary.near_when_planned);
   return lines + summary.failures;

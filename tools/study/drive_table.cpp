@@ -42,7 +42,8 @@ options::options_description describeOptions(Arguments* arguments) {
   add("help,h", "print this");
   add("what", options::value(&arguments->what)->default_value("all"),
       "motions: the same time driven in different ways, from random mounts; best: the best drive "
-      "that is found by somebody who knows mount and light; rooms: from nothing until converged, "
+      "that is found by somebody who knows mount and light; rooms: without an initial guess until "
+      "converged, "
       "the light anywhere in 0.5 to 3 m; far: the same, the light in 2.5 to 6 m; images: ten of "
       "the rooms with rendered images and the detector");
   add("runs", options::value(&arguments->runs)->default_value(100), "of each motion, and rooms");

@@ -96,7 +96,7 @@ options::options_description describeOptions(Arguments* arguments) {
   add("hide-in-turn", options::value(&arguments->hide_in_turn_s)->default_value(0.0),
       "one of several lights is hidden for so long, then the next one [s]");
   ImperfectRobot& robot = arguments->imperfect;
-  add("errors", "look for time offset, wheel scales and separation");
+  add("errors", "estimate time offset, wheel scales and separation");
   add("offset", options::value(&robot.time_offset_s)->default_value(0.0),
       "stamps are late by this [s]");
   add("ratio", options::value(&robot.ratio)->default_value(0.0), "of the wheels' scales, less 1");
@@ -111,13 +111,14 @@ options::options_description describeOptions(Arguments* arguments) {
       "of the wheels, standard deviation");
   add("scales-prior", options::value(&arguments->scales_prior)->default_value(0.03),
       "what --errors takes the wheels' scales to be known to");
-  add("known-separation", "look for time offset and wheel scales alone");
+  add("known-separation", "estimate time offset and wheel scales alone");
   add("stated-bearing-noise",
       options::value(&arguments->stated_noise.bearing.value)->default_value(1.0),
-      "the calibrator is told so many times the bearings' true standard deviation");
-  add("told-wheel-noise", options::value(&arguments->stated_noise.wheel.value)->default_value(1.0),
-      "the same of the wheels' variance");
-  add("look-for-noise", "of bearings and wheels");
+      "the stated standard deviation of the bearings over the true one");
+  add("stated-wheel-noise",
+      options::value(&arguments->stated_noise.wheel.value)->default_value(1.0),
+      "the stated variance of the wheels over the true one");
+  add("estimate-noise", "estimate the noise of bearings and wheels");
   add("random-noise", options::bool_switch(&arguments->random_noise),
       "bearings 1/3 to 4 times, the wheels' variance 1/10 to 100 times as noisy as stated, "
       "bearings correlated by up to 0.8");
@@ -131,8 +132,8 @@ options::options_description describeOptions(Arguments* arguments) {
       "standard deviation of the light's elevation [deg]; 0: it is not measured");
   add("light-height", options::value(&arguments->light_height_m)->default_value(0.0),
       "of the light over the sensor, the last of several as far below it [m]");
-  add("look-for-harmonic", "of the mirror");
-  add("look-for-tilt", "of the sensor, and for the light's height");
+  add("estimate-harmonic", "estimate the mirror's first harmonic");
+  add("estimate-tilt", "estimate the sensor's tilt and the lights' heights");
   add("whole-record", options::bool_switch(&arguments->fit_whole_record),
       "compare the calibrator's estimates with fits of the whole record, which it does not keep");
   add("check", "judge the bars");
@@ -254,14 +255,14 @@ int run(int argc, char** argv) {
     arguments.looked_for = usualErrors();
     arguments.looked_for.setBlock(WheelScales::kName, arguments.scales_prior);
   }
-  if (values->count("look-for-noise") > 0) arguments.noise_looked_for = usualNoise();
+  if (values->count("estimate-noise") > 0) arguments.noise_looked_for = usualNoise();
   if (values->count("known-separation") > 0) {
     arguments.looked_for.setBlock(WheelSeparation::kName, 0.0);
   }
-  if (values->count("look-for-harmonic") > 0) {
+  if (values->count("estimate-harmonic") > 0) {
     arguments.looked_for.setBlock(MirrorHarmonic::kName, kUsualHarmonic_rad);
   }
-  if (values->count("look-for-tilt") > 0) {
+  if (values->count("estimate-tilt") > 0) {
     arguments.looked_for.setBlock(SensorTilt::kName, kUsualTilt_rad);
   }
   arguments.imperfect.tilt_rad = radiansFromDegrees(arguments.tilt_deg);

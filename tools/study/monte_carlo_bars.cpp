@@ -80,14 +80,14 @@ std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<T
     return trial.worst_claim > kWrongChiSquare;
   });
   if (kind == ClaimKind::kForbidden) {
-    bars.push_back(atMost("runs with a claim", static_cast<double>(claims), 0.0));
+    bars.push_back(atMost("runs declared converged", static_cast<double>(claims), 0.0));
     return bars;
   }
   constexpr double kWrongEstimates = 1e-3;
   const double most_wrong =
       kind == ClaimKind::kVerdict ? 0.0 : mostOf(static_cast<int>(trials.size()), kWrongEstimates);
-  bars.push_back(
-      atMost("runs with a wrong claim at any time", static_cast<double>(wrong), most_wrong));
+  bars.push_back(atMost("runs wrongly declared converged at any time", static_cast<double>(wrong),
+                        most_wrong));
   judgeAlarms(trials, bars);
   if (!rows.empty()) judgeRow(rows.back(), bars);
   for (const TableRow& row : rows) judgeWhole(row, bars);

@@ -25,7 +25,7 @@ struct Row {
 
 /// Each wrong value in both directions.
 std::vector<Row> rowsOf(const RendererConfig& right) {
-  std::vector<Row> rows{{"as told", right, right.reference_height_m}};
+  std::vector<Row> rows{{"as configured", right, right.reference_height_m}};
   const auto add = [&](const std::string& name, double amount, auto change) {
     for (double sign : {-1.0, 1.0}) {
       Row row{name + (sign < 0.0 ? " less" : " more"), right, right.reference_height_m};

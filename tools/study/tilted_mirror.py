@@ -99,7 +99,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--runs', type=int, default=8, help='drives, one after the other')
     parser.add_argument('--find-mirror', action='store_true',
-                        help='tell the calibration what find_mirror finds')
+                        help='configure what find_mirror finds')
     parser.add_argument('--tilt', type=float, default=1.0, help='of the mirror [deg]')
     parser.add_argument('--offset', type=float, default=0.5, help='of its apex [mm]')
     parser.add_argument('--seconds', type=float, default=150.0, help='of each drive')

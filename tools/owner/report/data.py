@@ -11,7 +11,7 @@ import yaml
 # by name: arrays of numbers (NaN for an empty cell), lists of words.
 Record = collections.namedtuple('Record', 'name folder details result estimates images plans')
 
-WORDS = ('state', 'live', 'verdict')
+WORDS = ('state', 'live', 'fit')
 
 
 def readYaml(path):
@@ -49,7 +49,7 @@ OWN_FILES = '.bearing_calibration'  # the list of them
 
 
 def ownFolder(folder):
-    """Where calibrate_bag has written when it was told this folder, and others' files lay in it."""
+    """Where calibrate_bag has written when this folder was given, and others' files lay in it."""
     own = os.path.join(folder, 'bearing_calibration')
     is_ours = os.path.exists(os.path.join(folder, OWN_FILES))
     return own if not is_ours and os.path.isdir(own) else folder

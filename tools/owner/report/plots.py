@@ -91,7 +91,7 @@ def sigmasFigure(record):
         axes.axhline(scale * targets[name], color=RED, linewidth=1.0, linestyle='--', label='wanted')
         if len(plans['t_s']):
             axes.plot(plans['t_s'], scale * plans[column], 'o', color=PURPLE, markersize=4,
-                      label='expected of the way ahead')
+                      label='expected of the plan')
         axes.set_yscale('log')
         axes.yaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.yaxis.set_major_formatter(ticker.StrMethodFormatter('{x:g}'))
@@ -219,8 +219,8 @@ def residualsFigure(record):
     axes.fill_between(images['t_s'][seen], -band[seen], band[seen], color=BLUE, alpha=0.12,
                       linewidth=0, label="\u00b1 %d of the sensor's standard deviations" % SIGMAS)
     gated = np.isin(images['live'], ('gated', 'ambiguous'))
-    left_out = images['verdict'] == 'left out'
-    used = (images['verdict'] == 'used') & ~gated
+    left_out = images['fit'] == 'left out'
+    used = (images['fit'] == 'used') & ~gated
     for chosen, style, label in (
             (used, {'marker': '.', 'color': BLUE, 'markersize': 3}, 'used'),
             (left_out, {'marker': 'x', 'color': ORANGE, 'markersize': 6}, 'left out at the end'),

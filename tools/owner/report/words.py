@@ -50,7 +50,7 @@ def warningsOf(record):
     if gated > MANY:
         found.append('%.0f %% of the bearings were not used by the running filter: other lights, '
                      'reflections, or a robot that slips.' % (100 * gated))
-    left_out = shareOf(images['verdict'], 'left out')
+    left_out = shareOf(images['fit'], 'left out')
     if left_out > MANY:
         found.append('%.0f %% of the bearings do not fit the result and were left out.'
                      % (100 * left_out))
@@ -92,29 +92,29 @@ def sensorByItself(record):
     return asSentences(record.details['sensor'])
 
 
-def couldTell(record):
-    """What the motion could tell."""
-    told = [drivenText(record)]
+def observable(record):
+    """What was observable with this motion."""
+    sentences = [drivenText(record)]
     lights = [light for light in (record.result or {}).get('lights', []) if light['in_estimate']]
     if len(lights) > 1:
-        told.append('The mount rests on %d lights.' % len(lights))
+        sentences.append('The mount rests on %d lights.' % len(lights))
     if not record.details['has_estimate']:
         second = record.details['motion']['second_curvature_m']
-        told.append('Two different curvatures are needed, a line and a turn on the spot for '
+        sentences.append('Two different curvatures are needed, a line and a turn on the spot for '
                     'instance: beside the main one there were %.2f m of another, %.2f m are wanted.'
                     % (second, SECOND_CURVATURE_M))
-        return told
-    return told + asSentences(record.result['quality'])
+        return sentences
+    return sentences + asSentences(record.result['quality'])
 
 
-def couldNotTell(record):
-    """What no motion past one light could tell, or this one did not."""
-    untold = []
+def unobservable(record):
+    """What is not observable with any motion past one light, or was not with this one."""
+    sentences = []
     result = record.result
     if result is None:
         return ['The mount.']
     rest = result['not_estimated']
-    untold.append('Height, roll and pitch of the camera: bearings of one light in the plane do not '
+    sentences.append('Height, roll and pitch of the camera: bearings of one light in the plane do not '
                   'depend on them. They are passed on as configured: z %.3f \u00b1 %.3f m, roll '
                   '%.1f \u00b1 %.1f\u00b0, pitch %.1f \u00b1 %.1f\u00b0.'
                   % (rest['z_m'], rest['z_stddev_m'], math.degrees(rest['roll_rad']),
@@ -123,21 +123,21 @@ def couldNotTell(record):
     separation = record.details['settings']['wheel_separation_m']
     mount = result['base_from_camera']
     offset = math.hypot(mount['x'], mount['y'])
-    untold.append('The scale: all lengths are proportional to the wheel separation of %.4g m. An '
+    sentences.append('The scale: all lengths are proportional to the wheel separation of %.4g m. An '
                   'error of 1 %% in it moves the camera by %s mm.'
                   % (separation, decimals(10 * offset)))
     if not result['paper_state']['phi_psi_determined']:
-        untold.append('phi and psi one by one: the camera sits so near to the base\'s origin that '
+        sentences.append('phi and psi one by one: the camera sits so near to the base\'s origin that '
                       'only their sum, the yaw, means something.')
     for light in result.get('lights', []):
         if not light['in_estimate']:
-            untold.append('Anything from light %s: %s.' % (light.get('id', 'without a number'),
+            sentences.append('Anything from light %s: %s.' % (light.get('id', 'without a number'),
                                                            light.get('note', 'it is left out')))
     for block in result['blocks']:
         if 'note' in block:
-            untold.append('%s is %s: %s.' % (block['name'].replace('_', ' '), block['status'],
+            sentences.append('%s is %s: %s.' % (block['name'].replace('_', ' '), block['status'],
                                              block['note']))
-    return untold
+    return sentences
 
 
 def agreementText(comparison):
@@ -151,4 +151,4 @@ def agreementText(comparison):
         return head + 'They agree.'
     worst = max(comparison['mounts'], key=lambda each: each['chi_square'])
     return head + ('They disagree by more than their standard deviations say; %s contributes most. '
-                   'Look for a moved light, a slip, a wrong wheel separation.' % worst['name'])
+                   'Check for a moved light, a slip, a wrong wheel separation.' % worst['name'])

@@ -1,0 +1,161 @@
+"""The front page is short, the words of pages, parameters, messages and texts are those of the field,
+and a number that two pages state is the same on both."""
+
+import ast
+import glob
+import os
+import re
+import sys
+import unittest
+
+import yaml
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from documents_test import DOCUMENTS, REPOSITORY, commandsIn, reference_pages, textOf  # noqa: E402
+
+READ_AS_THEY_ARE = ('config/**/*.yaml', 'msg/*.msg', 'srv/*.srv', 'action/*.action', 'launch/*.launch',
+                    'rviz/*.rviz', 'tools/owner/report/page.html')
+CODE = [path for folder, pattern in (('src', '*.cpp'), ('include', '*.h'), ('tools', '*.cpp'), ('tools', '*.h'),
+                                     ('tools', '*.py'))
+        for path in glob.glob(os.path.join(REPOSITORY, folder, '**', pattern), recursive=True)]
+
+
+def below(path):
+    return os.path.relpath(path, REPOSITORY)
+
+
+def prose(text):
+    """What a reader reads of a page: no code, no comments, no targets of links."""
+    text = re.sub(r'(?ms)^ *```.*?^ *```$', '', text)
+    text = re.sub(r'(?s)<!--.*?-->', '', text)
+    text = re.sub(r'(?m)^(?: {4,}|\t)(?:\./|[A-Z_]+=\S+ |sudo |source |rosrun |roslaunch ).*(?:\\\n.*)*', '',
+                  text)
+    return re.sub(r'\]\([^)]*\)', ']', text)
+
+
+def wordsOf(text):
+    """Runs of characters between spaces that hold a letter or a digit: '0.31°' is one word, '|' and
+    '-' are none. Inline code, headings, cells of tables and the texts of links and pictures count."""
+    return [word for word in prose(text).split() if re.search(r'\w', word)]
+
+
+class FrontPage(unittest.TestCase):
+
+    def testItIsShort(self):
+        words = wordsOf(textOf('README.md'))
+        self.assertLessEqual(len(words), 500)
+        self.assertGreater(len(words), 300, 'is everything counted?')
+
+    def testItsFirstCommandIsTheWholePath(self):
+        self.assertEqual(next(commandsIn(os.path.join(REPOSITORY, 'README.md'))), './scripts/demo')
+
+    def testWhatCounts(self):
+        self.assertEqual(wordsOf('# One *two*\n\n    ./scripts/demo a b\n\n- three <!-- no -->`four`\n'
+                                 '| five | [six](no.md) |\n```\nno\n```\n'),
+                         ['One', '*two*', 'three', '`four`', 'five', '[six]'])
+
+
+def textsOfPython(source):
+    """[(line, text)] of its constants, which are what is printed, without documentation."""
+    tree = ast.parse(source)
+    documentation = {id(node.body[0].value) for node in ast.walk(tree)
+                     if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and node.body
+                     and isinstance(node.body[0], ast.Expr)}
+    return [(node.lineno, node.value) for node in ast.walk(tree)
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in documentation]
+
+
+def textsOfCpp(source):
+    """[(line, text)] of its literals, those of several lines as one."""
+    source = re.sub(r'(?m)^#include.*$', '', source)
+    literal = r'"(?:[^"\\\n]|\\.)*"'
+    found = []
+    for match in re.finditer(r'//[^\n]*|\'(?:[^\'\\]|\\.)\'|(%s(?:\s*%s)*)' % (literal, literal), source):
+        if match.group(1):
+            text = ''.join(part[1:-1] for part in re.findall(literal, match.group(1)))
+            found.append((source[:match.start()].count('\n') + 1, text.replace('\\n', '\n')))
+    return found
+
+
+class Words(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        listed = yaml.safe_load(textOf('test', 'repository', 'words.yaml'))
+        cls.instead = {re.compile(r'(?i)(?<![\w-])(?:%s)(?![\w-])' % word.replace(' ', r'\s+')): says
+                       for word, says in listed['words'].items()}
+        cls.exceptions = listed['exceptions'] or []
+        cls.unused = list(cls.exceptions)
+
+    def isOrdinary(self, place, text, match):
+        around = ' '.join(text[max(0, match.start() - 40):match.end() + 40].split())
+        for exception in self.exceptions:
+            if exception['file'] in place and exception['text'] in around:
+                if exception in self.unused:
+                    self.unused.remove(exception)
+                return True
+        return False
+
+    def check(self, place, text, line=1):
+        for word, says in self.instead.items():
+            for match in word.finditer(text):
+                if not self.isOrdinary(place, text, match):
+                    at = text[:match.start()].count('\n')
+                    with self.subTest(file=place, line=line + at, word=match.group(0),
+                                      text=text.splitlines()[at].strip()[:100]):
+                        self.fail('say instead: ' + says)
+
+    def testTheyAreThoseOfTheField(self):
+        for path in DOCUMENTS:
+            # Names of topics, options and parameters have tests of their own.
+            self.check(below(path), re.sub(r'`[^`]*`', '', prose(textOf(path))))
+        for pattern in READ_AS_THEY_ARE:
+            paths = glob.glob(os.path.join(REPOSITORY, pattern), recursive=True)
+            self.assertGreater(len(paths), 0, pattern)
+            for path in paths:
+                self.check(below(path), textOf(path))
+        texts = 0
+        for path in CODE:
+            read = textsOfPython if path.endswith('.py') else textsOfCpp
+            for line, text in read(textOf(path)):
+                texts += 1
+                self.check(below(path), text, line)
+        self.assertGreater(texts, 1000)
+        self.assertEqual(self.unused, [], 'exceptions that nothing needs any more')
+
+    def testParametersHaveNoneOfThem(self):
+        names = [key for name, _, _ in reference_pages.CONFIGURATIONS
+                 for group, _, rows in reference_pages.parametersOf(textOf('config', name))
+                 for key in [group] + [row[0] for row in rows]]
+        self.assertGreater(len(names), 150)
+        for name in names:
+            self.check('the parameter ' + name, name.replace('_', ' '))
+
+    def testWhatIsReadOfCode(self):
+        self.assertEqual(textsOfCpp('#include "no"\nint a = \'"\';  // "no"\nf("one \\"x\\""\n  " two");\n'),
+                         [(3, 'one \\"x\\" two')])
+        self.assertEqual(textsOfPython('"""No."""\nf(\'one \'\n  \'two\')\n'), [(2, 'one two')])
+
+
+class Numbers(unittest.TestCase):
+
+    # <!--same: NAME-->1.4 marks a number that other pages state too, with the same mark.
+    SAME = re.compile(r'<!--same: (\w+)-->[^\w<]*([\d.]*\d)')
+
+    def testMarkedNumbersAreTheSameOnAllPages(self):
+        stated = {}
+        for path in DOCUMENTS:
+            text = re.sub(r'`[^`]*`', '', textOf(path))
+            for name, number in self.SAME.findall(text):
+                stated.setdefault(name, []).append((os.path.relpath(path, REPOSITORY), number))
+            self.assertEqual(len(self.SAME.findall(text)), text.count('<!--same'),
+                             'a mark without a number in ' + path)
+        self.assertGreater(len(stated), 5)
+        for name, places in stated.items():
+            with self.subTest(name=name):
+                self.assertEqual(len({number for _, number in places}), 1, places)
+                self.assertGreater(len({path for path, _ in places}), 1, 'marked on one page only')
+
+
+if __name__ == '__main__':
+    unittest.main()
