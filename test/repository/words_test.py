@@ -1,8 +1,10 @@
 """The front page is short, the words of pages, parameters, messages and texts are those of the field,
-and a number that two pages state is the same on both."""
+and a number that two pages, or a page and a configuration, state is the same on both."""
 
 import ast
+import decimal
 import glob
+import math
 import os
 import re
 import sys
@@ -51,7 +53,7 @@ class FrontPage(unittest.TestCase):
 
     def testWhatCounts(self):
         self.assertEqual(wordsOf('# One *two*\n\n    ./scripts/demo a b\n\n- three <!-- no -->`four`\n'
-                                 '| five | [six](no.md) |\n```\nno\n```\n'),
+                                 '| five | [six](no.html) |\n```\nno\n```\n'),
                          ['One', '*two*', 'three', '`four`', 'five', '[six]'])
 
 
@@ -139,22 +141,43 @@ class Words(unittest.TestCase):
 
 class Numbers(unittest.TestCase):
 
-    # <!--same: NAME-->1.4 marks a number that other pages state too, with the same mark.
-    SAME = re.compile(r'<!--same: (\w+)-->[^\w<]*([\d.]*\d)')
+    # <!--same: NAME-->1.4 marks a number that other pages state too, with the same mark, and
+    # <!--default: GROUP/PARAMETER-->1 cm one that a file of config states.
+    MARK = re.compile(r'<!--(same|default): ([\w/]+)-->[^\w<]*(\d[\d.]*(?:e-?\d+)?)(?: (%|[a-z]+))?')
+    UNITS = {'': 1.0, '%': 0.01, 'cm': 0.01, 'mm': 0.001, 'm': 1.0, 's': 1.0, 'rad': 1.0,
+             'deg': math.radians(1.0), 'degrees': math.radians(1.0)}
 
-    def testMarkedNumbersAreTheSameOnAllPages(self):
-        stated = {}
+    def marks(self):
+        """(page, kind, name, number, unit) of each."""
         for path in DOCUMENTS:
             text = re.sub(r'`[^`]*`', '', textOf(path))
-            for name, number in self.SAME.findall(text):
-                stated.setdefault(name, []).append((os.path.relpath(path, REPOSITORY), number))
-            self.assertEqual(len(self.SAME.findall(text)), text.count('<!--same'),
+            found = self.MARK.findall(text)
+            self.assertEqual(len(found), len(re.findall('<!--(?:same|default)', text)),
                              'a mark without a number in ' + path)
+            yield from ((below(path), kind, name, number.rstrip('.'), unit) for kind, name, number, unit in found)
+
+    def testNumbersOfTheSameNameAreTheSame(self):
+        stated = {}
+        for page, kind, name, number, _ in self.marks():
+            if kind == 'same':
+                stated.setdefault(name, []).append((page, number))
         self.assertGreater(len(stated), 5)
         for name, places in stated.items():
             with self.subTest(name=name):
                 self.assertEqual(len({number for _, number in places}), 1, places)
-                self.assertGreater(len({path for path, _ in places}), 1, 'marked on one page only')
+                self.assertGreater(len(places), 1, 'marked only once, on ' + places[0][0])
+
+    def testDefaultsAreThoseOfTheConfigurations(self):
+        """To the digits that the page states."""
+        defaults = {'%s/%s' % (group, row[0]): row[1] for name in ('calibration.yaml', 'detection.yaml', 'drive.yaml')
+                    for group, _, rows in reference_pages.parametersOf(textOf('config', name)) for row in rows}
+        marked = [mark for mark in self.marks() if mark[1] == 'default']
+        self.assertGreater(len(marked), 10)
+        for page, _, name, number, unit in marked:
+            with self.subTest(page=page, name=name):
+                scale = self.UNITS.get(unit, 1.0)
+                last_digit = 10.0 ** decimal.Decimal(number).as_tuple().exponent
+                self.assertAlmostEqual(scale * float(number), float(defaults[name]), delta=0.5 * scale * last_digit)
 
 
 if __name__ == '__main__':
