@@ -80,6 +80,7 @@ Those of the drive are in [driving.md](../how-to/driving.md).
 | topic or service | type | |
 |---|---|---|
 | `image`, `camera_info` | sensor_msgs/Image, CameraInfo | in: raw, or `image/compressed` with `image_transport:=compressed` |
+| `/tf_static` | tf2_msgs/TFMessage | in, with `mirror/kind: none`: the images' frame in the sensor's ([camera.md](../tutorials/camera.md)) |
 | `predicted_bearing` | bearing_calibration/PredictedBearing | in: the calibration's `~predicted_bearing` |
 | `bearings` | bearing_calibration/LightBearings | out: the candidates for the light in each image |
 | `~annotated` | sensor_msgs/Image | out: the image with mask, light and rejected candidates, while somebody subscribes |

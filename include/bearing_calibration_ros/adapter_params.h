@@ -9,6 +9,7 @@
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
+#include "bearing_calibration_ros/sensor_places.h"
 
 namespace bearing_calibration_ros {
 
@@ -28,9 +29,7 @@ struct AdapterNodeConfig {
     constexpr double kLargestId = std::numeric_limits<int>::max();
     params.read("frames/sensor", sensor_frame);
     params.notEmpty("frames/sensor", sensor_frame);
-    params.that(sensor_frame.find("optical") == std::string::npos,
-                "frames/sensor must have z up, but '" + sensor_frame +
-                    "' is an optical frame by its name, with z ahead: give the camera's other one");
+    requireLevel(params, sensor_frame);
     params.choice("bearings/source", {"point", "pose", "poses", "tf", "scan"}, source);
     params.number("bearings/azimuth_stddev", azimuth_stddev_rad, core::plausible::kLeastAngle_rad,
                   core::kPi);

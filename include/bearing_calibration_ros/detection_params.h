@@ -9,6 +9,7 @@
 #include "bearing_calibration/vision/search_region.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
+#include "bearing_calibration_ros/sensor_places.h"
 
 namespace bearing_calibration_ros {
 
@@ -32,6 +33,7 @@ struct DetectionNodeConfig {
     params.read("camera_info/required", camera_info_required);
     params.integer("images/queue", image_queue, 1, kLongestQueue);
     detector.declare(params);
+    if (detector.mirror_kind == core::MirrorKind::kNone) requireLevel(params, sensor_frame);
     shutter.declare(params);
     search.declare(params);
     blink.declare(params);

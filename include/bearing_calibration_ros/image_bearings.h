@@ -25,10 +25,17 @@ class ImageBearings {
   }
 
   /// Looks with another detector from the next image on; what is known of blinking stays.
-  void setDetector(const core::DetectorConfig& detector) {
-    config_.detector = detector;
-    detector_ = core::LightDetector(detector);
-    result_ = nullptr;
+  void setDetector(core::DetectorConfig detector) {
+    detector.camera = config_.detector.camera;
+    take(detector);
+  }
+
+  /// What the pixels of the next images see, without a mirror: they need it.
+  void setCamera(const core::Camera& camera) {
+    if (config_.detector.camera == camera) return;
+    core::DetectorConfig detector = config_.detector;
+    detector.camera = camera;
+    take(detector);
   }
 
   /// Moment of the image's middle row, for which a prediction is of use.
@@ -45,8 +52,8 @@ class ImageBearings {
         images_++ % static_cast<std::uint64_t>(config_.full_scan_every) == 0;
     std::optional<core::SearchRegion> region;
     // What blinks is not seen in every image, and another colour may be where the light is
-    // expected: the others must be looked at, too.
-    if (prediction && !look_everywhere && !blink_ && !config_.colour.use) {
+    // expected: the others must be looked at, too. Sectors are those of a mirror.
+    if (prediction && !look_everywhere && !blink_ && !config_.colour.use && hasMirror()) {
       region = core::searchRegion(config_.search, *prediction, seen_, middleOf(*image));
     }
     grey_ = &converter_.convert(image);
@@ -54,7 +61,7 @@ class ImageBearings {
     core::BearingSet bearings = core::bearingsFromLights(result_->lights, config_.shutter,
                                                          stampFromRos(image->header.stamp),
                                                          config_.detector.sensor.height_px);
-    bearings.geometry = config_.detector.alignment.geometry;
+    if (hasMirror()) bearings.geometry = config_.detector.alignment.geometry;
     seen_ = prediction ? core::seenRadius(bearings, *prediction) : std::nullopt;
     if (blink_) blink_->identify(core::brightnessOf(result_->lights), &bearings);
     if (config_.colour.use) {
@@ -71,6 +78,14 @@ class ImageBearings {
   const cv::Mat& grey() const { return *grey_; }
 
  private:
+  bool hasMirror() const { return config_.detector.mirror_kind != core::MirrorKind::kNone; }
+
+  void take(const core::DetectorConfig& detector) {
+    config_.detector = detector;
+    detector_ = core::LightDetector(detector);
+    result_ = nullptr;
+  }
+
   DetectionNodeConfig config_;
   core::LightDetector detector_;
   std::optional<core::BlinkIdentifier> blink_;  ///< none unless blink/use is set

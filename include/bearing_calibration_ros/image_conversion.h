@@ -9,19 +9,13 @@
 
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration_ros/namespaces.h"
+#include "bearing_calibration_ros/refusal.h"
 
 namespace bearing_calibration_ros {
 
-/// Why an image message cannot be used.
-struct ImageRefusal {
-  std::string kind;  ///< the same word for the same fault: counted by it
-  std::string text;  ///< with the values
-};
-
 /// Compares the message with itself (data against step and height, step against width and
 /// encoding) and with the sensor that is configured. Nothing when it may be converted.
-std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
-                                      const core::ImageSensor& sensor);
+std::optional<Refusal> refusalOf(const sensor_msgs::Image& image, const core::ImageSensor& sensor);
 
 /// The image in a compressed one, with its header: a jpeg or png by the bytes themselves, of 8 or
 /// 16 bits, a mosaic where `format` names one. Null where the bytes are no such image.

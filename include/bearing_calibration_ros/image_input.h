@@ -76,7 +76,7 @@ class WaitingWork {
 class ImageInput {
  public:
   using Use = std::function<void(const sensor_msgs::ImageConstPtr&)>;
-  using Refuse = std::function<void(const ImageRefusal&)>;
+  using Refuse = std::function<void(const Refusal&)>;
 
   /// @param queue  images that may wait
   /// @param use    takes each image; throws nothing

@@ -5,7 +5,6 @@
 #include <geometry_msgs/PoseStamped.h>
 #include <ros/ros.h>
 #include <sensor_msgs/LaserScan.h>
-#include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <Eigen/Geometry>
@@ -24,6 +23,7 @@
 #include "bearing_calibration_ros/adapter_params.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/guarded_nodelet.h"
+#include "bearing_calibration_ros/sensor_places.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -40,11 +40,6 @@ std::vector<geometry_msgs::Point> pointsOf(const geometry_msgs::PoseArray& messa
   return points;
 }
 
-/// tf2 knows no slash in front of a frame; drivers of the time before it set one.
-std::string withoutSlash(const std::string& frame) {
-  return frame.substr(frame.rfind('/', 0) == 0 ? 1 : 0);
-}
-
 }  // namespace
 
 /// Points, poses, transforms or laser scans in, bearings of the light out.
@@ -57,6 +52,7 @@ class BearingAdapterNodelet : public GuardedNodelet {
  private:
   void start() override {
     config_ = readConfig<AdapterNodeConfig>(ParamReader(getPrivateNodeHandle()));
+    places_ = std::make_unique<SensorPlaces>(config_.sensor_frame);
     const bool is_tf = config_.source == BearingSource::kTf;
     input_topic_ = getNodeHandle().resolveName(is_tf ? "/tf" : "input");
     prediction_topic_ = getNodeHandle().resolveName("predicted_bearing");
@@ -71,7 +67,7 @@ class BearingAdapterNodelet : public GuardedNodelet {
     constexpr bool kOnce = true;
     constexpr bool kStarts = false;
     static_subscriber_ = subscribeTo<tf2_msgs::TFMessage>(
-        "/tf_static", [this](const auto& message) { addStaticTransforms(message); });
+        "/tf_static", [this](const auto& message) { places_->add(message); });
     switch (config_.source) {
       case BearingSource::kPoint:
         input_subscriber_ = subscribeToPoints<geometry_msgs::PointStamped>();
@@ -117,13 +113,6 @@ class BearingAdapterNodelet : public GuardedNodelet {
     return subscribeTo<Message>(input_topic_, [this](const Message& message) {
       takePoints(message.header, pointsOf(message));
     });
-  }
-
-  void addStaticTransforms(const tf2_msgs::TFMessage& message) {
-    constexpr bool kStatic = true;
-    for (const geometry_msgs::TransformStamped& transform : message.transforms) {
-      static_transforms_.setTransform(transform, getName(), kStatic);
-    }
   }
 
   void takePoints(const std_msgs::Header& header, const std::vector<geometry_msgs::Point>& points) {
@@ -207,25 +196,9 @@ class BearingAdapterNodelet : public GuardedNodelet {
 
   /// Where a message's frame is in the sensor's; none, and a word, where nobody knows.
   std::optional<Eigen::Isometry3d> place(const std_msgs::Header& header) {
-    const std::string frame = withoutSlash(header.frame_id);
-    const std::string sensor = withoutSlash(config_.sensor_frame);
-    if (header.stamp.isZero()) {
-      refuse("stamp is zero", "the message is ignored: its driver must set it");
-    } else if (frame.empty()) {
-      refuse("frame_id is empty", "the message is ignored: its driver must set it");
-    } else if (frame == sensor) {
-      return Eigen::Isometry3d::Identity();
-    } else if (static_transforms_.canTransform(sensor, frame, ros::Time())) {
-      return isometryFromMessage(
-          static_transforms_.lookupTransform(sensor, frame, ros::Time()).transform);
-    } else {
-      refuse("no static transform",
-             "the message is ignored: nothing on /tf_static connects its frame '" + frame +
-                 "' with frames/sensor '" + sensor +
-                 "'. Publish it, as by rosrun tf2_ros static_transform_publisher X Y Z YAW PITCH "
-                 "ROLL " +
-                 sensor + " " + frame);
-    }
+    const std::optional<Refusal> refusal = places_->refusalOf(header);
+    if (!refusal) return places_->sensorFrom(header.frame_id);
+    refuse(refusal->kind, "the message is ignored: " + refusal->text);
     return std::nullopt;
   }
 
@@ -248,7 +221,7 @@ class BearingAdapterNodelet : public GuardedNodelet {
   static constexpr double kImage_s = 0.5;  ///< in which the transforms of an image arrive
 
   AdapterNodeConfig config_;
-  tf2::BufferCore static_transforms_;
+  std::unique_ptr<SensorPlaces> places_;
   std::optional<core::BearingPrediction> prediction_;
   core::BearingSet image_;                      ///< of transforms, not yet published
   std::map<std::string, ros::Time> last_seen_;  ///< by frame

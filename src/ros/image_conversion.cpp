@@ -66,31 +66,30 @@ std::string supportedEncodings() {
   return core::joined(names, ", ");
 }
 
-std::optional<ImageRefusal> layoutRefusal(const sensor_msgs::Image& image) {
+std::optional<Refusal> layoutRefusal(const sensor_msgs::Image& image) {
   if (image.width == 0 || image.height == 0 || image.data.empty()) {
-    return ImageRefusal{"empty", formatted("it is %ux%u with %zu bytes", image.width, image.height,
-                                           image.data.size())};
+    return Refusal{"empty", formatted("it is %ux%u with %zu bytes", image.width, image.height,
+                                      image.data.size())};
   }
   const Encoding* encoding = find(image.encoding);
   if (encoding == nullptr) {
-    return ImageRefusal{
-        "unsupported encoding",
-        "encoding '" + image.encoding + "' is not one of (" + supportedEncodings() + ")"};
+    return Refusal{"unsupported encoding", "encoding '" + image.encoding + "' is not one of (" +
+                                               supportedEncodings() + ")"};
   }
   const std::size_t row_bytes = image.width * encoding->bytesPerPixel();
   if (image.step < row_bytes) {
-    return ImageRefusal{"short rows", formatted("step %u is less than the %zu bytes of a row",
-                                                image.step, row_bytes)};
+    return Refusal{"short rows",
+                   formatted("step %u is less than the %zu bytes of a row", image.step, row_bytes)};
   }
   if (!encoding->isEightBits() && image.step % 2 != 0) {
-    return ImageRefusal{"odd rows", formatted("step %u is odd, but encoding '%s' has two bytes in "
-                                              "a pixel",
-                                              image.step, encoding->name)};
+    return Refusal{"odd rows", formatted("step %u is odd, but encoding '%s' has two bytes in "
+                                         "a pixel",
+                                         image.step, encoding->name)};
   }
   const std::size_t wanted_bytes = static_cast<std::size_t>(image.step) * image.height;
   if (image.data.size() != wanted_bytes) {
-    return ImageRefusal{"truncated", formatted("it has %zu bytes instead of step * height = %zu",
-                                               image.data.size(), wanted_bytes)};
+    return Refusal{"truncated", formatted("it has %zu bytes instead of step * height = %zu",
+                                          image.data.size(), wanted_bytes)};
   }
   return std::nullopt;
 }
@@ -143,24 +142,22 @@ cv::Mat pixelsOf(const sensor_msgs::CompressedImage& compressed) {
 
 }  // namespace
 
-std::optional<ImageRefusal> refusalOf(const sensor_msgs::Image& image,
-                                      const core::ImageSensor& sensor) {
+std::optional<Refusal> refusalOf(const sensor_msgs::Image& image, const core::ImageSensor& sensor) {
   if (const auto refusal = layoutRefusal(image)) return refusal;
   const auto width = static_cast<unsigned>(sensor.width_px);
   const auto height = static_cast<unsigned>(sensor.height_px);
   if (image.width != width || image.height != height) {
-    return ImageRefusal{"wrong size",
-                        formatted("it is %ux%u, but sensor/width and sensor/height say %ux%u",
-                                  image.width, image.height, width, height)};
+    return Refusal{"wrong size",
+                   formatted("it is %ux%u, but sensor/width and sensor/height say %ux%u",
+                             image.width, image.height, width, height)};
   }
   if (find(image.encoding)->isEightBits() &&
       sensor.saturation_level > std::numeric_limits<std::uint8_t>::max()) {
-    return ImageRefusal{"wrong depth",
-                        formatted("encoding '%s' cannot reach sensor/saturation_level %f",
-                                  image.encoding.c_str(), sensor.saturation_level)};
+    return Refusal{"wrong depth", formatted("encoding '%s' cannot reach sensor/saturation_level %f",
+                                            image.encoding.c_str(), sensor.saturation_level)};
   }
   if (image.header.stamp.isZero()) {
-    return ImageRefusal{"zero stamp", "its stamp is zero: the moment of the exposure is unknown"};
+    return Refusal{"zero stamp", "its stamp is zero: the moment of the exposure is unknown"};
   }
   return std::nullopt;
 }

@@ -9,6 +9,7 @@
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/image_encodings.h>
 #include <std_msgs/String.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/image_advice.h"
+#include "bearing_calibration_ros/camera_rays.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/detection_diagnostics.h"
 #include "bearing_calibration_ros/detection_params.h"
@@ -29,7 +31,8 @@
 
 namespace bearing_calibration_ros {
 
-/// Images of a conic mirror in, bearings of the light out: one message for each image.
+/// Images of a conic mirror, or of a camera without one, in, bearings of the light out: one message
+/// for each image.
 ///
 /// Threading: every subscriber and timer hangs on getNodeHandle()'s queue, which a nodelet manager
 /// serves with one thread at a time. So no callback runs beside another, and nothing here is
@@ -47,6 +50,9 @@ class LightDetectionNodelet : public GuardedNodelet {
     image_topic_ = getNodeHandle().resolveName("image");
     camera_info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
     prediction_topic_ = getNodeHandle().resolveName("predicted_bearing");
+    if (config_.detector.mirror_kind == core::MirrorKind::kNone) {
+      rays_ = std::make_unique<CameraRays>(config_.sensor_frame, camera_info_topic_);
+    }
     advertise();
     subscribe();
   }
@@ -73,12 +79,17 @@ class LightDetectionNodelet : public GuardedNodelet {
     ros::NodeHandle& node_handle = getNodeHandle();
     camera_info_subscriber_ = node_handle.subscribe(
         camera_info_topic_, 1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
+    if (rays_) {
+      constexpr std::uint32_t kStaticQueue = 100;  // one message from each of their publishers
+      static_subscriber_ = node_handle.subscribe(
+          "/tf_static", kStaticQueue, &LightDetectionNodelet::onStaticTransforms, this, no_delay);
+    }
     prediction_subscriber_ = node_handle.subscribe(
         "predicted_bearing", 1, &LightDetectionNodelet::onPrediction, this, no_delay);
     image_input_ = std::make_unique<ImageInput>(
         node_handle, getPrivateNodeHandle(), config_.image_queue,
         [this](const sensor_msgs::ImageConstPtr& image) { onImage(image); },
-        [this](const ImageRefusal& refusal) { refuse(refusal); });
+        [this](const Refusal& refusal) { refuse(refusal); });
     timer_ =
         node_handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
           guarded("timer", [&] { diagnostics_->force_update(); });
@@ -89,6 +100,7 @@ class LightDetectionNodelet : public GuardedNodelet {
     guarded("image", [&] {
       if (const auto refusal = refusalOfImage(*message)) return refuse(*refusal);
       last_image_ = message;
+      if (rays_) bearings_->setCamera(rays_->of(*message));
       bearings_publisher_.publish(
           messageFromBearings(bearings_->detect(message, prediction_), config_.sensor_frame));
       const core::DetectionResult& result = bearings_->result();
@@ -99,25 +111,27 @@ class LightDetectionNodelet : public GuardedNodelet {
     });
   }
 
-  std::optional<ImageRefusal> refusalOfImage(const sensor_msgs::Image& image) const {
+  std::optional<Refusal> refusalOfImage(const sensor_msgs::Image& image) const {
     const core::ImageSensor& sensor = config_.detector.sensor;
     if (const auto refusal = refusalOf(image, sensor)) return refusal;
+    if (rays_) return rays_->refusalOf(image);
     if (!config_.camera_info_required || (camera_info_ && camera_info_->isOf(sensor))) {
       return std::nullopt;
     }
     if (camera_info_ && camera_info_->isSaid()) {
-      return ImageRefusal{"wrong imager", camera_info_topic_ + ": " + camera_info_doubt_};
+      return Refusal{"wrong imager", camera_info_topic_ + ": " + camera_info_doubt_};
     }
     const std::string required = "camera_info/required is set, but ";
     if (camera_info_) {
-      return ImageRefusal{"empty camera_info", required + camera_info_topic_ + " says 0x0"};
+      return Refusal{"empty camera_info", required + camera_info_topic_ + " says 0x0"};
     }
-    return ImageRefusal{"no camera_info", required + "nothing came on " + camera_info_topic_};
+    return Refusal{"no camera_info", required + "nothing came on " + camera_info_topic_};
   }
 
   void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) {
     guarded("camera_info", [&] {
       camera_info_ = deliveredImage(*message);
+      if (rays_) rays_->add(message);
       const std::string doubt = contradiction(*camera_info_, config_.detector);
       if (!doubt.empty() && doubt != camera_info_doubt_) {
         NODELET_WARN("%s: %s", camera_info_topic_.c_str(), doubt.c_str());
@@ -126,13 +140,17 @@ class LightDetectionNodelet : public GuardedNodelet {
     });
   }
 
+  void onStaticTransforms(const tf2_msgs::TFMessageConstPtr& message) {
+    guarded("tf_static", [&] { rays_->add(*message); });
+  }
+
   std::string describeCameraInfo() const {
     if (!camera_info_) return "none has come";
     if (!camera_info_doubt_.empty()) return camera_info_doubt_;
     return camera_info_->isSaid() ? "fits" : "says nothing: 0x0";
   }
 
-  void refuse(const ImageRefusal& refusal) {
+  void refuse(const Refusal& refusal) {
     ++counts_.images_refused[refusal.kind];
     if (!throttle_.isDue(refusal.kind)) return;
     NODELET_WARN("%s: image ignored (%s): %s", image_topic_.c_str(), refusal.kind.c_str(),
@@ -205,6 +223,7 @@ class LightDetectionNodelet : public GuardedNodelet {
   std::unique_ptr<ImageBearings> bearings_;
   std::optional<core::BearingPrediction> prediction_;
   std::optional<DeliveredImage> camera_info_;
+  std::unique_ptr<CameraRays> rays_;  ///< none with a mirror
   std::string camera_info_doubt_;
   sensor_msgs::ImageConstPtr last_image_;  ///< that could be used
 
@@ -222,7 +241,7 @@ class LightDetectionNodelet : public GuardedNodelet {
   image_transport::Publisher annotated_publisher_;
   std::string image_topic_, camera_info_topic_, prediction_topic_;
   std::unique_ptr<ImageInput> image_input_;
-  ros::Subscriber camera_info_subscriber_, prediction_subscriber_;
+  ros::Subscriber camera_info_subscriber_, static_subscriber_, prediction_subscriber_;
   ros::WallTimer timer_;
 };
 

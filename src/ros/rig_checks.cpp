@@ -29,8 +29,8 @@ std::string contradiction(const DeliveredImage& image, const core::DetectorConfi
   const core::ImageSensor& sensor = detector.sensor;
   if (image.isSaid() && !image.isOf(sensor)) {
     return core::formatted(
-        "it speaks of images of %ux%u, sensor/width and sensor/height of %dx%d: the mirror's "
-        "centre would not fit",
+        "it speaks of images of %ux%u, sensor/width and sensor/height of %dx%d: what is "
+        "measured in one does not fit the other",
         image.width_px, image.height_px, sensor.width_px, sensor.height_px);
   }
   // Data sheets and refocusing leave some per cent; a binning that was forgotten is a factor of 2.
@@ -39,7 +39,7 @@ std::string contradiction(const DeliveredImage& image, const core::DetectorConfi
   const bool differs =
       image.focal_length_px > 0.0 &&
       std::abs(std::log(image.focal_length_px / configured_px)) > std::log(kLargestRatio);
-  if (!detector.gates.mirror || !differs) return {};
+  if (detector.mirror_kind != core::MirrorKind::kCone || !differs) return {};
   return core::formatted(
       "its focal length is %.0f px of the images as they come, that of lens/ %.0f px: does "
       "lens/pixel_pitch count the binning?",
@@ -56,7 +56,10 @@ msg::FindMirrorResponse noMirror(const std::string& why) {
 }
 
 msg::FindMirrorResponse findMirror(const cv::Mat& image, const core::DetectorConfig& config) {
-  const bool knows_optics = config.gates.mirror;
+  if (config.mirror_kind == core::MirrorKind::kNone) {
+    return noMirror("mirror/kind is none: there is no mirror");
+  }
+  const bool knows_optics = config.mirror_kind == core::MirrorKind::kCone;
   const std::optional<core::MirrorRim> rim = core::findMirrorRim(
       image, knows_optics ? core::rimSearchAround(config) : core::rimSearchIn(image));
   if (!rim) {

@@ -30,11 +30,12 @@ void write(cv::Mat* picture, const std::string& text, const cv::Point& beside,
 }
 
 void drawMask(cv::Mat* picture, const DetectorConfig& config) {
+  if (config.mirror_kind == MirrorKind::kNone) return;
   const cv::Point centre = pointOf(config.view.centre_px());
   cv::circle(*picture, centre, cvRound(config.mask.inner_radius_px), kMask);
   cv::circle(*picture, centre, cvRound(config.mask.outer_radius_px), kMask);
   cv::drawMarker(*picture, centre, kMask);
-  if (config.gates.mirror) {
+  if (config.mirror_kind == MirrorKind::kCone) {
     cv::circle(*picture, centre, cvRound(conicMirrorOptics(config).largest_radius_px), kMask, 1,
                cv::LINE_AA);
   }

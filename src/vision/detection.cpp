@@ -118,6 +118,7 @@ const char* describe(Rejection rejection) {
       "axis off the radius",
       "not evenly filled",
       "unlike a light",
+      "beyond what the lens shows",
       "too many spots",
   };
   return kWords.at(static_cast<std::size_t>(rejection));

@@ -40,6 +40,14 @@ void standInForOptics(Parameters& params) {
   params.standIn("mirror/base_radius", 0.035);
 }
 
+/// Without a mirror none is used.
+void standInForMirror(Parameters& params) {
+  params.standIn("mirror/centre_u", 319.5);
+  params.standIn("mirror/centre_v", 239.5);
+  params.standIn("mask/inner_radius", 40.0);
+  params.standIn("mask/outer_radius", 250.0);
+}
+
 void declareOptics(Parameters& params, OpticsUncertainty& stddev, MirrorView& view) {
   constexpr double kHalf = 0.5;  // beyond, an optics value says nothing
   params.number("lens/scale_stddev", stddev.scale, 0.0, kHalf);
@@ -97,8 +105,9 @@ void declareAlignment(Parameters& params, AlignmentConfig& alignment) {
 }  // namespace
 
 void DetectorConfig::declare(Parameters& params) {
-  params.read("gates/mirror", gates.mirror);
-  if (!gates.mirror) standInForOptics(params);
+  params.choice("mirror/kind", {"cone", "other", "none"}, mirror_kind);
+  if (mirror_kind != MirrorKind::kCone) standInForOptics(params);
+  if (mirror_kind == MirrorKind::kNone) standInForMirror(params);
   declareSensor(params, sensor);
   mirror.declare(params);
   declareOptics(params, optics_stddev, view);
@@ -114,7 +123,8 @@ void DetectorConfig::declare(Parameters& params) {
   params.integer("gates/max_candidates", max_candidates, 1.0, kMaxCandidates);
   params.number("defocus/sigma", defocus_sigma_px, 0.0, kMaxDefocus_px);
   params.that(
-      !gates.mirror || !errorsOf(mirror).empty() || mask.inner_radius_px < rimRadiusPx(mirror),
+      mirror_kind != MirrorKind::kCone || !errorsOf(mirror).empty() ||
+          mask.inner_radius_px < rimRadiusPx(mirror),
       "mask/inner_radius must be less than the mirror's rim, which lens and mirror put at " +
           std::to_string(rimRadiusPx(mirror)) + " px");
 }

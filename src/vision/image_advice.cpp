@@ -100,8 +100,8 @@ bool mayBeOutOfFocus(const DetectorConfig& config, const Detection& spot) {
   const LightEllipse& ellipse = spot.ellipse;
   const bool round = ellipse.fill > kLeastRoundFill - ellipse.fill_tolerance &&
                      ellipse.fill < kMostRoundFill + ellipse.fill_tolerance;
-  return config.gates.mirror && spot.rejection != Rejection::kMaskEdge && round &&
-         imageRadiusOf(config, ellipse) <= conicMirrorOptics(config).largest_radius_px &&
+  return config.mirror_kind == MirrorKind::kCone && spot.rejection != Rejection::kMaskEdge &&
+         round && imageRadiusOf(config, ellipse) <= conicMirrorOptics(config).largest_radius_px &&
          misfitOf(config, ellipse) > kOutOfFocus;
 }
 

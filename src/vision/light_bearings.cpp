@@ -73,21 +73,39 @@ Array2d searchVariance(const LightEllipse& light, const Search& search,
   return variance_px2;
 }
 
+/// @param variance_px2  of the light's centre (tangential, radial)
+std::optional<Bearing> bearingOfRay(const LightEllipse& light, const Array2d& variance_px2,
+                                    const DetectorConfig& config) {
+  const std::optional<Direction> direction = directionFromPixel(*config.camera, light.centre_px);
+  if (!direction) return std::nullopt;
+  const Eigen::Matrix2d J_direction_axes =
+      direction->J_direction_pixel * mirrorAxes(light.centre_px, config.view.centre_px());
+  const Vector2d variance_rad2 = J_direction_axes.cwiseAbs2() * variance_px2.matrix();
+  Bearing bearing;
+  bearing.azimuth_rad = direction->azimuth_rad;
+  bearing.azimuth_variance_rad2 = variance_rad2(0);
+  bearing.elevation_rad = direction->elevation_rad;
+  bearing.elevation_variance_rad2 =
+      variance_rad2(1) + std::pow(config.alignment.elevation_stddev_rad, 2);
+  return bearing;
+}
+
 double rowOf(const Detection& light) { return light.ellipse.centre_px.y(); }
 
 }  // namespace
 
-Bearing bearingOf(const LightEllipse& light, const Search& search,
-                  const std::vector<Detection>& refused, const ExpectedSpot* expected,
-                  const DetectorConfig& config) {
-  const auto [radius_px, azimuth_rad] =
-      mirrorPixelFromImage(config.view, light.centre_px.x(), light.centre_px.y());
+std::optional<Bearing> bearingOf(const LightEllipse& light, const Search& search,
+                                 const std::vector<Detection>& refused,
+                                 const ExpectedSpot* expected, const DetectorConfig& config) {
   Vector2d point_px = Vector2d::Zero();
   if (expected != nullptr) point_px = expected->at(light.centre_px).least_stddev_px;
   const Array2d variance_px2 = light.noise_px2.array() + std::pow(kSamplingStddev_px, 2) +
                                sourceVariance(config, light, point_px) +
                                clippingVariance(config, light) +
                                searchVariance(light, search, refused, config.view);
+  if (config.camera) return bearingOfRay(light, variance_px2, config);
+  const auto [radius_px, azimuth_rad] =
+      mirrorPixelFromImage(config.view, light.centre_px.x(), light.centre_px.y());
   Bearing bearing;
   bearing.azimuth_rad = azimuth_rad;
   bearing.azimuth_variance_rad2 = variance_px2(0) / std::pow(radius_px, 2);

@@ -51,7 +51,7 @@ void requireImage(const cv::Mat& image, const ImageSensor& sensor) {
 
 LightDetector::LightDetector(const DetectorConfig& config)
     : config_(validated(config)), mask_(config), mask_px_(pixelsOf(mask_.strips())) {
-  if (config.gates.mirror) {
+  if (config.mirror_kind == MirrorKind::kCone) {
     expected_ = std::make_unique<ExpectedSpot>(conicMirrorOptics(config), config);
     wider_than_a_light_ = elementFor(*expected_);
   }
@@ -67,6 +67,9 @@ LightDetector::LightDetector(const DetectorConfig& config)
 const DetectionResult& LightDetector::detect(const cv::Mat& image,
                                              const std::optional<SearchRegion>& region) {
   requireImage(image, config_.sensor);
+  if (config_.mirror_kind == MirrorKind::kNone && !config_.camera) {
+    throw std::invalid_argument("the detector does not know its camera's rays yet");
+  }
   const bool defocus = config_.defocus_sigma_px > 0.0;
   if (defocus) cv::GaussianBlur(image, defocused_, cv::Size(), config_.defocus_sigma_px);
   const SearchedImage searched{defocus ? defocused_ : image, image};
@@ -169,7 +172,10 @@ Rejection LightDetector::measure(const SearchedImage& image, const Search& searc
   if (expected_ && !expected_->mayStandAt(light->centre_px)) return Rejection::kHorizon;
   const LightProbability probability = probabilityOf(*light, expected_.get(), search);
   if (probability.value < config_.gates.min_probability) return probability.doubt;
-  spot->bearing = bearingOf(*light, search, refused, expected_.get(), config_);
+  const std::optional<Bearing> bearing =
+      bearingOf(*light, search, refused, expected_.get(), config_);
+  if (!bearing) return Rejection::kNoRay;
+  spot->bearing = *bearing;
   spot->bearing.probability = probability.value;
   return Rejection::kNone;
 }

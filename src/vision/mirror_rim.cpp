@@ -285,7 +285,7 @@ std::optional<MirrorRim> findMirrorRim(const cv::Mat& image, const RimSearch& se
 MirrorCheck checkMirror(const MirrorRim& rim, const DetectorConfig& config) {
   MirrorCheck check;
   checkCentre(rim, config, &check);
-  if (config.gates.mirror) checkRadius(rim, config, &check);
+  if (config.mirror_kind == MirrorKind::kCone) checkRadius(rim, config, &check);
   constexpr double kSlack_px = 1.0;  // a mask is cut at whole pixels
   if (config.mask.outer_radius_px > rim.circle.radius_px + kSlack_px) {
     say(false,

@@ -13,9 +13,11 @@
 namespace bearing_calibration::core {
 namespace {
 
-bool mayShowALight(const MaskConfig& config, const MirrorView& view, int u, int v) {
+bool mayShowALight(const DetectorConfig& detector, int u, int v) {
+  const MaskConfig& config = detector.mask;
   if (v < config.first_row || v > config.last_row) return false;
-  const MirrorPixel pixel = mirrorPixelFromImage(view, u, v);
+  if (detector.mirror_kind == MirrorKind::kNone) return true;
+  const MirrorPixel pixel = mirrorPixelFromImage(detector.view, u, v);
   const auto hides = [&](const MirrorPost& post) {
     return std::abs(wrapAngle(pixel.azimuth_rad - post.azimuth_rad)) <= post.half_width_rad;
   };
@@ -70,7 +72,7 @@ AnnulusMask::AnnulusMask(const DetectorConfig& config)
   for (int v = 0; v < height; ++v) {
     std::uint8_t* row = inside.ptr(v + 1) + 1;
     for (int u = 0; u < width; ++u) {
-      row[u] = mayShowALight(config.mask, view_, u, v) ? 1 : 0;
+      row[u] = mayShowALight(config, u, v) ? 1 : 0;
       if (row[u] == 0) continue;
       const bool goes_on = row[u - 1] != 0;
       if (!goes_on) strips_.push_back({v, u, u});

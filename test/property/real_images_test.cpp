@@ -55,7 +55,7 @@ TEST_P(LedGrid, ShowsItsManyLights) {
   const cv::Mat image = test::photograph(GetParam());
   if (image.empty()) GTEST_SKIP() << "BEARING_CALIBRATION_DATA is not set";
   DetectorConfig config = detectorFor(image);
-  config.gates.mirror = false;
+  config.mirror_kind = MirrorKind::kOther;
   config.gates.min_pixels = 1;
   config.mask.inner_radius_px = 0.0;
   config.mask.outer_radius_px = image.cols + image.rows;  // all of the picture

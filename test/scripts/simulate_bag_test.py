@@ -128,7 +128,7 @@ class SimulateBag(unittest.TestCase):
         images = self.simulate('unknown.bag', '--seconds', '2')
         for arguments, status, names in (
                 ((images,), 2, wheels), ((images, *known), 1, camera),
-                ((images, *known, '--set', 'gates/mirror=false'), 1,
+                ((images, *known, '--set', 'mirror/kind=other'), 1,
                  {name for name in camera if not re.match('lens/|mirror/[^c]', name)})):
             with self.subTest(arguments=arguments[1:]):
                 done = self.calibrateBag(*arguments, '--output', self.path('unknown'), config=())

@@ -133,7 +133,6 @@ DetectorConfig shippedDetector() {
   config.light.half_height_m = 0.02;
   config.light.brightness_spread = 0.3;
   config.light.max_height_m = 0.1;
-  config.gates.mirror = true;
   config.gates.min_pixels = 4;
   config.gates.max_pixels = 2000;
   config.gates.min_probability = 0.1;

@@ -16,7 +16,6 @@ core::DetectorConfig detector() {
   config.sensor.width_px = 640;
   config.sensor.height_px = 480;
   config.mirror = core::test::defaultMirror();
-  config.gates.mirror = true;
   return config;
 }
 

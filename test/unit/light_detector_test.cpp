@@ -315,7 +315,7 @@ TEST(LightDetector, SoftwareDefocusMakesAnEllipseOfASharpLight) {
 
 TEST(LightDetector, WithoutTheMirrorsGatesManySmallLightsAreFound) {
   DetectorConfig config = defaultDetector();
-  config.gates.mirror = false;
+  config.mirror_kind = MirrorKind::kOther;
   config.gates.min_pixels = 1;
   LightDetector detector(config);
   cv::Mat image(config.sensor.height_px, config.sensor.width_px, CV_8UC1, cv::Scalar(5));
@@ -325,7 +325,7 @@ TEST(LightDetector, WithoutTheMirrorsGatesManySmallLightsAreFound) {
 
 TEST(LightDetector, MeasuresNoMoreThanItsLimit) {
   DetectorConfig config = defaultDetector();
-  config.gates.mirror = false;
+  config.mirror_kind = MirrorKind::kOther;
   config.gates.min_pixels = 1;
   config.max_candidates = 5;
   LightDetector detector(config);

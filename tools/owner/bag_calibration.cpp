@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration_ros/camera_rays.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_bearings.h"
 #include "bearing_calibration_ros/image_conversion.h"
@@ -65,6 +66,9 @@ class Replay {
       has_news_ = true;
     });
     if (!outcome->topics.images.empty()) images_.emplace(setup.detection);
+    if (setup.detection.detector.mirror_kind == MirrorKind::kNone) {
+      rays_.emplace(setup.detection.sensor_frame, "camera_info beside the images");
+    }
   }
 
   void take(const BagMessage& message) {
@@ -141,11 +145,22 @@ class Replay {
     calibrator_.addBearings(bearings, received);
   }
 
+  void add(const sensor_msgs::CameraInfoConstPtr& info, const ros::Time&) {
+    if (rays_) rays_->add(info);
+  }
+
+  void add(const tf2_msgs::TFMessageConstPtr& static_transforms, const ros::Time&) {
+    if (rays_) rays_->add(*static_transforms);
+  }
+
   void add(const sensor_msgs::ImageConstPtr& image, const ros::Time& received) {
-    if (const auto refusal = ros_side::refusalOf(*image, setup_.detection.detector.sensor)) {
+    auto refusal = ros_side::refusalOf(*image, setup_.detection.detector.sensor);
+    if (!refusal && rays_) refusal = rays_->refusalOf(*image);
+    if (refusal) {
       warn(refusal->kind, "images were left out (" + refusal->kind + "): " + refusal->text);
       return;
     }
+    if (rays_) images_->setCamera(rays_->of(*image));
     ++outcome_->images;
     BearingSet bearings;
     {
@@ -182,6 +197,7 @@ class Replay {
   Calibrator calibrator_;
   OfflineReport review_;
   std::optional<ros_side::ImageBearings> images_;
+  std::optional<ros_side::CameraRays> rays_;  ///< none with a mirror
   History history_;
   bool has_news_ = false;
   std::map<std::string, std::string> warnings_;  ///< the first one of each kind

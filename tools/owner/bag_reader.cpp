@@ -120,6 +120,8 @@ std::optional<BagMessage> BagReader::readMessage(const rosbag::MessageInstance& 
                                                 : readAs<sensor_msgs::CompressedImage>(message);
   }
   if (topic == topics_.bearings) return readAs<LightBearings>(message);
+  if (topic == topics_.camera_info) return readAs<sensor_msgs::CameraInfo>(message);
+  if (topic == topics_.static_transforms) return readAs<tf2_msgs::TFMessage>(message);
   if (topic == topics_.plan) return readAs<geometry_msgs::PoseWithCovarianceStamped>(message);
   switch (source_) {
     case WheelSource::kTicks:

@@ -6,9 +6,11 @@
 #include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/JointState.h>
+#include <tf2_msgs/TFMessage.h>
 #include <topic_tools/shape_shifter.h>
 
 #include <cstdint>
@@ -37,7 +39,7 @@ struct BagMessage {
   std::variant<WheelTicksConstPtr, sensor_msgs::JointStateConstPtr, LightBearingsConstPtr,
                sensor_msgs::ImageConstPtr, sensor_msgs::CompressedImageConstPtr,
                geometry_msgs::PoseWithCovarianceStampedConstPtr, nav_msgs::OdometryConstPtr,
-               BagWheelCount>
+               sensor_msgs::CameraInfoConstPtr, tf2_msgs::TFMessageConstPtr, BagWheelCount>
       content;
 };
 

@@ -3,11 +3,15 @@
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/WheelTicks.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <image_transport/camera_common.h>
 #include <nav_msgs/Odometry.h>
+#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/JointState.h>
+#include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -93,6 +97,24 @@ std::string findWheel(const Contents& contents, const std::set<std::string>& whe
                            listOf(contents));
 }
 
+/// The topic of that name and type, with or without a slash in front; empty without one.
+template <typename Message>
+std::string findBeside(const Contents& contents, const std::string& name) {
+  for (const std::string& topic :
+       topicsOfType(contents, ros::message_traits::datatype<Message>())) {
+    if (withoutSlash(topic) == withoutSlash(name)) return topic;
+  }
+  return {};
+}
+
+/// Where a driver sends the camera_info of its images, raw or compressed.
+std::string cameraInfoTopic(const std::string& images) {
+  const std::string suffix = "/compressed";
+  const std::size_t end = images.size() - std::min(images.size(), suffix.size());
+  return image_transport::getCameraInfoTopic(images.substr(end) == suffix ? images.substr(0, end)
+                                                                          : images);
+}
+
 /// What a CalibrationDriveNodelet of whatever name has published; empty without one.
 std::string findPlan(const Contents& contents) {
   const std::string name = "expected_base_from_camera";
@@ -108,8 +130,9 @@ std::string findPlan(const Contents& contents) {
 
 std::vector<std::string> BagTopics::names() const {
   std::vector<std::string> names = {wheels};
-  if (!right_wheel.empty()) names.push_back(right_wheel);
-  if (!plan.empty()) names.push_back(plan);
+  for (const std::string& topic : {right_wheel, plan, camera_info, static_transforms}) {
+    if (!topic.empty()) names.push_back(topic);
+  }
   names.push_back(observations());
   return names;
 }
@@ -144,6 +167,9 @@ BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, WheelSour
     found.bearings = findTopic<LightBearings>(contents, wanted.bearings, "bearings-topic");
   } else {
     found.images = findImages(contents, wanted.images);
+    found.camera_info =
+        findBeside<sensor_msgs::CameraInfo>(contents, cameraInfoTopic(found.images));
+    found.static_transforms = findBeside<tf2_msgs::TFMessage>(contents, "tf_static");
   }
   found.plan = findPlan(contents);
   return found;

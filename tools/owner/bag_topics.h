@@ -14,8 +14,10 @@ struct BagTopics {
   std::string wheels;
   std::string right_wheel;  ///< only of separate ticks; `wheels` is the left one then
   std::string bearings;
-  std::string images;  ///< only where the bearings are to be found in images
-  std::string plan;    ///< what a drive expects of its way ahead; empty where there is none
+  std::string images;             ///< only where the bearings are to be found in images
+  std::string camera_info;        ///< beside the images; empty where there is none
+  std::string static_transforms;  ///< the same
+  std::string plan;  ///< what a drive expects of its way ahead; empty where there is none
 
   const std::string& observations() const { return images.empty() ? bearings : images; }
   std::vector<std::string> names() const;

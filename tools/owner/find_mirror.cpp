@@ -149,7 +149,7 @@ ConicMirror readMirror(const MirrorRim& rim, const cv::Size& image,
     files.set(found);
   }
   for (const std::string& file : config_files) files.overlay(file);
-  files.set("gates/mirror=true");  // else the optics need not be known
+  files.set("mirror/kind=cone");  // else the optics need not be known
   return ros_side::readConfig<ros_side::DetectionNodeConfig>(files.reader("detection"))
       .detector.mirror;
 }

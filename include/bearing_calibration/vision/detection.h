@@ -12,11 +12,14 @@ namespace bearing_calibration::core {
 
 inline constexpr double kPixelVariance = 1.0 / 12.0;  ///< of a square of side 1
 
-/// Unit vectors at a place in the image, the columns: across the mirror's radius and along it.
+/// Unit vectors at a place in the image, the columns: across the mirror's radius and along it (any
+/// two at its centre; without a mirror the centre is any place).
 /// Pairs of numbers along them stand in this order everywhere: (tangential, radial).
 inline Eigen::Matrix2d mirrorAxes(const Eigen::Vector2d& place_px,
                                   const Eigen::Vector2d& mirror_centre_px) {
-  const Eigen::Vector2d radial = (place_px - mirror_centre_px).normalized();
+  const Eigen::Vector2d off_px = place_px - mirror_centre_px;
+  const Eigen::Vector2d radial =
+      off_px.isZero() ? Eigen::Vector2d::UnitX() : off_px.normalized().eval();
   return (Eigen::Matrix2d() << -radial.y(), radial.x(), radial.x(), radial.y()).finished();
 }
 
@@ -73,9 +76,10 @@ enum class Rejection : std::uint8_t {
   kAxis,          ///< not along the mirror's radius
   kKurtosis,      ///< brighter in the middle than what an open aperture makes of a light
   kUnlikely,      ///< by several small doubts
+  kNoRay,         ///< beyond what the camera's lens shows
   kTooManySpots,  ///< not measured: the image has more spots than max_candidates
 };
-inline constexpr int kRejections = 13;
+inline constexpr int kRejections = 14;
 
 /// A few words for people.
 const char* describe(Rejection rejection);

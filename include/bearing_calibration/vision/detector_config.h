@@ -1,12 +1,22 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration/optics/camera.h"
 #include "bearing_calibration/optics/conic_mirror.h"
 
 namespace bearing_calibration::core {
+
+/// What the camera looks into, in the order of its names.
+enum class MirrorKind : std::uint8_t {
+  kCone,   ///< spots are compared with what it makes of a light
+  kOther,  ///< they are not; the azimuth is that about the mirror's centre, too
+  kNone,   ///< a lens alone: a spot's direction is that of its ray, spots are not compared
+};
 
 /// A holder that hides a sector of the mirror. A light of radius a at distance D is disturbed
 /// a / D further to either side: let the half width include that and about a degree.
@@ -62,8 +72,7 @@ struct OpticsUncertainty {
 
 /// What a candidate must fulfil. Parameter group `gates`.
 struct GateConfig {
-  bool mirror = false;  ///< compare size, axis and radius with the mirror's optics
-  int min_pixels = 0;   ///< of the thresholded spot
+  int min_pixels = 0;  ///< of the thresholded spot
   int max_pixels = 0;
   double min_probability = 0.0;  ///< of being a light
 };
@@ -78,6 +87,8 @@ struct AlignmentConfig {
 /// Everything that the light detector needs to know; the values worth running with stand in
 /// config/detection.yaml.
 struct DetectorConfig {
+  MirrorKind mirror_kind = MirrorKind::kCone;
+  std::optional<Camera> camera;  ///< without a mirror; no parameter, its driver knows it
   ImageSensor sensor;
   ConicMirror mirror;
   OpticsUncertainty optics_stddev;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
@@ -17,9 +18,10 @@ namespace bearing_calibration::core {
 /// clipping of the outline; and what the search adds, which found it beside a bright area or inside
 /// of one of the spots that a lower threshold showed and that were refused.
 /// @param expected  null where nothing is
-Bearing bearingOf(const LightEllipse& light, const Search& search,
-                  const std::vector<Detection>& refused, const ExpectedSpot* expected,
-                  const DetectorConfig& config);
+/// Without a mirror: azimuth and elevation of its ray; nothing beyond what the lens shows.
+std::optional<Bearing> bearingOf(const LightEllipse& light, const Search& search,
+                                 const std::vector<Detection>& refused,
+                                 const ExpectedSpot* expected, const DetectorConfig& config);
 
 /// The one of the highest probability; null without any.
 const Detection* likeliestLight(const std::vector<Detection>& lights);

@@ -30,9 +30,9 @@ struct DetectionResult {
   bool too_cluttered = false;  ///< more bright runs than a scene with a light can have: gave up
 };
 
-/// Finds the image of a light in a conic mirror. An image's way to its bearings: where to look,
-/// from which level on, which pixels are connected, their ellipse of light, the probability that
-/// it is a light, its centre's variance (detection.md).
+/// Finds the image of a light, in a conic mirror or without one. An image's way to its bearings:
+/// where to look, from which level on, which pixels are connected, their ellipse of light, the
+/// probability that it is a light, its centre's variance (detection.md).
 class LightDetector {
  public:
   /// What is as likely as this is not looked for elsewhere.
@@ -47,7 +47,7 @@ class LightDetector {
   /// @return valid until the next call. Without software defocus nothing is allocated once the
   ///   buffers have grown to what the scene needs.
   /// @throws std::invalid_argument for an image of another type or size, or of a depth that cannot
-  ///   reach the configured saturation.
+  ///   reach the configured saturation, and of a camera without its numbers.
   const DetectionResult& detect(const cv::Mat& image,
                                 const std::optional<SearchRegion>& region = std::nullopt);
 

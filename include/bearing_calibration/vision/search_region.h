@@ -24,8 +24,8 @@ struct AzimuthSector {
   double half_width_rad = 0.0;
 };
 
-/// The pixels in which a light may be seen: the mirror's annulus less its posts and the rows that
-/// are not valid, kept as strips in reading order.
+/// The pixels in which a light may be seen: the mirror's annulus less its posts, or the whole image
+/// without a mirror, and less the rows that are not valid, kept as strips in reading order.
 class AnnulusMask {
  public:
   explicit AnnulusMask(const DetectorConfig& config);
