@@ -65,8 +65,9 @@ class CalibrateCameraBag(unittest.TestCase):
 
     def calibrate(self):
         program = roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0]
-        overrides = os.path.join(REPOSITORY, 'test', 'ros', 'camera_overrides.yaml')
-        return subprocess.run([program, self.bag, '--config', overrides, '--set', 'frames/sensor=mast',
+        robot = os.path.join(REPOSITORY, 'config', 'robots', 'simulated.yaml')
+        camera = os.path.join(REPOSITORY, 'test', 'ros', 'camera_overrides.yaml')
+        return subprocess.run([program, self.bag, '--config', robot, '--config', camera, '--set', 'frames/sensor=mast',
                                '--set', 'wheels/noise_independent=1.0e-6', '--output', self.output],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               universal_newlines=True, timeout=300)
