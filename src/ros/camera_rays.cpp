@@ -63,7 +63,8 @@ core::Camera cameraFromMessage(const sensor_msgs::CameraInfo& info) {
 }
 
 std::optional<Refusal> CameraRays::refusalOf(const sensor_msgs::Image& image) const {
-  if (!info_) return Refusal{"no camera_info", "mirror/kind none needs it, but nothing came on " + topic_};
+  if (!info_)
+    return Refusal{"no camera_info", "mirror/kind none needs it, but nothing came on " + topic_};
   const DeliveredImage delivered = deliveredImage(*info_);
   if (delivered.width_px != image.width || delivered.height_px != image.height) {
     return Refusal{"wrong imager", formatted("%s speaks of images of %ux%u", topic_.c_str(),
