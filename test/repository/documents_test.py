@@ -4,6 +4,7 @@ reference pages are those of the files that they describe; links lead to section
 
 import glob
 import io
+import itertools
 import os
 import re
 import shlex
@@ -116,8 +117,12 @@ def blocksOf(text, is_inside):
 
 
 def commandsAlone(lines):
-    """Whether indented lines that begin with a command have nothing else after an empty line."""
-    starts = re.split(r'\n\s*\n', '\n'.join(lines).strip('\n'))
+    """Whether indented lines that begin with a command have nothing else after an empty line. What is
+    indented less than the command belongs to the list that the block stands in."""
+    lines = '\n'.join(lines).strip('\n').split('\n')
+    indentation = re.match(' *', lines[0]).group(0)
+    block = itertools.takewhile(lambda line: line.startswith(indentation) or not line, lines)
+    starts = re.split(r'\n\s*\n', '\n'.join(block).strip('\n'))
     return not COMMAND.match(starts[0]) or all(COMMAND.match(start) for start in starts)
 
 
@@ -144,6 +149,12 @@ class Rendering(unittest.TestCase):
             for number, lines in blocksOf(textOf(path), lambda line: re.match(r'    |$', line)):
                 with self.subTest(document=os.path.relpath(path, REPOSITORY), line=number):
                     self.assertTrue(commandsAlone(lines), '\n'.join(lines))
+
+    def testNoCommentBeginsALine(self):
+        """There it would end the paragraph."""
+        for path in DOCUMENTS:
+            with self.subTest(document=os.path.relpath(path, REPOSITORY)):
+                self.assertNotRegex(textOf(path), r'(?m)^ *<!--')
 
     def testEquationsAreNumberedInTheirOrder(self):
         for name in ('model.md', 'start.md', 'lights.md'):
@@ -195,7 +206,7 @@ class Links(unittest.TestCase):
             names = re.findall(r'(?<![\w/.-])doc/[\w./-]*\w', textOf(path))
             if path in CITING:
                 names += [os.path.relpath(pathOf(name), REPOSITORY)
-                          for name in re.findall(r'(?<![\w/.-])(?!README)\w+\.md\b', textOf(path))]
+                          for name in re.findall(r'(?<![\w/.-])(?!README|index)\w+\.md\b', textOf(path))]
             found += len(names)
             for name in names:
                 with self.subTest(file=os.path.relpath(path, REPOSITORY), name=name):

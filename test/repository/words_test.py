@@ -51,6 +51,10 @@ class FrontPage(unittest.TestCase):
     def testItsFirstCommandIsTheWholePath(self):
         self.assertEqual(next(commandsIn(os.path.join(REPOSITORY, 'README.md'))), './scripts/demo')
 
+    def testItsResultIsThatOfTheQuickStart(self):
+        result = re.search(r'```\n(Result\n.*?)```', textOf('README.md'), re.S).group(1)
+        self.assertIn(result, textOf('doc', 'tutorials', 'quick_start.md'))
+
     def testWhatCounts(self):
         self.assertEqual(wordsOf('# One *two*\n\n    ./scripts/demo a b\n\n- three <!-- no -->`four`\n'
                                  '| five | [six](no.html) |\n```\nno\n```\n'),
