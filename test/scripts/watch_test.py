@@ -79,10 +79,10 @@ class View(unittest.TestCase):
             RobotError('wheel_separation_scale', 0.01, 0.005, '1', RobotError.HELD_AT_PRIOR),
             RobotError('sensor_roll', 0, 0, 'rad', RobotError.ESTIMATED),
             RobotError('bearing_noise_factor', 1.5, 0.1, '1', RobotError.ESTIMATED)]))
-        self.assertRegex(text, r'time offset +100\.00 \+- 2\.00 ms   estimated')
-        self.assertRegex(text, r'wheel separation +1\.00 \+- 0\.50 %   as configured')
-        self.assertRegex(text, r'sensor roll +0\.00 \+- 0\.00 deg   estimated')
-        self.assertRegex(text, r'bearing_noise_factor +1\.50 \+- 0\.10 1   estimated')
+        self.assertRegex(text, r'time offset +100\.00 \+- 2\.00 ms +estimated')
+        self.assertRegex(text, r'wheel separation +1\.00 \+- 0\.50 % +as configured')
+        self.assertRegex(text, r'sensor roll +0\.00 \+- 0\.00 deg +estimated')
+        self.assertRegex(text, r'bearing noise, factor +1\.50 \+- 0\.10 +estimated')
         self.assertNotIn('left wheel', text)
         self.assertNotIn('mirror', text)
 

@@ -43,7 +43,10 @@ ERRORS = {'time_offset': ('time offset', 'ms', 1e3),
           'sensor_pitch': ('sensor pitch', 'deg', DEGREES),
           'light_height': ('light above sensor', 'mm', 1e3),
           **{f'light_height_{light}': (f'light {light} above sensor', 'mm', 1e3)
-             for light in range(2, 9)}}
+             for light in range(2, 9)},
+          'bearing_noise_factor': ('bearing noise, factor', '', 1),
+          'wheel_noise_factor': ('wheel noise, factor', '', 1),
+          'bearing_correlation_time': ('correlation time', 's', 1)}
 ERROR_STATES = {RobotError.HELD_AT_PRIOR: 'as configured: the data hardly say more',
                 RobotError.ESTIMATED: 'estimated'}
 
@@ -136,7 +139,7 @@ def errorRows(estimate):
         said = ERROR_STATES.get(error.state)
         if said is not None:
             name, unit, scale = ERRORS.get(error.name, (error.name, error.unit, 1))
-            rows.append('  %-18s%8.2f +- %.2f %s   %s' % (
+            rows.append('  %-21s%7.2f +- %.2f %-3s  %s' % (
                 name, scale * error.value, scale * error.stddev, unit, said))
     return rows
 
