@@ -1,5 +1,7 @@
 """The Debian package's description and the workflows agree with the rest of the repository."""
 
+import datetime
+import email.utils
 import glob
 import os
 import re
@@ -54,6 +56,15 @@ class DebianPackage(unittest.TestCase):
         version = ElementTree.parse(os.path.join(REPOSITORY, 'package.xml')).findtext('version')
         first = textOf('debian', 'changelog').splitlines()[0]
         self.assertRegex(first, r'^bearing-calibration \(%s\) ' % re.escape(version))
+
+    def testTheChangelogsNewestReleaseIsThePackages(self):
+        """Below what is forthcoming, with the Debian package's date."""
+        version = ElementTree.parse(os.path.join(REPOSITORY, 'package.xml')).findtext('version')
+        newest = re.search(r'(?m)^(\d+\.\d+\.\d+) \((\d+)-(\d+)-(\d+)\)\n-+$', textOf('CHANGELOG.rst'))
+        self.assertEqual(newest.group(1), version)
+        date = datetime.date(*(int(number) for number in newest.groups()[1:]))
+        said = re.search(r'(?m)^ -- .*>  (.*)$', textOf('debian', 'changelog')).group(1)
+        self.assertEqual(email.utils.parsedate_to_datetime(said).date(), date)
 
     def testItIsBuiltWithWhatTheScriptsInstall(self):
         missing = self.packagesOf(BUILD_SECTIONS) - relations('Build-Depends')
