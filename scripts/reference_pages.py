@@ -34,10 +34,9 @@ PARAMETERS_HEAD = """# Parameters
 
 Made from `config/*.yaml` by `scripts/reference_pages.py`: change the comments there. SI units and radians. The launch
 files load these files first, then the numbers of your robot (`robot:=FILE`), then other values of yours
-(`overrides:=FILE`). Where the default is `required` there is none: only you know that number ([robots.md](../tutorials/robots.md),
-[camera.md](../tutorials/camera.md)). A missing, misspelt or wrong parameter stops the node with all errors listed, and so does a
-number beyond what any robot has, from one of millimetres to a truck: the error names its bounds. Give a file only what
-differs:
+(`overrides:=FILE`). Where the default is `required` there is none: only you know that number
+([robots.md](../tutorials/robots.md), [camera.md](../tutorials/camera.md)). Parameters that are missing, misspelt or
+out of bounds stop the node, which lists all of them, with the bounds. Write only what differs into your file:
 
 ```yaml
 wheels:

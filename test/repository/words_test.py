@@ -1,5 +1,6 @@
 """The front page is short, the words of pages, parameters, messages and texts are those of the field,
-and a number that two pages, or a page and a configuration, state is the same on both."""
+a number that two pages, or a page and a configuration, state is the same on both, and parameters that
+are named exist."""
 
 import ast
 import decimal
@@ -83,6 +84,20 @@ def textsOfCpp(source):
     return found
 
 
+def allTexts():
+    """(file, first line, text) of pages, parameters, messages and what is printed."""
+    for path in DOCUMENTS:
+        yield below(path), 1, textOf(path)
+    for pattern in READ_AS_THEY_ARE:
+        paths = glob.glob(os.path.join(REPOSITORY, pattern), recursive=True)
+        assert paths, pattern
+        for path in paths:
+            yield below(path), 1, textOf(path)
+    for path in CODE:
+        for line, text in (textsOfPython if path.endswith('.py') else textsOfCpp)(textOf(path)):
+            yield below(path), line, text
+
+
 class Words(unittest.TestCase):
 
     @classmethod
@@ -112,20 +127,13 @@ class Words(unittest.TestCase):
                         self.fail('say instead: ' + says)
 
     def testTheyAreThoseOfTheField(self):
-        for path in DOCUMENTS:
-            # Names of topics, options and parameters have tests of their own.
-            self.check(below(path), re.sub(r'`[^`]*`', '', prose(textOf(path))))
-        for pattern in READ_AS_THEY_ARE:
-            paths = glob.glob(os.path.join(REPOSITORY, pattern), recursive=True)
-            self.assertGreater(len(paths), 0, pattern)
-            for path in paths:
-                self.check(below(path), textOf(path))
         texts = 0
-        for path in CODE:
-            read = textsOfPython if path.endswith('.py') else textsOfCpp
-            for line, text in read(textOf(path)):
-                texts += 1
-                self.check(below(path), text, line)
+        for place, line, text in allTexts():
+            texts += 1
+            if place.endswith('.md'):
+                # Names of topics, options and parameters in code are not read as words.
+                text = re.sub(r'`[^`]*`', '', prose(text))
+            self.check(place, text, line)
         self.assertGreater(texts, 1000)
         self.assertEqual(self.unused, [], 'exceptions that nothing needs any more')
 
@@ -141,6 +149,32 @@ class Words(unittest.TestCase):
         self.assertEqual(textsOfCpp('#include "no"\nint a = \'"\';  // "no"\nf("one \\"x\\""\n  " two");\n'),
                          [(3, 'one \\"x\\" two')])
         self.assertEqual(textsOfPython('"""No."""\nf(\'one \'\n  \'two\')\n'), [(2, 'one two')])
+
+
+class ParameterNames(unittest.TestCase):
+    """Those that pages, comments and texts name are there."""
+
+    NOT_PARAMETERS = {'camera/image_raw', 'images/s'}
+    EXAMPLES = {'errors/azimuth_scale_stddev'}  # one that architecture.md adds
+
+    def testTheyExist(self):
+        parameters = {'%s/%s' % (group, row[0]) for name, _, _ in reference_pages.CONFIGURATIONS
+                      for group, _, rows in reference_pages.parametersOf(textOf('config', name)) for row in rows}
+        sources = {re.sub(r'^(?:include/bearing_calibration|src)/|\.\w+$', '', below(path)) for path in CODE}
+        known = parameters | sources | self.NOT_PARAMETERS | self.EXAMPLES
+        groups = '|'.join({name.split('/')[0] for name in parameters})
+        # camera/rate, errors/*_stddev and wheels/noise_*, but no file and no longer path
+        pattern = re.compile(r'(?<![\w/.~$-])((?:%s)/(?:\\?\*)?\w+(?:\\?\*)?)(?![\w/.-]*[/.]\w)' % groups)
+        found = 0
+        for place, _, text in allTexts():
+            if place.startswith('src/simulation/'):
+                continue  # the parameters of studies
+            for name in pattern.findall(text):
+                found += 1
+                with self.subTest(file=place, name=name):
+                    wanted = re.escape(name.replace('\\', '')).replace(r'\*', r'\w*')
+                    self.assertTrue(any(re.fullmatch(wanted, one) for one in known))
+        self.assertGreater(found, 200)
 
 
 class Numbers(unittest.TestCase):
