@@ -323,6 +323,61 @@ TEST(LightDetector, WithoutTheMirrorsGatesManySmallLightsAreFound) {
   EXPECT_EQ(detector.detect(image).lights.size(), 12u);
 }
 
+/// With the shipped mirror's parameters, which are not used.
+DetectorConfig withoutMirror() {
+  DetectorConfig config = defaultDetector();
+  config.mirror_kind = MirrorKind::kNone;
+  config.camera = Camera{400.0, 400.0, 319.5, 239.5};
+  config.view = {320.0, 240.0, 1};
+  return config;
+}
+
+SpotDrawing discAt(double u_px, double v_px) {
+  SpotDrawing spot;
+  spot.centre_px = {u_px, v_px};
+  spot.major_diameter_px = spot.minor_diameter_px = 12.0;
+  spot.light_levels = 150.0;
+  return spot;
+}
+
+TEST(LightDetector, WithoutAMirrorLightsAreFoundInTheWholeImage) {
+  const DetectorConfig config = withoutMirror();
+  LightDetector detector(config);
+  for (const Eigen::Vector2d& place :
+       {Eigen::Vector2d(320.0, 240.0), Eigen::Vector2d(319.5, 239.5), Eigen::Vector2d(12.0, 12.0),
+        Eigen::Vector2d(627.0, 467.0)}) {
+    const DetectionResult& result =
+        detector.detect(exposeSpots(config, {discAt(place.x(), place.y())}, 3));
+    ASSERT_EQ(result.lights.size(), 1u) << place.transpose() << onlyRejection(result);
+    const Bearing& bearing = result.lights.front().bearing;
+    const double right = (place.x() - 319.5) / 400.0;
+    const double up = -(place.y() - 239.5) / 400.0;
+    EXPECT_NEAR(bearing.azimuth_rad, -std::atan(right),
+                5.0 * std::sqrt(bearing.azimuth_variance_rad2));
+    EXPECT_NEAR(bearing.elevation_rad, std::atan(up / std::hypot(1.0, right)),
+                5.0 * std::sqrt(bearing.elevation_variance_rad2));
+    EXPECT_LT(std::sqrt(bearing.azimuth_variance_rad2), 0.2 / 400.0) << "a fifth of a pixel";
+    EXPECT_TRUE(std::isnan(bearing.image_radius_px));
+  }
+}
+
+TEST(LightDetector, WithoutAMirrorNothingIsFoundBeyondTheLens) {
+  DetectorConfig config = withoutMirror();
+  config.camera->distortion[0] = -0.5;  // 0.544 * 400 px from the middle its images turn back
+  LightDetector detector(config);
+  EXPECT_EQ(detector.detect(exposeSpots(config, {discAt(319.5 + 200.0, 239.5)}, 3)).lights.size(),
+            1u);
+  EXPECT_EQ(onlyRejection(detector.detect(exposeSpots(config, {discAt(319.5 + 230.0, 239.5)}, 3))),
+            describe(Rejection::kNoRay));
+}
+
+TEST(LightDetector, WithoutAMirrorNeedsItsCamera) {
+  DetectorConfig config = withoutMirror();
+  config.camera.reset();
+  LightDetector detector(config);
+  EXPECT_THROW(detector.detect(cv::Mat(480, 640, CV_8UC1, cv::Scalar(0))), std::invalid_argument);
+}
+
 TEST(LightDetector, MeasuresNoMoreThanItsLimit) {
   DetectorConfig config = defaultDetector();
   config.mirror_kind = MirrorKind::kOther;
