@@ -251,6 +251,17 @@ TEST(LightsAgreement, TheOneThatContradictsTheOthersIsLeftOut) {
   EXPECT_TRUE(agreement.has_majority);
 }
 
+// 9.7 mm between two lights of 1 mm each are a chi-square of 47. For the wheels' noise that they
+// share it may be twice that of independent ones: 42 for one pair, 53 for the largest of the 15
+// pairs of six.
+TEST(LightsAgreement, TheMoreLightsTheFartherTwoMayBeApart) {
+  const MountEstimate off = mountAt(0.1097);
+  EXPECT_EQ(compareLights({mountAt(0.1), off}).contradicting.size(), 1U);
+  std::vector<MountEstimate> six(5, mountAt(0.1));
+  six.push_back(off);
+  EXPECT_TRUE(compareLights(six).contradicting.empty());
+}
+
 TEST(LightsAgreement, OfTwoThatDoNotAgreeNobodyKnowsWhichIsRight) {
   const LightsAgreement agreement = compareLights({mountAt(0.1), mountAt(0.12)});
   EXPECT_FALSE(agreement.has_majority);

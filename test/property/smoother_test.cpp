@@ -70,6 +70,17 @@ TEST(Smoother, SlipGainIsWhatGivingUpTheMotionTakesOffTheCost) {
   }
 }
 
+TEST(Smoother, AMotionThatIsGivenUpHasNothingMoreToGain) {
+  constexpr std::size_t kGivenUp = 12;
+  const ObservationRun run = shortRun(1);
+  std::vector<ObservationWeight> weights = plainWeights(run.observations);
+  weights[kGivenUp].slipped = true;
+  const SmootherPass pass = smooth(run.observations, weights, pathOf(run), kFreePass);
+  for (std::size_t i = 1; i < run.observations.size(); ++i) {
+    EXPECT_EQ(pass.observations[i].slip_gain > 0.0, i != kGivenUp) << "observation " << i;
+  }
+}
+
 // The residual against all others is the one of a pass that never saw the observation.
 TEST(Smoother, LeftOutResidualIsThatOfAPassWithoutTheObservation) {
   const ObservationRun run = shortRun(2);
@@ -234,6 +245,9 @@ TEST(BatchEstimator, FindsTheSlipAndTheOutliers) {
         << "observation " << i << " was not rejected";
   }
   EXPECT_LT(batch.rejected.size(), 15U);
+  // the mount, the light, and where the light is after the slip
+  EXPECT_EQ(batch.degrees_of_freedom,
+            static_cast<int>(run.observations.size() - batch.rejected.size()) - 3 - 2 - 2);
 }
 
 TEST(BatchEstimator, WidensForCorrelatedNoise) {

@@ -71,17 +71,31 @@ TEST(ColourIdentifier, MeasuresTheRatiosOfTheLightOverItsBackground) {
   }
 }
 
-TEST(ColourIdentifier, FullPixelsAreLeftOut) {
-  const DetectorConfig config = test::defaultDetector();
-  const cv::Mat bgr = imageOfTwo(config, 300.0);
-  const std::vector<Detection> lights = lightsIn(config, greyOf(bgr));
+/// Of lights whose middles are clipped: by the rim, whose pixels are lit in part.
+void expectColoursWithoutFullPixels(const cv::Mat& bgr, const DetectorConfig& config) {
+  const std::vector<Detection> lights = lightsIn(test::defaultDetector(), greyOf(bgr));
   ASSERT_EQ(lights.size(), 2u);
   const auto colours = coloursOf(bgr, lights, config);
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    ASSERT_TRUE(colours[i]);  // by the rim, whose pixels are lit in part
+    ASSERT_TRUE(colours[i]);
     const Eigen::Vector3d& colour = colourAt(lights[i].bearing.azimuth_rad);
     EXPECT_LT((*colours[i] - colour / colour.sum()).norm(), 0.02);
   }
+}
+
+TEST(ColourIdentifier, FullPixelsAreLeftOut) {
+  expectColoursWithoutFullPixels(imageOfTwo(test::defaultDetector(), 300.0),
+                                 test::defaultDetector());
+}
+
+// A sensor that clips early, and one of more bits than a picture in colours has.
+TEST(ColourIdentifier, FullIsWhatTheSensorOrThePictureCannotExceed) {
+  DetectorConfig config = test::defaultDetector();
+  config.sensor.saturation_level = 180.0;
+  expectColoursWithoutFullPixels(cv::min(imageOfTwo(test::defaultDetector(), 212.0), 180.0),
+                                 config);
+  config.sensor.saturation_level = 4000.0;
+  expectColoursWithoutFullPixels(imageOfTwo(test::defaultDetector(), 300.0), config);
 }
 
 TEST(ColourIdentifier, NamesTheLightsByTheirColours) {
@@ -130,9 +144,10 @@ TEST(ColourIdentifier, ValidateNamesEveryWrongValue) {
   ColourConfig config;
   config.use = true;
   EXPECT_EQ(errorsOf(config).size(), 1u);
-  config.lights = {{-1, kAmber}, {1, Eigen::Vector3d::Zero()}, {2, {1.0, -0.1, 0.0}}};
+  config.lights = {
+      {-1, kAmber}, {1, Eigen::Vector3d::Zero()}, {2, {1.0, -0.1, 0.0}}, {3, {1e7, 1.0, 1.0}}};
   config.tolerance = 2.0;
-  EXPECT_EQ(errorsOf(config).size(), 4u);
+  EXPECT_EQ(errorsOf(config).size(), 5u);
 }
 
 }  // namespace

@@ -46,6 +46,20 @@ TEST(Initializer, SaysWhatTheMotionLacks) {
       << nameOf(line);
 }
 
+// A random walk's extent is hardly ever 4.5 times its noise: five times are a way that was driven.
+TEST(Initializer, APathIsOneThatNoiseDoesNotMake) {
+  MotionSummary motion;
+  motion.turn_rad = motion.second_curvature_m = 1.0;
+  motion.extent_noise_m = 0.02;
+  motion.extent_m = 5.01 * motion.extent_noise_m;
+  EXPECT_EQ(motionObstacle(StartLimits::kMinObservations, motion), StartObstacle::kNone);
+  motion.extent_m = 4.99 * motion.extent_noise_m;
+  EXPECT_EQ(motionObstacle(StartLimits::kMinObservations, motion), StartObstacle::kTooShortPath);
+  motion.extent_m = 0.41;  // of any robot, with wheels of any noise
+  motion.extent_noise_m = 1.0;
+  EXPECT_EQ(motionObstacle(StartLimits::kMinObservations, motion), StartObstacle::kNone);
+}
+
 TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const ObservationRun run = paperRun(Kind::kDance, 30.0, seed);

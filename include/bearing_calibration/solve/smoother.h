@@ -57,7 +57,8 @@ struct SmoothedObservation {
   double left_out_residual_rad = 0.0;
   double left_out_variance_rad2 = 0.0;
   /// What giving up the motion to this image would take off the cost: chi-square without slip, of 2
-  /// degrees with one light, of 3 with several; 0 but for the image's first observation.
+  /// degrees with one light, of 3 with several; 0 but for the image's first observation, after a
+  /// motion that is not given up.
   double slip_gain = 0.0;
   MountDisplacement mount_displacement;  ///< between the observation before and this one
 };
