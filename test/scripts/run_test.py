@@ -212,12 +212,19 @@ class Sanitize(CopyOfTheScripts):
             self.assertEqual(run, set(calls['build']) - {'programs', 'rostests'})
             self.assertTrue(run)
 
-    def testOtherTestsAreNamedToCtest(self):
-        self.sanitize('exit 0', 'address', '-R', 'calibration_services')
+    def testARegexChoosesAmongItsTests(self):
+        done = self.sanitize('test "$1" != -N || printf "  Test #1: _ctest_a_one\\n  Test #12: _ctest_a_two\\n"',
+                             'thread', 'tw')
+        self.assertEqual(done.returncode, 0, done.stdout)
         with open(self.log) as file:
-            calls = {line.split()[0]: line.split()[1:] for line in file}
-        self.assertEqual(calls['build'], ['all', 'tests'])
-        self.assertEqual(calls['ctest'][-2:], ['-R', 'calibration_services'])
+            calls = [line.split() for line in file if line.startswith('ctest')]
+        self.assertEqual(calls[-1][calls[-1].index('-R') + 1], '_ctest_a_two')
+        self.assertIn('none of its tests matches', self.sanitize('exit 0', 'thread', 'three').stdout)
+
+    def testWrongArgumentsAreNamed(self):
+        done = self.sanitize('exit 0', 'memory')
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn('usage: scripts/sanitize [thread|address] [REGEX]', done.stdout)
 
 
 if __name__ == '__main__':
