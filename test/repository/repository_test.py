@@ -19,6 +19,7 @@ IGNORED_CHECKS = [
     # include paths belong to targets here; catkin_lint knows only those of folders
     'unused_catkin_include_dirs', 'unused_include_path', 'external_interface_path',
     'uninstalled_script',  # scripts/ works on the clone, not on an installation
+    'launch_depend',  # rviz is for rviz:=true alone; dependencies_test knows the others
     'uninstalled_target',  # benches measure this package, nobody else runs them
 ]
 

@@ -112,6 +112,18 @@ class CalibrationReport(unittest.TestCase):
             written = re.sub(r'base64,[A-Za-z0-9+/=]+', '', page)  # a picture may spell anything
             self.assertNotIn('http', written.replace('http://www.ros.org', ''))
 
+    def testARobotWithoutMatplotlibIsToldWhatIsMissing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(os.path.join(folder, 'matplotlib.py'), 'w') as file:
+                file.write('raise ImportError("as if it were not installed")\n')
+            path = os.pathsep.join([folder, os.environ.get('PYTHONPATH', '')])
+            done = subprocess.run(REPORT + [self.single], stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, universal_newlines=True, timeout=600,
+                                  env=dict(os.environ, PYTHONPATH=path))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn('apt-get install python3-matplotlib', done.stdout)
+        self.assertNotIn('Traceback', done.stdout)
+
     def testFiguresAreFilesToo(self):
         for name in FIGURES:
             with open(os.path.join(self.single, name), 'rb') as file:

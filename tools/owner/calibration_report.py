@@ -12,8 +12,12 @@ import re
 import sys
 
 import jinja2
-import matplotlib.pyplot as plt
 import yaml
+
+try:
+    import matplotlib.pyplot as plt
+except ImportError:  # a robot need not have it
+    sys.exit('calibration_report: its figures need matplotlib (apt-get install python3-matplotlib)')
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from report import data, plots, words  # noqa: E402  (lies beside this file)
