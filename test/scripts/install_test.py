@@ -110,6 +110,14 @@ class Install(unittest.TestCase):
         self.assertNotRegex(said, r'terminate called|Aborted|Segmentation|Traceback')
         self.assertRight(output)
 
+    def testACatkinPackageFindsTheSameTarget(self):
+        build = self.path('cpp_of_catkin')
+        said = self.run_('cmake', '-S', os.path.join(REPOSITORY, 'examples', 'core_only'), '-B', build,
+                         '-DPACKAGE=bearing_calibration', '-DCMAKE_PREFIX_PATH=' + self.prefix)
+        self.assertIn('Configuring done', said)
+        with open(os.path.join(build, 'CMakeCache.txt')) as file:
+            self.assertIn('bearing_calibration_core_DIR:PATH=' + self.prefix, file.read())
+
     def testThePythonProgramsFindTheirMessages(self):
         self.assertIn('usage', self.run_('rosrun', 'bearing_calibration', 'start_drive', '--help'))
         self.run_('python3', '-c', 'from bearing_calibration.msg import LightBearings; '

@@ -4,8 +4,8 @@
 
 namespace bearing_calibration::core {
 
-/// The values of config/calibration.yaml, with a start from nothing, for the robots of tests and
-/// tools.
+/// shippedCalibration() for the robots of tests and tools: without errors, and with a noise that is
+/// known.
 CalibratorConfig defaultCalibration(const DriveGeometry& drive, const WheelNoise& noise);
 
 }  // namespace bearing_calibration::core

@@ -10,7 +10,7 @@
 namespace bearing_calibration::core {
 
 /// Everything that the calibrator needs to know; a plain struct without defaults worth running:
-/// they stand in config/calibration.yaml.
+/// they stand in config/calibration.yaml, and for programs without files in shippedCalibration().
 struct CalibratorConfig {
   DriveGeometry drive;
   WheelNoise wheel_noise;

@@ -11,7 +11,7 @@ namespace bearing_calibration::core {
 /// said: a matrix that maps (left, right) to (left, right). Exact for a motion on one arc, however
 /// far it turns. What a motion is beyond one arc is kept to first order where the wheels roll
 /// somewhat farther or less far, and lost where one rolls the other way. Covariances are kept.
-/// @param believed,changed  wheel separation before and after [m]
+/// @param nominal_separation_m,changed_separation_m  before and after [m]
 std::vector<Observation> withOtherWheels(const std::vector<Observation>& observations,
                                          const Eigen::Matrix2d& wheels_from_wheels,
                                          double nominal_separation_m, double changed_separation_m);
