@@ -28,6 +28,26 @@ stampOf() {
   printf '%s/.built-%s' "$build_folder" "${name%% *}"
 }
 
+# makeRoot SUITE FOLDER: a bare Debian.
+makeRoot() {
+  [[ "$(id -u)" -eq 0 ]] || fail "debootstrap and chroot want root: use sudo"
+  command -v debootstrap > /dev/null || fail "install it first: apt-get install debootstrap"
+  debootstrap --variant=minbase "$1" "$2"
+  cp /etc/resolv.conf "$2/etc/resolv.conf"
+  echo "127.0.0.1 localhost" > "$2/etc/hosts"
+}
+
+# runInRoot FOLDER [VARIABLE=VALUE...] COMMAND...: there, with nothing of the environment here.
+runInRoot() {
+  local root=$1 status=0
+  shift
+  mount -t proc proc "$root/proc"
+  chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root ROS_HOSTNAME=localhost "$@" ||
+    status=$?
+  umount "$root/proc"
+  return "$status"
+}
+
 # ROS's setup files read variables that are not set.
 source_setup() {
   set +u
