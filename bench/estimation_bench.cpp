@@ -35,7 +35,7 @@ BENCHMARK(batchStates)
     ->Arg(5)
     ->Arg(5 + kWheelErrors)
     ->Arg(5 + placeOf<SensorTilt>())
-    ->Arg(5 + kErrorCount)
+    ->Arg(5 + heightAt(1))
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -80,11 +80,11 @@ LiveFilter robotStart(std::int64_t states) {
 void robotStep(benchmark::State& state) {
   stepThroughRun(state, paperRun(), robotStart(state.range(0)));
 }
-BENCHMARK(robotStep)->Arg(5 + kWheelErrors)->Arg(5 + placeOf<SensorTilt>())->Arg(5 + kErrorCount);
+BENCHMARK(robotStep)->Arg(5 + kWheelErrors)->Arg(5 + placeOf<SensorTilt>())->Arg(5 + heightAt(1));
 
 /// With the elevation of each observation, which takes all errors.
 void elevationStep(benchmark::State& state) {
-  stepThroughRun(state, elevationRun(), robotStart(5 + kErrorCount));
+  stepThroughRun(state, elevationRun(), robotStart(5 + heightAt(1)));
 }
 BENCHMARK(elevationStep);
 

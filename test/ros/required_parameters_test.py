@@ -32,8 +32,8 @@ CASES = (  # a node, one value that differs from its files, what it then asks fo
     (CALIBRATION, ('wheels', 'source', 'odometry'), SEPARATION),
     (DRIVE, ('wheels', 'source', 'ticks'), COUNTERS),
     (DRIVE, ('wheels', 'source', 'odometry'), SEPARATION),
-    (DETECTION, ('gates', 'mirror', True), IMAGE | OPTICS),
-    (DETECTION, ('gates', 'mirror', False), IMAGE),
+    (DETECTION, ('mirror', 'kind', 'cone'), IMAGE | OPTICS),
+    (DETECTION, ('mirror', 'kind', 'other'), IMAGE),
 )
 REQUIRED = re.compile(r'- parameter /broken/(\S+) is required: a number of your [\w ]+ \((\w+\.md)\)')
 

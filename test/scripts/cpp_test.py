@@ -81,7 +81,11 @@ class CoreAlone(unittest.TestCase):
     def testItHasAVersion(self):
         project = os.path.join(self.folder, 'versions')
         os.makedirs(project)
-        for version, found in (('0.1', 1), ('0.1.0', 1), ('', 1), ('0.2', 0), ('0.1.9', 0), ('1', 0)):
+        with open(os.path.join(REPOSITORY, 'package.xml')) as file:
+            major, minor, patch = map(int, re.search(r'<version>(\d+)\.(\d+)\.(\d+)<', file.read()).groups())
+        for version, found in (('%d.%d' % (major, minor), 1), ('%d.%d.%d' % (major, minor, patch), 1), ('', 1),
+                               ('%d.%d' % (major, minor + 1), 0), ('%d.%d.%d' % (major, minor, patch + 9), 0),
+                               ('%d' % (major + 1), 0)):
             with open(os.path.join(project, 'CMakeLists.txt'), 'w') as file:
                 file.write('cmake_minimum_required(VERSION 3.16)\nproject(versions LANGUAGES CXX)\n'
                            'find_package(bearing_calibration_core %s)\n'

@@ -13,8 +13,8 @@
 namespace bearing_calibration::core {
 namespace {
 
-struct Camera {
-  explicit Camera(const RendererConfig& config)
+struct SimulatedCamera {
+  explicit SimulatedCamera(const RendererConfig& config)
       : renderer(config, test::plainWall), detector(test::detectorOf(config)) {}
   ImageRenderer renderer;
   LightDetector detector;
@@ -31,7 +31,7 @@ RendererConfig cameraConfig(std::uint64_t seed) {
 }  // namespace
 
 std::function<BearingSet(const RobotSimulator&)> imageLook(std::uint64_t seed) {
-  const auto camera = std::make_shared<Camera>(cameraConfig(seed));
+  const auto camera = std::make_shared<SimulatedCamera>(cameraConfig(seed));
   return [camera](const RobotSimulator& robot) {
     std::vector<Light> lights = robot.lights();
     for (Light& light : lights) {
