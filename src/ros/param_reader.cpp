@@ -208,8 +208,11 @@ bool ParamReader::readInto(const std::string& name, const Target& target) {
 bool ParamReader::readRequired(const std::string& name, const Target& target) {
   const auto stand_in = stand_ins_.find(name);
   if (stand_in != stand_ins_.end()) {
-    XmlRpcValue value(stand_in->second);
-    return std::visit([&](auto* number) { return take(value, *number); }, target);
+    if (const auto* number = std::get_if<double*>(&target)) **number = stand_in->second;
+    if (const auto* integer = std::get_if<int*>(&target)) {
+      **integer = static_cast<int>(stand_in->second);
+    }
+    return true;
   }
   if (failed_names_.insert(name).second) {
     required_.push_back("parameter " + prefix_ + name + " is required: a number of your " +

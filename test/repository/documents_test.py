@@ -15,6 +15,7 @@ import unittest
 from unittest import mock
 
 import roslib.packages
+import yaml
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 sys.path.insert(0, os.path.join(REPOSITORY, 'scripts'))
@@ -234,6 +235,24 @@ class QuickStart(unittest.TestCase):
             self.assertEqual(ran, ['simulate_bag', 'calibrate_bag', 'calibration_report'])
             for name in re.findall(r'`(result/[\w.]+)`', textOf(pathOf('quick_start.md'))):
                 self.assertTrue(os.path.exists(os.path.join(folder, name)), name)
+
+
+class RobotFile(unittest.TestCase):
+
+    def testWhatIsShownOfItHasEveryRequiredNumberOfARobot(self):
+        def numbersIn(text):
+            return {'%s/%s' % (group, name): value
+                    for block in re.findall(r'(?ms)^ *```yaml\n(.*?)^ *```$', text)
+                    for group, values in yaml.safe_load(block).items() for name, value in values.items()}
+        for page, config in (('quick_start.md', 'calibration.yaml'), ('camera.md', 'detection.yaml')):
+            with self.subTest(page=page):
+                required = {'%s/%s' % (group, key) for group, _, rows in
+                            reference_pages.parametersOf(textOf('config', config))
+                            for key, value, _ in rows if value == 'required'}
+                shown = numbersIn(textOf('doc', page))
+                self.assertEqual(set(shown), required)
+                for name, value in shown.items():
+                    self.assertIsInstance(value, (int, float), name)  # 4e-3 is text in YAML
 
 
 class BearingSensor(unittest.TestCase):

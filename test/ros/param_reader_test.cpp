@@ -144,6 +144,75 @@ TEST_F(ParamReaderTest, ThrowsNothingWhenAllIsWell) {
   EXPECT_NO_THROW(params_.throwIfAnyError());
 }
 
+ParamReader robotWithout(const std::vector<std::string>& names) {
+  ParameterMap parameters{{"wheels/radius", 0.1}, {"wheels/bits", 16}, {"lens/width", 640}};
+  for (const std::string& name : names) parameters[name] = "required";
+  return ParamReader(parameters, "/robot/");
+}
+
+std::string whatIsThrown(ParamReader& params) {
+  try {
+    params.throwIfAnyError();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(RequiredNumbers, AreErrorsWhereNobodyHasGivenThemWithAllOthers) {
+  ParamReader params = robotWithout({"wheels/radius", "lens/width"});
+  double radius = 7.0;
+  int bits = 0, width = 8;
+  params.number("wheels/radius", radius, 0.01, 1.0);
+  params.integer("wheels/bits", bits, 32, 64);
+  params.integer("lens/width", width, 1, 4);
+  EXPECT_EQ(radius, 7.0);
+  EXPECT_EQ(whatIsThrown(params),
+            "3 wrong parameter(s):\n"
+            "  - parameter /robot/wheels/radius is required: a number of your robot (robots.md)\n"
+            "  - parameter /robot/lens/width is required: a number of your camera and mirror "
+            "(camera.md)\n"
+            "  - wheels/bits must lie in [32, 64], but is 16");
+}
+
+TEST(RequiredNumbers, MayHaveAStandInThatAGivenNumberReplaces) {
+  for (const bool is_given : {false, true}) {
+    ParamReader params =
+        is_given ? robotWithout({}) : robotWithout({"wheels/radius", "wheels/bits"});
+    params.standIn("wheels/radius", 0.5);
+    params.standIn("wheels/bits", 32.0);
+    double radius = 0.0;
+    int bits = 0;
+    params.number("wheels/radius", radius, 0.01, 1.0);
+    params.integer("wheels/bits", bits, 8, 64);
+    EXPECT_EQ(radius, is_given ? 0.1 : 0.5);
+    EXPECT_EQ(bits, is_given ? 16 : 32);
+    EXPECT_EQ(whatIsThrown(params), "");
+  }
+}
+
+TEST(RequiredNumbers, AreNoStandInForAMissingOne) {
+  ParamReader params(ParameterMap{{"wheels/bits", 16}});
+  params.standIn("wheels/radius", 0.5);
+  double radius = 7.0;
+  params.read("wheels/radius", radius);
+  EXPECT_EQ(radius, 7.0);
+  EXPECT_TRUE(contains(whatIsThrown(params), "wheels/radius is missing"));
+}
+
+TEST(RequiredNumbers, CanBeTakenOutOfTheErrors) {
+  ParamReader params = robotWithout({"lens/width"});
+  int width = 0, bits = 0;
+  params.integer("lens/width", width, 1, 4);
+  params.integer("wheels/bits", bits, 32, 64);
+  double radius = 0.0;
+  params.read("wheels/radius", radius);
+  EXPECT_TRUE(contains(params.takeRequired(), "1 wrong parameter(s):\n  - parameter /robot/lens/"));
+  EXPECT_EQ(params.takeRequired(), "");
+  EXPECT_EQ(whatIsThrown(params),
+            "1 wrong parameter(s):\n  - wheels/bits must lie in [32, 64], but is 16");
+}
+
 // The value that stands in for an unread parameter is no business of the user's.
 TEST_F(ParamReaderTest, LeavesOutWhatIsSaidOfAnUnreadValueAndOfWhatWasSaid) {
   double number = 0.0;

@@ -35,7 +35,7 @@ cv::Mat expose(const cv::Mat& expected_levels, const ImageSensor& sensor, std::m
 double azimuthBound(const DetectorConfig& config, const SpotDrawing& spot,
                     double background_levels);
 
-/// What config/detection.yaml says (detection_params_test holds it).
+/// What config/detection.yaml says of the simulated robot (shipped_values_test holds it).
 DetectorConfig shippedDetector();
 
 /// The same for a bright point light and a perfectly known alignment, in an image that is not

@@ -30,8 +30,8 @@ options::options_description describeOptions(CalibrateBagArguments* arguments) {
   add("help,h", "print this");
   add("output,o", options::value(&arguments->output_folder)->required(), "folder of the results");
   add("config,c", options::value(&arguments->config_files)->composing(),
-      "parameters that differ from config/calibration.yaml and config/detection.yaml, which the "
-      "live nodes read; may be repeated");
+      "your robot's numbers, and what else differs from config/calibration.yaml and "
+      "config/detection.yaml, which the live nodes read; may be repeated");
   add("set", options::value(&arguments->assignments)->composing(),
       "a single one, such as wheels/separation=0.40; may be repeated");
   add("compare", options::bool_switch(&arguments->compare),
