@@ -171,6 +171,13 @@ TEST(Camera, OfAFisheyeEndsToo) {
   EXPECT_FALSE(rayAtLength(0.0, 3.15));
 }
 
+// t (1 + k4 t^8) with k4 = -0.001 grows up to t = 1.802.
+TEST(Camera, OfAFisheyeEndsByItsLastCoefficientToo) {
+  const Camera fisheye = camera(Lens::kFisheye, 1.0, {0, 0, 0, -0.001, 0, 0, 0, 0});
+  EXPECT_TRUE(pixelFromRay(fisheye, rayAt(1.80, 0.3)));
+  EXPECT_FALSE(pixelFromRay(fisheye, rayAt(1.81, 0.3)));
+}
+
 TEST(Camera, IsNoneWithoutItsNumbers) {
   EXPECT_EQ(whyNoCamera(kPlumbBob), "");
   EXPECT_NE(whyNoCamera(Camera()).find("K[0]"), std::string::npos) << "zeros";

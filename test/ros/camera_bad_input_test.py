@@ -5,6 +5,7 @@ names what is missing, a count in /diagnostics, and no bearing; once it is known
 import sys
 import unittest
 
+import dynamic_reconfigure.client
 import numpy
 import rospy
 import rostest
@@ -89,6 +90,12 @@ class CameraBadInputTest(unittest.TestCase):
         (candidate,) = self.bearings[-1].candidates
         self.assertAlmostEqual(candidate.azimuth, -numpy.arctan2(0.2, 1.5), delta=0.003)
         self.assertGreater(candidate.elevation, 0.0)
+
+        count = len(self.bearings)
+        thresholds = dynamic_reconfigure.client.Client('light_detection/thresholds', timeout=DEADLINE_S)
+        thresholds.update_configuration({'min_contrast': 30.0})
+        self.images.publish(self.image())
+        wait_until(lambda: len(self.bearings) > count, 'a bearing with other thresholds')
 
         rospy.wait_for_service('light_detection/find_mirror', DEADLINE_S)
         answer = rospy.ServiceProxy('light_detection/find_mirror', FindMirror)()

@@ -361,6 +361,12 @@ TEST(LightDetector, WithoutAMirrorLightsAreFoundInTheWholeImage) {
   }
 }
 
+TEST(LightDetector, WithoutAMirrorAxesAreThereAtAnyPlace) {
+  const Eigen::Vector2d centre(320.0, 240.0);
+  const Eigen::Matrix2d axes = mirrorAxes(centre, centre);
+  EXPECT_TRUE((axes.transpose() * axes).isIdentity());
+}
+
 TEST(LightDetector, WithoutAMirrorNothingIsFoundBeyondTheLens) {
   DetectorConfig config = withoutMirror();
   config.camera->distortion[0] = -0.5;  // 0.544 * 400 px from the middle its images turn back
