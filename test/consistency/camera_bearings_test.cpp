@@ -46,7 +46,7 @@ Camera perspective() {
   return camera;
 }
 
-/// 180 deg wide.
+/// 176 deg wide, as far as it is drawn.
 Camera fisheye() {
   Camera camera{95.0, 95.5, 158.0, 121.0, Lens::kFisheye};
   camera.distortion = {0.02, -0.005, 0.001, -2e-4};

@@ -34,6 +34,7 @@ CASES = (  # a node, one value that differs from its files, what it then asks fo
     (DRIVE, ('wheels', 'source', 'odometry'), SEPARATION),
     (DETECTION, ('mirror', 'kind', 'cone'), IMAGE | OPTICS),
     (DETECTION, ('mirror', 'kind', 'other'), IMAGE),
+    (DETECTION, ('mirror', 'kind', 'none'), {'sensor/width', 'sensor/height', 'mask/last_row'}),
 )
 REQUIRED = re.compile(r'- parameter /broken/(\S+) is required: a number of your [\w ]+ \((\w+\.md)\)')
 

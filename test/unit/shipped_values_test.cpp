@@ -61,6 +61,7 @@ TEST(ShippedDetector, IsThatOfTheConfigurationFile) {
   const core::DetectorConfig file =
       readConfig<DetectionNodeConfig>(simulatedRobotWith("detection.yaml")).detector;
   const core::DetectorConfig detector = core::test::shippedDetector();
+  EXPECT_EQ(file.mirror_kind, detector.mirror_kind);
   EXPECT_EQ(file.mask.posts.size(), detector.mask.posts.size());
   const auto shipped = numbersOf(file);
   const auto tested = numbersOf(detector);
