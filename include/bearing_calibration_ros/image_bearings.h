@@ -25,17 +25,18 @@ class ImageBearings {
   }
 
   /// Looks with another detector from the next image on; what is known of blinking stays.
-  void setDetector(core::DetectorConfig detector) {
-    detector.camera = config_.detector.camera;
-    take(detector);
+  void setDetector(const core::DetectorConfig& detector) {
+    config_.detector = detector;
+    detector_ = core::LightDetector(detector);
+    result_ = nullptr;
   }
 
-  /// What the pixels of the next images see, without a mirror: they need it.
+  /// What the pixels of the next image see: without a mirror each image needs it.
   void setCamera(const core::Camera& camera) {
     if (config_.detector.camera == camera) return;
     core::DetectorConfig detector = config_.detector;
     detector.camera = camera;
-    take(detector);
+    setDetector(detector);
   }
 
   /// Moment of the image's middle row, for which a prediction is of use.
@@ -79,12 +80,6 @@ class ImageBearings {
 
  private:
   bool hasMirror() const { return config_.detector.mirror_kind != core::MirrorKind::kNone; }
-
-  void take(const core::DetectorConfig& detector) {
-    config_.detector = detector;
-    detector_ = core::LightDetector(detector);
-    result_ = nullptr;
-  }
 
   DetectionNodeConfig config_;
   core::LightDetector detector_;

@@ -75,13 +75,21 @@ def link_from_mast():
 
 
 class CameraWorld(World):
-    """The sensor is a camera on a level mast."""
+    """The sensor is a camera on a level mast, whose bearings are so exact that the wheels' noise counts."""
+
+    WHEEL_NOISE_M = 1e-6  # variance over way of each wheel, as the tests state it
 
     def __init__(self, lens, start_stamp_s):
         super().__init__(start_stamp_s)
         self.lens = lens
         self.noise = numpy.random.RandomState(1)
         self.seen = {}  # azimuth and elevation in the mast's frame, by stamp
+
+    def advance(self):
+        super().advance()
+        stddev = math.sqrt(self.WHEEL_NOISE_M * self.WHEEL_SPEED / self.TICK_RATE)
+        self.left_m += self.random.gauss(0.0, stddev)
+        self.right_m += self.random.gauss(0.0, stddev)
 
     def image(self):
         azimuth = self.azimuth()
