@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/judge/driver_advice.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {
@@ -37,6 +38,16 @@ TEST(ConvergenceJudge, AnAnswerThatLeapsIsConfirmedAnew) {
   EXPECT_EQ(judgeFirst(870, 0.0, run, &judge), CalibrationState::kConverged) << "back again";
   EXPECT_EQ(judgeFirst(875, kLeap, run, &judge), CalibrationState::kConverging);
   EXPECT_EQ(judgeFirst(1000, kLeap, run, &judge), CalibrationState::kConverged) << "it stays so";
+}
+
+TEST(DriverAdvice, NamesWhatIsKnownLeast) {
+  StartAttempt attempt;
+  attempt.obstacle = StartObstacle::kWeakDirection;
+  attempt.weakest.direction << 0.7, 0.0, -0.7, 0.1, 0.1;
+  attempt.weakest.stddev_m = 0.12;
+  const std::string advice = adviceFor(attempt);
+  EXPECT_NE(advice.find("known least: +0.7 light x -0.7 sensor x, to 0.120 m"), std::string::npos)
+      << advice;
 }
 
 }  // namespace

@@ -251,6 +251,13 @@ TEST(LightsAgreement, TheOneThatContradictsTheOthersIsLeftOut) {
   EXPECT_TRUE(agreement.has_majority);
 }
 
+// The first and the last of a row contradict each other only: the one that the middle one is
+// farther from is left out.
+TEST(LightsAgreement, OfTwoThatContradictEachOtherTheFartherIsLeftOut) {
+  const LightsAgreement agreement = compareLights({mountAt(0.1), mountAt(0.104), mountAt(0.112)});
+  EXPECT_EQ(agreement.contradicting, (std::vector<std::size_t>{2}));
+}
+
 // 9.7 mm between two lights of 1 mm each are a chi-square of 47. For the wheels' noise that they
 // share it may be twice that of independent ones: 42 for one pair, 53 for the largest of the 15
 // pairs of six.

@@ -194,5 +194,35 @@ TEST(Associate, ChoosesNoneOfTwoThatAreAboutAsLikely) {
   EXPECT_EQ(both.kind, Association::Kind::kAmbiguous);
 }
 
+/// Three errors and two lights; each number and each covariance is another one.
+StateEstimate numberedEstimate() {
+  StateEstimate estimate = StateEstimate::zero({3, 2});
+  const int size = estimate.layout.size();
+  for (int i = 0; i < size; ++i) {
+    estimate.mean(i) = i + 1;
+    for (int j = 0; j < size; ++j) estimate.covariance(i, j) = (i + 1) * (j + 1);
+  }
+  return estimate;
+}
+
+// Of numbers whose covariance is the product of their means, that of a part is it, too.
+TEST(PartOf, TakesTheMountTheFirstErrorsAndTheLightsThatAreAskedFor) {
+  const StateEstimate part = partOf(numberedEstimate(), 1, {std::nullopt, 1});
+  StateVector mean(8);
+  mean << 1, 2, 3, 4, 0, 0, 9, 10;  // x, y, yaw, one error, an unknown light, the second light
+  EXPECT_EQ(part.mean, mean);
+  StateMatrix covariance = mean * mean.transpose();
+  covariance(4, 4) = covariance(5, 5) = 100.0 * 100.0;
+  EXPECT_EQ(part.covariance, covariance);
+}
+
+TEST(PartOf, ErrorsThatAreNotThereAreNone) {
+  const StateEstimate part = partOf(numberedEstimate(), 5, {0});
+  StateVector mean(10);
+  mean << 1, 2, 3, 4, 5, 6, 0, 0, 7, 8;
+  EXPECT_EQ(part.mean, mean);
+  EXPECT_EQ(part.covariance, StateMatrix(mean * mean.transpose()));
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core
