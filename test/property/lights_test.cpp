@@ -229,6 +229,29 @@ TEST(LightsState, StaysACovarianceWithAMountThatIsKnownPrecisely) {
   expectACovariance(estimate);
 }
 
+LandmarkSolution solutionOf(double stddev_m, double bearing_level, double wheel_level) {
+  LandmarkSolution solution;
+  solution.average = StateEstimate::zero({0, 1});
+  solution.average.covariance.diagonal().setConstant(stddev_m * stddev_m);
+  solution.noise = {{bearing_level, 0.0}, {wheel_level, 0.0}};
+  return solution;
+}
+
+TEST(JointRecord, HasTheNoiseOfEachLightsBearingsAndOfTheSurestOnesWheels) {
+  const LandmarkSolution vague = solutionOf(0.1, 5.0, 7.0);
+  const LandmarkSolution sure = solutionOf(0.01, 2.0, 3.0);
+  std::vector<Observation> observations(2);
+  for (Observation& observation : observations) {
+    observation.azimuth_variance_rad2 = 1.0;
+    observation.motion.covariance.setIdentity();
+  }
+  observations[1].light = 1;
+  for (const Observation& observation : withNoise(observations, {&vague, &sure})) {
+    EXPECT_EQ(observation.azimuth_variance_rad2, observation.light == 0 ? 25.0 : 4.0);
+    EXPECT_EQ(observation.motion.covariance.trace(), 3.0 * 3.0);
+  }
+}
+
 MountEstimate mountAt(double x_m) {
   MountEstimate mount;
   mount.mean << x_m, 0.0, 0.5;

@@ -9,6 +9,7 @@
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/observability.h"
+#include "bearing_calibration/solve/record_weights.h"
 #include "support/dense_map.h"
 #include "tools/study/simulated_case.h"
 
@@ -79,6 +80,24 @@ TEST(Smoother, AMotionThatIsGivenUpHasNothingMoreToGain) {
   for (std::size_t i = 1; i < run.observations.size(); ++i) {
     EXPECT_EQ(pass.observations[i].slip_gain > 0.0, i != kGivenUp) << "observation " << i;
   }
+}
+
+TEST(RecordWeights, SayWhetherAnObservationIsLeftOutThatWasNotOrTheOtherWayRound) {
+  constexpr std::size_t kOutlier = 7;
+  const ObservationRun run = shortRun(1);
+  const BatchConfig config;
+  RecordWeights weights(run.observations, std::vector<bool>(run.observations.size(), true), config,
+                        {});
+  SmootherPass pass;
+  pass.observations.resize(run.observations.size());
+  EXPECT_FALSE(weights.rejectOutliers(pass));
+  pass.observations[kOutlier].left_out_residual_rad = 1.0;
+  EXPECT_TRUE(weights.rejectOutliers(pass));
+  EXPECT_FALSE(weights.observations()[kOutlier].use_bearing);
+  EXPECT_FALSE(weights.rejectOutliers(pass)) << "it is left out already";
+  pass.observations[kOutlier].left_out_residual_rad = 0.0;
+  EXPECT_TRUE(weights.rejectOutliers(pass));
+  EXPECT_TRUE(weights.observations()[kOutlier].use_bearing);
 }
 
 // The residual against all others is the one of a pass that never saw the observation.
