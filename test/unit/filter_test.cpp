@@ -6,6 +6,7 @@
 #include <random>
 
 #include "bearing_calibration/filter/bearing_model.h"
+#include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/track/association.h"
@@ -192,6 +193,24 @@ TEST(Associate, TakesTheNearestAndGatesTheFar) {
 TEST(Associate, ChoosesNoneOfTwoThatAreAboutAsLikely) {
   const auto both = associate(kExpected, {candidate(1.01, 0.01), candidate(0.985, 0.01)}, kGate);
   EXPECT_EQ(both.kind, Association::Kind::kAmbiguous);
+}
+
+TEST(AddEarlier, AgreesWithTheInformationForm) {
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix<double, kMountSize, 5> H;  // the mount stands before the light
+  H << Eigen::Matrix3d::Identity(), Eigen::Matrix<double, kMountSize, 2>::Zero();
+  for (int i = 0; i < 20; ++i) {
+    StateEstimate estimate{{0, 1}, Vector5::Zero(), randomCovariance(&random)};
+    MountEstimate earlier{Eigen::Vector3d::Zero(), randomCovariance(&random).topLeftCorner<3, 3>()};
+    for (int j = 0; j < kMountSize; ++j) earlier.mean(j) = 0.3 * normal(random);
+    const Matrix5 before = estimate.covariance.inverse();
+    addEarlier(lastingPart(earlier), ErrorPriors(), &estimate);
+    const Matrix5 information = before + H.transpose() * earlier.covariance.inverse() * H;
+    const Vector5 pull = H.transpose() * earlier.covariance.inverse() * earlier.mean;
+    EXPECT_LT((estimate.covariance * information - Matrix5::Identity()).norm(), 1e-9);
+    EXPECT_LT((estimate.mean - information.inverse() * pull).norm(), 1e-9);
+  }
 }
 
 /// Three errors and two lights; each number and each covariance is another one.
