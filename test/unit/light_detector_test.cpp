@@ -410,6 +410,12 @@ TEST(LightDetector, WrongImagesBreakTheContract) {
   EXPECT_THROW(wide_detector.detect(cv::Mat(480, 640, CV_8UC1)), std::invalid_argument);
 }
 
+TEST(LightDetector, ALightMayBeAsLargeAsTheImage) {
+  DetectorConfig config = defaultDetector();
+  config.gates.max_pixels = config.sensor.width_px * config.sensor.height_px;
+  EXPECT_TRUE(errorsOf(config).empty());
+}
+
 TEST(LightDetector, RefusesAConfigurationWithEveryError) {
   EXPECT_THROW(LightDetector(DetectorConfig{}), std::invalid_argument);
   DetectorConfig config = defaultDetector();
