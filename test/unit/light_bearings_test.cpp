@@ -8,6 +8,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/search_region.h"
 #include "support/default_rig.h"
+#include "support/synthetic_spot.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -45,6 +46,25 @@ TEST(LightBearings, ALessLikelyLightPaysForItsOtherRow) {
   const double seconds_apart = 200.0 * 50e-6;
   EXPECT_DOUBLE_EQ(set.candidates[0].azimuth_variance_rad2,
                    1e-6 + std::pow(2.0 * seconds_apart, 2));
+}
+
+/// What clipping adds to the azimuth's variance of a disc, 100 px from the mirror's centre.
+double clippingOf(double radius_px) {
+  DetectorConfig config = test::defaultDetector();
+  config.light.brightness_spread = 0.0;
+  LightEllipse disc;
+  disc.centre_px = config.view.centre_px() + Eigen::Vector2d(100.0, 0.0);
+  disc.moments_px2 = radius_px * radius_px / 4.0 * Eigen::Matrix2d::Identity();
+  const double unclipped = bearingOf(disc, {}, {}, nullptr, config).azimuth_variance_rad2;
+  disc.saturated_fraction = 1.0;
+  return bearingOf(disc, {}, {}, nullptr, config).azimuth_variance_rad2 - unclipped;
+}
+
+// So many pixels on the outline as the radius is long, each of the square of it in the moment,
+// which is divided by the area: as 1 / radius.
+TEST(LightBearings, ClippingHalvesWithTwiceTheRadius) {
+  EXPECT_NEAR(clippingOf(8.0) / clippingOf(4.0), 0.5, 1e-6);
+  EXPECT_GT(clippingOf(8.0), 0.0);
 }
 
 SearchConfig search() {
