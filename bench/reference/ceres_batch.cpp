@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/init/closed_form.h"
@@ -96,6 +97,18 @@ CeresAnswer solve(ceres::Problem* problem, ceres::LinearSolverType solver,
   return answer;
 }
 
+/// Of three unknowns; zero where the others leave them undetermined.
+Eigen::Matrix3d covarianceOf(const double* unknowns, ceres::Problem* problem) {
+  ceres::Covariance::Options options;
+  options.algorithm_type = ceres::SPARSE_QR;
+  ceres::Covariance covariance(options);
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> block;
+  const std::vector<std::pair<const double*, const double*>> wanted = {{unknowns, unknowns}};
+  if (!covariance.Compute(wanted, problem)) return Eigen::Matrix3d::Zero();
+  covariance.GetCovarianceBlock(unknowns, unknowns, block.data());
+  return block;
+}
+
 BearingResidual residualOf(double azimuth_rad, double variance_rad2) {
   return {azimuth_rad, 1.0 / std::sqrt(variance_rad2)};
 }
@@ -109,7 +122,8 @@ BatchConfig costAlone(double huber_sigmas) {
 }
 
 CeresAnswer estimateByCeres(const std::vector<Observation>& observations, const RecordStart& start,
-                            double huber_sigmas, CeresTolerance tolerance) {
+                            double huber_sigmas, CeresTolerance tolerance,
+                            CeresCovariance covariance) {
   const std::vector<PosedObservation> posed = poseObservations(observations);
   std::vector<std::array<double, 3>> poses;
   for (const PosedObservation& observation : posed) {
@@ -136,6 +150,9 @@ CeresAnswer estimateByCeres(const std::vector<Observation>& observations, const 
   }
   problem.SetParameterBlockConstant(poses.front().data());
   CeresAnswer answer = solve(&problem, ceres::SPARSE_NORMAL_CHOLESKY, tolerance);
+  if (covariance == CeresCovariance::kMount) {
+    answer.mount_covariance = covarianceOf(mount.data(), &problem);
+  }
   const std::array<double, 3>& last = poses.back();
   const Pose2 first_from_last{{last[0], last[1]}, last[2]};
   answer.state << first_from_last.inverse() * light, mount.head<2>(), wrapAngle(mount(2));

@@ -12,6 +12,7 @@ namespace bearing_calibration::core::reference {
 /// What Ceres found. `cost` is counted as the package's own estimators do: twice that of Ceres.
 struct CeresAnswer {
   Vector5 state = Vector5::Zero();
+  Eigen::Matrix3d mount_covariance = Eigen::Matrix3d::Zero();  ///< where asked for
   double cost = 0.0;
   int iterations = 0;
   bool converged = false;
@@ -19,6 +20,9 @@ struct CeresAnswer {
 
 /// How long Ceres goes on: its own default, or until nothing changes any more.
 enum class CeresTolerance { kDefault, kTight };
+
+/// Whether Ceres computes the covariance of the mount (x, y, yaw), too.
+enum class CeresCovariance { kNone, kMount };
 
 /// The batch estimator reduced to what Ceres is asked for: a cost with Huber's loss (0: none).
 BatchConfig costAlone(double huber_sigmas);
@@ -29,7 +33,8 @@ BatchConfig costAlone(double huber_sigmas);
 /// @param huber_sigmas  0: plain least squares
 /// @returns state at the last observation
 CeresAnswer estimateByCeres(const std::vector<Observation>& observations, const RecordStart& start,
-                            double huber_sigmas, CeresTolerance tolerance);
+                            double huber_sigmas, CeresTolerance tolerance,
+                            CeresCovariance covariance = CeresCovariance::kNone);
 
 /// fitOnFixedPath() by Ceres, for a path without errors (its observations' heading and position
 /// variances are not used): five unknowns, dense QR. State at the record's first observation.

@@ -14,6 +14,7 @@ DOCUMENTS = [os.path.join(REPOSITORY, name) for name in ('README.md', 'CONTRIBUT
     os.path.join(REPOSITORY, 'doc', '**', '*.md'), recursive=True)
 PROGRAMS = ['programs']
 MEASURING = {'monte_carlo', 'drive_table', 'render_rate', 'observability_table', 'gallery_data'}
+COMPARING = {'comparison_table'}  # needs Ceres, as benches and tests do
 COMMANDS = ('roscore', 'roslaunch', 'rostopic', 'rosservice', 'rosbag', 'rosrun', 'rviz', 'rostest',
             'parallel')  # stand-ins, so that nothing is started
 
@@ -112,7 +113,9 @@ class Run(CopyOfTheScripts):
 
     def testTestsAndBenchesAreAddedToTheBuildThatIsThere(self):
         for command, target in (('rostest bearing_calibration simulation.test', 'rostests'),
-                                ('rosrun bearing_calibration filter_bench', 'filter_bench')):
+                                ('rosrun bearing_calibration filter_bench', 'filter_bench'),
+                                ('rosrun bearing_calibration comparison_table --runs 2',
+                                 'comparison_table')):
             with self.subTest(command=command):
                 self.assertEqual(self.whatItTakes(command), (
                     [], ['-DCATKIN_ENABLE_TESTING=ON'], PROGRAMS + [target]))
@@ -129,9 +132,10 @@ class Run(CopyOfTheScripts):
                     if words[0] == 'rostest':
                         continue
                     _, configured, targets = self.whatItTakes(words)
-                    self.assertEqual(configured, [])
+                    self.assertEqual(configured, ['-DCATKIN_ENABLE_TESTING=ON']
+                                     if words[2] in COMPARING else [])
                     self.assertEqual(targets, PROGRAMS + [name for name in words[2:3]
-                                                          if name in MEASURING])
+                                                          if name in MEASURING | COMPARING])
         self.assertGreater(checked, 20)
 
 

@@ -88,6 +88,32 @@ class Tables(unittest.TestCase):
             self.assertNotEqual(done.returncode, 0)
             self.assertIn(value, done.stdout + done.stderr)
 
+    def testComparison(self):
+        done = run('comparison_table', '--runs', '2')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [[cell.strip() for cell in line.split('|')[1:-1]]
+                for line in done.stdout.splitlines() if re.match(r'\|(?!-)', line)]
+        given = [row for row in rows if len(row) == 2][1:]
+        compared = [row for row in rows if len(row) > 2 and row[0] != 'estimator']
+        self.assertEqual(len(given), 6)
+        settings = re.findall(r'(?m)^\*\*(.*)\*\*$', done.stdout)
+        self.assertEqual(len(settings), 5)
+        self.assertEqual([row[0] for row in compared], len(settings) * [row[0] for row in given])
+        for row in compared:
+            with self.subTest(row=row):
+                self.assertRegex(row[1], '^[012] of 2$')
+                self.assertLessEqual(int(row[6]), int(row[5]))  # wrong of those that are sure
+                self.assertEqual(len(row), 8)
+                self.assertGreater(float(row[7]), 0.0)
+        for row in compared[1::len(given)]:
+            self.assertEqual(float(row[7]), 1.0, 'the plain EKF is what times are compared with')
+
+    def testComparisonNamesAWrongArgument(self):
+        for option in ('--runs', '--threads'):
+            done = run('comparison_table', option, '0')
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn(option, done.stderr)
+
     def testRenderRate(self):
         done = run('render_rate')
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -19,7 +19,8 @@ class Draws {
     kOcclusions,
     kLights,
     kNoise,
-    kUnmodelled
+    kUnmodelled,
+    kStart
   };
   Draws(std::uint64_t seed, Purpose purpose) : engine_(engineFor(seed, purpose)) {}
 

@@ -30,7 +30,7 @@ struct TableRow {
   int whole = 0;  ///< trials whose whole record was fitted, too
   /// RMS of the estimates less those fits, over the square root of the mean bound: x, y, yaw.
   Eigen::Vector3d off_whole_per_bound = Eigen::Vector3d::Zero();
-  double milliseconds = 0.0;  ///< mean
+  double milliseconds = 0.0;  ///< of CPU time, mean
   double most_milliseconds = 0.0;
   std::string words;  ///< how often which state or reason
 };

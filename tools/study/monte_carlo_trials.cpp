@@ -2,11 +2,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/init/start_obstacle.h"
+#include "tools/common/timing.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/lights_case.h"
 
@@ -22,14 +22,6 @@ struct Targets {
   double yaw_rad;
   double light_per_range;  ///< 0: any
 };
-
-template <class Work>
-double millisecondsOf(Work work) {
-  const auto begin = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-      .count();
-}
 
 /// Index of the last observation at or before a moment; the observations' stamps are those of the
 /// truth.
@@ -57,18 +49,6 @@ Vector5 trueStateAt(const SimulatedCase& simulated, const ObservationRun& run, S
     }
   }
   return truth;
-}
-
-void fillErrors(const CartesianEstimate& estimate, const Vector5& truth, Snapshot& snapshot) {
-  snapshot.has_estimate = true;
-  snapshot.error = estimate.mean - truth;
-  snapshot.error(4) = wrapAngle(snapshot.error(4));
-  snapshot.covariance = estimate.covariance;
-  const Eigen::Vector2d p = estimate.sensorInBase();
-  const Eigen::Vector2d p_true = truth.segment<2>(CartesianIndex::kSensorX);
-  const double phi_error = wrapAngle(std::atan2(p.y(), p.x()) - std::atan2(p_true.y(), p_true.x()));
-  snapshot.polar_error << phi_error, p.norm() - p_true.norm();
-  snapshot.psi_error_rad = wrapAngle(snapshot.error(4) - phi_error);
 }
 
 /// Without the heights of several lights, which an estimate has in an order of its own.
@@ -165,7 +145,7 @@ Trial tryLightsBatch(const SimulatedCase& simulated, const std::vector<double>& 
     snapshot.time_s = time_s;
     BatchEstimate fit;
     snapshot.milliseconds =
-        millisecondsOf([&] { fit = BatchEstimator(config).estimate(observations, track); });
+        cpuMillisecondsOf([&] { fit = BatchEstimator(config).estimate(observations, track); });
     snapshot.claims = fit.converged;
     snapshot.words = fit.converged ? "converged" : "not settled";
     fillBound(simulated, run, count, kAny, snapshot);
@@ -189,6 +169,18 @@ double Snapshot::mountChiSquare() const {
   return mount_error.dot(mount_covariance.ldlt().solve(mount_error));
 }
 
+void fillErrors(const CartesianEstimate& estimate, const Vector5& truth, Snapshot& snapshot) {
+  snapshot.has_estimate = true;
+  snapshot.error = estimate.mean - truth;
+  snapshot.error(4) = wrapAngle(snapshot.error(4));
+  snapshot.covariance = estimate.covariance;
+  const Eigen::Vector2d p = estimate.sensorInBase();
+  const Eigen::Vector2d p_true = truth.segment<2>(CartesianIndex::kSensorX);
+  const double phi_error = wrapAngle(std::atan2(p.y(), p.x()) - std::atan2(p_true.y(), p_true.x()));
+  snapshot.polar_error << phi_error, p.norm() - p_true.norm();
+  snapshot.psi_error_rad = wrapAngle(snapshot.error(4) - phi_error);
+}
+
 double Snapshot::stateChiSquare() const { return error.dot(covariance.ldlt().solve(error)); }
 
 Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& times_s) {
@@ -206,7 +198,7 @@ Trial tryInitializer(const SimulatedCase& simulated, const std::vector<double>& 
     Snapshot snapshot;
     snapshot.time_s = time_s;
     StartAttempt attempt;
-    snapshot.milliseconds = millisecondsOf([&] { attempt = initializer.attempt(); });
+    snapshot.milliseconds = cpuMillisecondsOf([&] { attempt = initializer.attempt(); });
     snapshot.claims = attempt.ready();
     snapshot.words = nameOf(attempt.obstacle);
     fillBound(simulated, run, count, targets, snapshot);
@@ -236,7 +228,7 @@ Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_
     Snapshot snapshot;
     snapshot.time_s = time_s;
     BatchEstimate estimate;
-    snapshot.milliseconds = millisecondsOf([&] {
+    snapshot.milliseconds = cpuMillisecondsOf([&] {
       estimate = estimator.estimate(observations, {run.truth[count - 1], count - 1, true_errors});
     });
     snapshot.claims = estimate.converged;
@@ -270,7 +262,7 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
   double next_question_s = kAskEvery_s;
   double spent_ms = 0.0;
   for (const WheelCounts& ticks : run.record.ticks) {
-    spent_ms += millisecondsOf([&] {
+    spent_ms += cpuMillisecondsOf([&] {
       for (; bearings != run.record.bearings.end() && bearings->stamp <= ticks.stamp; ++bearings) {
         calibrator.addBearings(toldOf(simulated, *bearings), bearings->stamp);
       }

@@ -37,13 +37,17 @@ struct Snapshot {
   /// Mount (x, y, yaw) less that of a fit of the whole record, where SimulatedCase asks for it and
   /// the fit has settled.
   std::optional<Eigen::Vector3d> off_whole_record;
-  double milliseconds = 0.0;
+  double milliseconds = 0.0;  ///< of CPU time
 
   double mountChiSquare() const;
   double stateChiSquare() const;
   /// An estimate whose mount is beyond kWrongChiSquare.
   bool failed() const { return has_estimate && mountChiSquare() > kWrongChiSquare; }
 };
+
+/// Estimate and errors of a snapshot.
+/// @param truth  the Cartesian state at the same moment
+void fillErrors(const CartesianEstimate& estimate, const Vector5& truth, Snapshot& snapshot);
 
 /// One run: snapshots at the moments asked for, and the worst claim that was made in between.
 struct Trial {
