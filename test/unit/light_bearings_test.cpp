@@ -55,9 +55,9 @@ double clippingOf(double radius_px) {
   LightEllipse disc;
   disc.centre_px = config.view.centre_px() + Eigen::Vector2d(100.0, 0.0);
   disc.moments_px2 = radius_px * radius_px / 4.0 * Eigen::Matrix2d::Identity();
-  const double unclipped = bearingOf(disc, {}, {}, nullptr, config).azimuth_variance_rad2;
+  const double unclipped = bearingOf(disc, {}, {}, nullptr, config)->azimuth_variance_rad2;
   disc.saturated_fraction = 1.0;
-  return bearingOf(disc, {}, {}, nullptr, config).azimuth_variance_rad2 - unclipped;
+  return bearingOf(disc, {}, {}, nullptr, config)->azimuth_variance_rad2 - unclipped;
 }
 
 // So many pixels on the outline as the radius is long, each of the square of it in the moment,
