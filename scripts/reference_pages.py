@@ -45,7 +45,7 @@ converged: {position_stddev: 0.005}
 ```
 
 `calibrate_bag` takes the same files by `--config`, and single values by `--set wheels/separation=0.40`.
-[config/robots](../../config/robots) has the files of known robots, and of the simulated one.
+`config/robots` has the files of known robots, and of [the simulated one](../../config/robots/simulated.yaml).
 """
 MESSAGES_HEAD = """# Messages, services, actions
 

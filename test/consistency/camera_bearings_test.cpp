@@ -188,7 +188,7 @@ void expectHonestAndNearTheBound(const Camera& camera) {
 }
 
 /// Bearings of small lights in every part of the image: without an expected spot their standard
-/// deviations are right to a quarter (doc/detection.md). (The middle of a large light's image is
+/// deviations are right to a quarter (detection.md). (The middle of a large light's image is
 /// not the image of its middle, by some hundredths of a pixel.)
 void expectHonestVariances(const Camera& camera, double widest_rad, double blur_px) {
   constexpr int kImages = 2000;

@@ -12,7 +12,7 @@
 #include "bearing_calibration/judge/lights_agreement.h"
 #include "bearing_calibration/solve/joint_record.h"
 #include "bearing_calibration/solve/rival_mount.h"
-#include "test/support/mount_chi_square.h"
+#include "support/mount_chi_square.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/lights_case.h"
 #include "tools/study/simulated_case.h"

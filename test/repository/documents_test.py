@@ -242,14 +242,14 @@ class RobotFile(unittest.TestCase):
     def testWhatIsShownOfItHasEveryRequiredNumberOfARobot(self):
         def numbersIn(text):
             return {'%s/%s' % (group, name): value
-                    for block in re.findall(r'(?ms)^ *```yaml\n(.*?)^ *```$', text)
+                    for block in re.findall(r'(?ms)^ *```yaml\n(.*?)^ *```$', text)[:1]
                     for group, values in yaml.safe_load(block).items() for name, value in values.items()}
         for page, config in (('quick_start.md', 'calibration.yaml'), ('camera.md', 'detection.yaml')):
             with self.subTest(page=page):
                 required = {'%s/%s' % (group, key) for group, _, rows in
                             reference_pages.parametersOf(textOf('config', config))
                             for key, value, _ in rows if value == 'required'}
-                shown = numbersIn(textOf('doc', page))
+                shown = numbersIn(textOf(pathOf(page)))
                 self.assertEqual(set(shown), required)
                 for name, value in shown.items():
                     self.assertIsInstance(value, (int, float), name)  # 4e-3 is text in YAML
