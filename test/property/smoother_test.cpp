@@ -82,6 +82,19 @@ TEST(Smoother, AMotionThatIsGivenUpHasNothingMoreToGain) {
   }
 }
 
+// What was known before it says nothing of the motion to a record's first image.
+TEST(Smoother, AFirstMotionHasNothingToGain) {
+  const ObservationRun run = shortRun(1);
+  StateEstimate known = StateEstimate::zero({errorsInUse(ErrorPriors()), 1});
+  known.mean.head<kMountSize>() = run.truth.front().tail<kMountSize>();
+  known.mean.tail<2>() = run.truth.front().head<2>();
+  known.covariance.diagonal().setConstant(0.01);
+  const SmootherPass pass =
+      smooth(run.observations, plainWeights(run.observations), pathOf(run), kFreePass, {}, &known);
+  EXPECT_EQ(pass.observations[0].slip_gain, 0.0);
+  EXPECT_GT(pass.observations[1].slip_gain, 0.0);
+}
+
 TEST(RecordWeights, SayWhetherAnObservationIsLeftOutThatWasNotOrTheOtherWayRound) {
   constexpr std::size_t kOutlier = 7;
   const ObservationRun run = shortRun(1);
