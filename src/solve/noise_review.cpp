@@ -46,6 +46,7 @@ class Levels {
     constexpr int kMostSteps = 12;
     constexpr double kLongestStep = 1.0;
     constexpr double kSettled = 0.02;
+    constexpr double kLeastSigmas = 3.0;  // no robot's wheels are better
     Likeliest likeliest{unknowns, NoiseUnknownsMatrix::Zero(),
                         std::numeric_limits<double>::infinity()};
     for (int i = 0; i < kMostSteps; ++i) {
@@ -59,6 +60,7 @@ class Levels {
       unknowns = here.cost > likeliest.cost ? NoiseUnknowns(0.5 * (unknowns + likeliest.unknowns))
                                             : NoiseUnknowns(unknowns + step);
       unknowns(kBearingLevel) = std::max(unknowns(kBearingLevel), least_log_bearing_);
+      unknowns(kWheelLevel) = std::max(unknowns(kWheelLevel), -kLeastSigmas * stddev_(kWheelLevel));
     }
     return likeliest;
   }

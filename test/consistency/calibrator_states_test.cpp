@@ -218,6 +218,23 @@ TEST(UnknownNoise, ADanceFromNothingEndsConvergedAndRight) {
   expectADanceToEndConvergedAndRight(unknownNoise());
 }
 
+// As a simulator has it: wheels without noise, bearings with hardly any, and nobody who says so.
+TEST(UnknownNoise, APerfectRobotIsCalibratedAsWell) {
+  CalibratorConfig config = unknownNoise();
+  config.initializer.batch.errors = usualErrors();
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    RobotConfig robot = paperRobot(seed);
+    robot.encoders.noise = {};
+    robot.sensor.stddev_rad = radiansFromDegrees(0.002);
+    Calibrator calibrator(config);
+    const Story story = tell(simulate(robot, 60.0), &calibrator);
+    EXPECT_EQ(story.states.count(CalibrationState::kInconsistent), 0U) << "seed " << seed;
+    ASSERT_TRUE(story.last.base_from_sensor) << story.last.advice;
+    EXPECT_LT(mountChiSquare(*story.last.base_from_sensor, robot.base_from_sensor),
+              chiSquareQuantile(0.999, 3.0));
+  }
+}
+
 class Displaced : public ::testing::TestWithParam<std::pair<double, double>> {};  // [m], [deg]
 
 // 10 m in 100 s, a displacement, and 10 m again. The bound: with the light at 2 m, 10 m tell the
