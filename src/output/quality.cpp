@@ -53,7 +53,10 @@ void noteTilt(const ErrorPriors& priors, const ErrorEstimate& estimate, double t
   double height_m = std::abs(priors.light_height_m);
   if (is_held) {
     const ErrorVector variances = estimate.covariance.diagonal();
-    height_m = (estimate.mean.cwiseAbs2() + variances).tail(kMostLights).cwiseSqrt().maxCoeff();
+    height_m = (estimate.mean.cwiseAbs2() + variances)
+                   .segment<kMostLights>(heightAt(0))
+                   .cwiseSqrt()
+                   .maxCoeff();
   }
   const double rho_stddev_m =
       height_m * (is_held ? priors.stddev(placeOf<SensorTilt>()) : tilt_stddev_rad);
