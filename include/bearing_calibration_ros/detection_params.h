@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "bearing_calibration/vision/blink_identifier.h"
 #include "bearing_calibration/vision/colour_identifier.h"
@@ -30,6 +32,11 @@ struct DetectionNodeConfig {
     constexpr int kLongestQueue = 1000;  // of 640x480: 300 MB
     params.read("frames/sensor", sensor_frame);
     params.notEmpty("frames/sensor", sensor_frame);
+    const std::vector<std::string> frames = params.namesIn("frames");
+    if (std::count(frames.begin(), frames.end(), "base") > 0) {
+      std::string of_the_calibration;  // which reads the same file of a robot
+      params.read("frames/base", of_the_calibration);
+    }
     params.read("camera_info/required", camera_info_required);
     params.integer("images/queue", image_queue, 1, kLongestQueue);
     detector.declare(params);

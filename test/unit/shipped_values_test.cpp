@@ -72,5 +72,16 @@ TEST(ShippedDetector, IsThatOfTheConfigurationFile) {
   }
 }
 
+// One file has all numbers of a robot, its frames, too.
+TEST(RobotFile, MayNameBothFramesForTheDetectionAsWell) {
+  ParameterMap robot = parametersFromFiles(
+      {packagedConfig("detection.yaml"), packagedConfig("robots/simulated.yaml")});
+  robot["frames/base"] = XmlRpc::XmlRpcValue("base_footprint");
+  robot["frames/sensor"] = XmlRpc::XmlRpcValue("eye");
+  EXPECT_EQ(readConfig<DetectionNodeConfig>(ParamReader(robot)).sensor_frame, "eye");
+  robot["frames/bsae"] = XmlRpc::XmlRpcValue("base_footprint");
+  EXPECT_THROW(readConfig<DetectionNodeConfig>(ParamReader(robot)), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace bearing_calibration_ros
