@@ -52,11 +52,10 @@ Vector5 trueStateAt(const SimulatedCase& simulated, const ObservationRun& run, S
 }
 
 /// Without the heights of several lights, which an estimate has in an order of its own.
-void fillRobotErrors(const ErrorEstimate& estimate, const SimulatedCase& simulated,
-                     Snapshot& snapshot) {
-  snapshot.robot_error = estimate.mean - trueErrors(simulated);
-  snapshot.robot_stddev = estimate.covariance.diagonal().cwiseSqrt();
-  if (simulated.lights.size() > 1) snapshot.robot_stddev.tail<kMostLights>().setZero();
+void fillRobotErrors(const ErrorEstimate& found, const SimulatedCase& truth, Snapshot& snapshot) {
+  snapshot.robot_error = found.mean - trueErrors(truth);
+  snapshot.robot_stddev = found.covariance.diagonal().cwiseSqrt();
+  if (truth.lights.size() > 1) snapshot.robot_stddev.tail<kMostLights>().setZero();
 }
 
 /// Covariance at the first `count` observations that no estimator can beat.

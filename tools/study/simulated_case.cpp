@@ -193,9 +193,8 @@ ErrorVector trueErrors(const SimulatedCase& simulated) {
   errors.segment<2>(placeOf<MirrorHarmonic>()) << robot.sensor.harmonic_cos_rad,
       robot.sensor.harmonic_sin_rad;
   errors.segment<2>(placeOf<SensorTilt>()) << robot.sensor.roll_rad, robot.sensor.pitch_rad;
-  for (std::size_t i = 0; i < simulated.lights.size(); ++i) {
-    errors(heightAt(static_cast<int>(i))) = simulated.lights[i].height_m;
-  }
+  int light = 0;
+  for (const Light& each : simulated.lights) errors(heightAt(light++)) = each.height_m;
   return errors;
 }
 
