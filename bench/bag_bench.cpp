@@ -114,11 +114,10 @@ void readBag(const OnTicks& on_ticks, const OnImage& on_image) {
 void readOnly(benchmark::State& state) {
   bagOfImages();
   for (auto _ : state) {
-    readBag(
-        [](const bearing_calibration::WheelTicks& ticks) { benchmark::DoNotOptimize(ticks.left); },
-        [](const sensor_msgs::ImageConstPtr& image) {
-          benchmark::DoNotOptimize(image->data.data());
-        });
+    readBag([](bearing_calibration::WheelTicks ticks) { benchmark::DoNotOptimize(ticks.left); },
+            [](const sensor_msgs::ImageConstPtr& image) {
+              benchmark::DoNotOptimize(image->data.data());
+            });
   }
 }
 BENCHMARK(readOnly)->Unit(benchmark::kMillisecond)->UseRealTime();
@@ -142,11 +141,10 @@ void readAndDetect(benchmark::State& state) {
   ImageToBearings bearings_of;
   for (auto _ : state) {
     std::size_t found = 0;
-    readBag(
-        [](const bearing_calibration::WheelTicks& ticks) { benchmark::DoNotOptimize(ticks.left); },
-        [&](const sensor_msgs::ImageConstPtr& image) {
-          found += bearings_of(image).candidates.size();
-        });
+    readBag([](bearing_calibration::WheelTicks ticks) { benchmark::DoNotOptimize(ticks.left); },
+            [&](const sensor_msgs::ImageConstPtr& image) {
+              found += bearings_of(image).candidates.size();
+            });
     if (found == 0) state.SkipWithError("no light was found in any image");
   }
 }
