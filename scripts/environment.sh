@@ -42,9 +42,10 @@ runInRoot() {
   local root=$1 status=0
   shift
   mount -t proc proc "$root/proc"
+  mount -t devpts devpts "$root/dev/pts"
   chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root ROS_HOSTNAME=localhost "$@" ||
     status=$?
-  umount "$root/proc"
+  umount "$root/dev/pts" "$root/proc"
   return "$status"
 }
 

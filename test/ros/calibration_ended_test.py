@@ -48,7 +48,8 @@ class CalibrationEndedTest(unittest.TestCase):
                 ['roslaunch', '--disable-title', 'bearing_calibration', 'calibrate.launch',
                  'robot:=' + SIMULATED_ROBOT, 'overrides:=' + OVERRIDES,
                  'result_folder:=' + self.folder] + list(arguments),
-                stdout=log, stderr=subprocess.STDOUT, env=dict(os.environ, ROS_NAMESPACE=self.name))
+                stdout=log, stderr=subprocess.STDOUT,
+                env=dict(os.environ, ROS_NAMESPACE=self.name, PYTHONUNBUFFERED='1'))
         self.addCleanup(self.end, self.process)
         names = ['/%s/%s' % (self.name, name)
                  for name in ('calibration', 'wheel_ticks', 'bearings')]
