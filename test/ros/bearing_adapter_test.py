@@ -9,19 +9,18 @@ import unittest
 import numpy
 import rospy
 import rostest
-from bearing_calibration.msg import CalibrationEstimate, LightBearings
+from bearing_calibration.msg import LightBearings
 from geometry_msgs.msg import (Point, PointStamped, Pose, PoseArray, PoseStamped, TransformStamped)
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from calibration_world import Node, PIECE_S, World, wait_until, wrap
+from calibration_world import Node, PIECE_S, World, assert_finds_the_mount, wait_until, wrap
 
 STDDEV_RAD = 0.01  # bearing_adapter_overrides.yaml
 DRIVE_S = 120.0
 LIGHT_HEIGHT_M = 0.4
 OTHER_LIGHT = (2.5, 2.0)
 RAYS, TURN_S, POST_RADIUS_M, ROOM_M, RANGE_STDDEV_M = 720, 0.1, 0.05, 8.0, 0.01
-CHI_SQUARE_LIMIT = 25.0  # with 3 degrees of freedom: by chance once in 65000
 
 
 class AdapterWorld(World):
@@ -165,20 +164,9 @@ class BearingAdapterTest(unittest.TestCase):
         wait_until(isAnswered, 'bearings')
 
     def test_finds_the_mount(self):
-        e, world = self.estimate, self.world
-        self.assertIn(e.state, (CalibrationEstimate.CONVERGED, CalibrationEstimate.CONVERGING), e)
-        error = numpy.array([e.x_m - world.sensor[0], e.y_m - world.sensor[1],
-                             wrap(e.yaw_rad - world.sensor[2])])
-        covariance = numpy.array(e.covariance_x_y_yaw).reshape(3, 3)
-        print('%s: chi-square %.1f, x +- %.4f, y +- %.4f m, yaw +- %.4f rad' % (
-            self.source, error @ numpy.linalg.solve(covariance, error), e.x_stddev_m, e.y_stddev_m,
-            e.yaw_stddev_rad))
-        self.assertLess(error @ numpy.linalg.solve(covariance, error), CHI_SQUARE_LIMIT, e)
-        self.assertLess(max(e.x_stddev_m, e.y_stddev_m), 0.02)
-        self.assertLess(e.yaw_stddev_rad, math.radians(1.0))
-        self.assertEqual(e.bearings_rejected, 0, e.rejections)
+        assert_finds_the_mount(self, self.estimate, self.world, self.source)
         if self.source == 'tf':
-            self.assertEqual([light.light_id for light in e.lights], [1, 2])
+            self.assertEqual([light.light_id for light in self.estimate.lights], [1, 2])
 
     def test_bearings_are_the_true_ones_of_their_stamps(self):
         offs = []

@@ -11,6 +11,7 @@ import threading
 import time
 
 import genpy.dynamic
+import numpy
 import rosbag
 import rospy
 from bearing_calibration.msg import CalibrationEstimate, LightBearing, LightBearings, WheelTicks
@@ -27,6 +28,7 @@ NAN = float('nan')
 DEADLINE_S = 60.0  # for anything that should happen at once, on a slow and busy machine
 WHEEL_TYPES = {'wheel_ticks': WheelTicks, 'joint_states': JointState, 'odom': Odometry}  # by topic
 PIECE_S = 10.0  # of a drive: half of what the calibration node's queues hold
+CHI_SQUARE_LIMIT = 25.0  # with 3 degrees of freedom: by chance once in 65000
 
 
 def wait_until(condition, what, deadline_s=DEADLINE_S):
@@ -268,3 +270,18 @@ def errors_in_stddevs(estimate, world):
     return [abs(estimate.x_m - world.sensor[0]) / estimate.x_stddev_m,
             abs(estimate.y_m - world.sensor[1]) / estimate.y_stddev_m,
             abs(wrap(estimate.yaw_rad - world.sensor[2])) / estimate.yaw_stddev_rad]
+
+
+def assert_finds_the_mount(case, estimate, world, name):
+    """Right by its own covariance, and a useful one. @param name  of what was tried, for the log"""
+    case.assertIn(estimate.state, (CalibrationEstimate.CONVERGED, CalibrationEstimate.CONVERGING), estimate)
+    error = numpy.array([estimate.x_m - world.sensor[0], estimate.y_m - world.sensor[1],
+                         wrap(estimate.yaw_rad - world.sensor[2])])
+    covariance = numpy.array(estimate.covariance_x_y_yaw).reshape(3, 3)
+    chi_square = error @ numpy.linalg.solve(covariance, error)
+    print('%s: chi-square %.1f, x +- %.4f, y +- %.4f m, yaw +- %.4f rad' % (
+        name, chi_square, estimate.x_stddev_m, estimate.y_stddev_m, estimate.yaw_stddev_rad))
+    case.assertLess(chi_square, CHI_SQUARE_LIMIT, estimate)
+    case.assertLess(max(estimate.x_stddev_m, estimate.y_stddev_m), 0.02)
+    case.assertLess(estimate.yaw_stddev_rad, math.radians(1.0))
+    case.assertEqual(estimate.bearings_rejected, 0, estimate.rejections)

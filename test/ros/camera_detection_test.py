@@ -6,17 +6,15 @@ import math
 import sys
 import unittest
 
-import numpy
 import rospy
 import rostest
-from bearing_calibration.msg import CalibrationEstimate, LightBearings
+from bearing_calibration.msg import LightBearings
 from sensor_msgs.msg import CameraInfo, Image
 
-from calibration_world import Node, PIECE_S, World, wait_until, wrap
+from calibration_world import Node, PIECE_S, World, assert_finds_the_mount, wait_until, wrap
 from camera_images import CameraWorld, camera_info
 
 DRIVE_S = 120.0
-CHI_SQUARE_LIMIT = 25.0  # with 3 degrees of freedom: by chance once in 65000
 
 
 class CameraDetectionTest(unittest.TestCase):
@@ -67,18 +65,7 @@ class CameraDetectionTest(unittest.TestCase):
         return [message.header.stamp for message in cls.bearings if message.candidates][-1]
 
     def test_finds_the_mount(self):
-        e, world = self.estimate, self.world
-        self.assertIn(e.state, (CalibrationEstimate.CONVERGED, CalibrationEstimate.CONVERGING), e)
-        error = numpy.array([e.x_m - world.sensor[0], e.y_m - world.sensor[1],
-                             wrap(e.yaw_rad - world.sensor[2])])
-        covariance = numpy.array(e.covariance_x_y_yaw).reshape(3, 3)
-        chi_square = error @ numpy.linalg.solve(covariance, error)
-        print('%s: chi-square %.1f, x +- %.4f, y +- %.4f m, yaw +- %.4f rad' % (
-            self.lens, chi_square, e.x_stddev_m, e.y_stddev_m, e.yaw_stddev_rad))
-        self.assertLess(chi_square, CHI_SQUARE_LIMIT, e)
-        self.assertLess(max(e.x_stddev_m, e.y_stddev_m), 0.02)
-        self.assertLess(e.yaw_stddev_rad, math.radians(1.0))
-        self.assertEqual(e.bearings_rejected, 0, e.rejections)
+        assert_finds_the_mount(self, self.estimate, self.world, self.lens)
 
     def test_bearings_are_the_true_ones_of_a_level_frame(self):
         seen = [message for message in self.bearings if message.candidates]
