@@ -135,9 +135,12 @@ class BearingAdapterTest(unittest.TestCase):
         wait_until(publisher.get_num_connections, 'the adapter subscribes')
         cls.world = AdapterWorld(rospy.Time.now().to_sec() - 1000.0)
         cls.waitForStaticTransforms(publisher, sense)
+        is_ready = cls.world.stamp()
         for _ in range(round(DRIVE_S / PIECE_S)):
             cls.drive(publisher, sense)
         cls.estimate = cls.node.estimate()
+        # Of the last image before, one light may have come without its transform, the other one with it.
+        cls.bearings = [message for message in cls.bearings if message.header.stamp > is_ready]
 
     @classmethod
     def drive(cls, publisher, sense):
