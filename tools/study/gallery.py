@@ -35,7 +35,7 @@ def save(figure, folder, name):
     print(path)
 
 
-def drawFocus(data, output):
+def drawFocus(data, output, images):
     """The same light through lenses of different focus, at one scale."""
     rows = rowsOf(data, 'focus.csv')
     figure, axes = plt.subplots(1, len(rows), figsize=(11, 2.75), constrained_layout=True)
@@ -49,8 +49,8 @@ def drawFocus(data, output):
         axis.set_xticks([])
         axis.set_yticks([])
     side = image.shape[0]
-    figure.suptitle('One point light, 1 m away, by the distance that the lens is focused on '
-                    '(%d pixels a side; exposed so that an even spot reaches 180 of 255)' % side, fontsize=11)
+    figure.suptitle('One point light, 1 m away, by the distance that the lens is focused on (%d pixels a side; '
+                    'simulated, %d images each)' % (side, images), fontsize=11)
     save(figure, output, 'focus.png')
 
 
@@ -67,11 +67,21 @@ def drawMask(axis, mask):
         axis.add_patch(Circle(centre, float(mask[name]), fill=False, color=BLUE, linestyle=style))
     angle = 250
     axis.annotate('horizon', place(mask, angle, float(mask['horizon_px'])), color=BLUE,
-                  ha='center', va='bottom', fontsize=9)
+                  ha='center', va='bottom', fontsize=10)
 
 
-def drawSpot(axis, mask, spot, label, colour):
-    """An ellipse where it was measured, a cross where not."""
+def labelOffset(spot, places):
+    """The one of four places beside a spot that is farthest from the labels that stand already."""
+    column, row = spot
+    offsets = [(9, -7), (-22, -7), (9, 18), (-22, 18)]
+    best = max(offsets, key=lambda offset: min(
+        [50.0] + [math.hypot(column + offset[0] - x, row + offset[1] - y) for x, y in places]))
+    places.append((column + best[0], row + best[1]))
+    return best
+
+
+def drawSpot(axis, mask, spot, label, colour, places):
+    """An ellipse where it was measured, a cross where not. `places` of labels grow by this one's."""
     column, row = float(spot['column_px']), float(spot['row_px'])
     radial, tangential = float(spot['radial_stddev_px']), float(spot['tangential_stddev_px'])
     if radial > 0 and tangential > 0:
@@ -81,8 +91,8 @@ def drawSpot(axis, mask, spot, label, colour):
                                color=colour, linewidth=1.6))
     else:
         axis.plot(column, row, 'x', color=colour, markersize=8, markeredgewidth=1.6)
-    axis.annotate(label, (column, row), xytext=(9, 7), textcoords='offset points', color=colour,
-                  fontsize=10, fontweight='bold')
+    right, down = labelOffset((column, row), places)
+    axis.annotate(label, (column + right, row + down), color=colour, fontsize=11, fontweight='bold')
 
 
 def drawClutter(data, output):
@@ -91,15 +101,16 @@ def drawClutter(data, output):
     spots = rowsOf(data, 'clutter.csv')
     image = plt.imread(os.path.join(data, 'clutter.png'))
     height, width = image.shape
-    figure = plt.figure(figsize=(10, 5.64))
-    axis = figure.add_axes([0.01, 0.02, 0.70, 0.92])
+    figure = plt.figure(figsize=(10.6, 5.64))
+    axis = figure.add_axes([0.01, 0.02, 0.66, 0.92])
     axis.imshow(image, cmap='gray', vmin=0, vmax=1)
     axis.set_axis_off()
     axis.set_xlim(0, width - 1)
     axis.set_ylim(height - 1, 0)
     drawMask(axis, mask)
     truth = float(mask['true_azimuth_deg'])
-    figure.text(0.01, 0.955, 'A scene of the clutter table: what was taken for a light, what not '
+    places = []  # of labels [px]
+    figure.text(0.01, 0.955, 'A simulated scene of the clutter table: what was taken for a light, what not '
                 'and why (the light is at %.2f°; blue: mask and horizon)' % truth, fontsize=11)
     for index, spot in enumerate(spots, 1):
         azimuth = float(spot['azimuth_deg'])
@@ -110,14 +121,14 @@ def drawClutter(data, output):
             colour = GREEN if is_light else ORANGE
             line = '%d  %s at %.2f°, probability %.2f' % (
                 index, 'the light' if is_light else 'a reflection', azimuth, float(spot['probability']))
-        drawSpot(axis, mask, spot, str(index), colour)
+        drawSpot(axis, mask, spot, str(index), colour, places)
         # Bright on the picture, dark enough on paper.
-        figure.text(0.73, 0.90 - 0.045 * index, line, fontsize=9,
+        figure.text(0.69, 0.90 - 0.05 * index, line, fontsize=10,
                     color={GREEN: '#1a7f1a', ORANGE: '#b86a00', RED: '#b3271e'}[colour])
     save(figure, output, 'clutter.png')
 
 
-def drawDistance(data, output):
+def drawDistance(data, output, images):
     """Error against distance, and what the bearings said of themselves."""
     rows = rowsOf(data, 'distance.csv')
     figure, axis = plt.subplots(figsize=(8, 5), constrained_layout=True)
@@ -136,7 +147,8 @@ def drawDistance(data, output):
     axis.set_xticklabels(['%g' % tick for tick in ticks])
     axis.grid(True, which='both', alpha=0.3)
     axis.legend(loc='upper right', framealpha=0.9)
-    axis.set_title('Bearing error against distance (exposure set for the distance)', fontsize=11)
+    axis.set_title('Bearing error against distance (simulated, exposed for the distance, %d images a point)'
+                   % images, fontsize=11)
     save(figure, output, 'distance.png')
 
 
@@ -155,9 +167,9 @@ def main(arguments):
     os.makedirs(options.output, exist_ok=True)
     with tempfile.TemporaryDirectory() as data:
         measure(data, options.images)
-        drawFocus(data, options.output)
+        drawFocus(data, options.output, options.images)
         drawClutter(data, options.output)
-        drawDistance(data, options.output)
+        drawDistance(data, options.output, options.images)
 
 
 if __name__ == '__main__':
