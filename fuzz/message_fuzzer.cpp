@@ -61,6 +61,8 @@ bool runBearings(ByteReader* bytes) {
     std::memcpy(&candidate.probability, &any, sizeof(any));
     message.candidates.push_back(candidate);
   }
+  message.view_centre = bytes->finiteNumber();
+  message.view_width = bytes->finiteNumber();
   const core::BearingSet set = ros_side::bearingsFromMessage(message);
   if (set.stamp.time_since_epoch().count() > kLatest_ns) return false;
   const LightBearings back = ros_side::messageFromBearings(set, "");

@@ -37,6 +37,7 @@ class ImageBearings {
     core::DetectorConfig detector = config_.detector;
     detector.camera = camera;
     setDetector(detector);
+    view_ = core::viewOf(camera, detector.sensor.width_px, detector.mask.last_row + 1);
   }
 
   /// Moment of the image's middle row, for which a prediction is of use.
@@ -62,6 +63,7 @@ class ImageBearings {
     core::BearingSet bearings = core::bearingsFromLights(result_->lights, config_.shutter,
                                                          stampFromRos(image->header.stamp),
                                                          config_.detector.sensor.height_px);
+    bearings.view = view_;
     if (hasMirror()) bearings.geometry = config_.detector.alignment.geometry;
     seen_ = prediction ? core::seenRadius(bearings, *prediction) : std::nullopt;
     if (blink_) blink_->identify(core::brightnessOf(result_->lights), &bearings);
@@ -88,6 +90,7 @@ class ImageBearings {
   const core::DetectionResult* result_ = nullptr;
   const cv::Mat* grey_ = nullptr;
   std::optional<core::SeenRadius> seen_;  ///< by the last light that was expected
+  core::FieldOfView view_;                ///< of a camera without a mirror
   std::uint64_t images_ = 0;
 };
 

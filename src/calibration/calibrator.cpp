@@ -28,7 +28,7 @@ InputOutcome Calibrator::addReading(const Reading& reading, Stamp received) {
   noteStepBack();
   if (odometer_.travel() && (track_.empty() || odometer_.travel()->stamp > track_.newest())) {
     followTravel(*odometer_.travel());
-    while (const std::optional<Frame> frame = nextCovered()) notify(estimation_->process(*frame));
+    processCovered();
   }
   return outcome;
 }
@@ -59,7 +59,7 @@ InputOutcome Calibrator::addWheel(WheelSide side, const WheelCount& count, Stamp
 
 InputOutcome Calibrator::addBearings(const BearingSet& bearings, Stamp received) {
   const InputOutcome outcome = accept(bearings, received);
-  while (const std::optional<Frame> frame = nextCovered()) notify(estimation_->process(*frame));
+  processCovered();
   takeOverFit();
   return outcome;
 }
@@ -93,6 +93,8 @@ InputOutcome Calibrator::accept(const BearingSet& bearings, Stamp received) {
   if (paused_) return countBearings({InputStatus::kIgnoredPaused, 0.0});
   const InputOutcome geometry = judgeGeometry(bearings.geometry);
   if (!geometry.accepted()) return countBearings(geometry);
+  const InputOutcome view = checkView(bearings.view);
+  if (!view.accepted()) return countBearings(view);
   CheckedBearings checked = checkBearings(bearings, config_.bearings);
   const std::optional<Stamp> last = std::max(last_fused_, passed_twice_);
   if (last && checked.bearings.stamp <= *last) {
@@ -162,6 +164,11 @@ CalibrationResult Calibrator::result() const {
     result.cause = Fault::kNone;
   }
   if (paused_ || result.advice.empty()) result.advice = adviceFor(result.state);
+  if (result.state == CalibrationState::kInitialising ||
+      result.state == CalibrationState::kDegenerateMotion ||
+      result.state == CalibrationState::kConverging) {
+    result.advice = in_view_.adviceWith(result.advice);
+  }
   result.advice = adviceWithSensor(counts_.bearing_inputs, result.bearings_used, result.advice);
   return result;
 }
@@ -242,8 +249,12 @@ std::optional<Frame> Calibrator::nextCovered() {
   return std::nullopt;
 }
 
-void Calibrator::notify(const AssociationOutcome& outcome) const {
-  if (observer_) observer_(outcome);
+void Calibrator::processCovered() {
+  while (const std::optional<Frame> frame = nextCovered()) {
+    const AssociationOutcome outcome = estimation_->process(*frame);
+    in_view_.add(frame->image.view, frame->image.stamp, outcome.kind == Association::Kind::kFound);
+    if (observer_) observer_(outcome);
+  }
 }
 
 }  // namespace bearing_calibration::core

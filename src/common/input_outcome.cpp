@@ -46,6 +46,9 @@ constexpr StatusWords kStatusWords[] = {
      "the sensor states a harmonic's standard deviation of %.9g rad "
      "(alignment/harmonic_stddev), for which the paper's filter has no state: message left "
      "out"},
+    {InputStatus::kViewImpossible, "sensor's field of view impossible",
+     "the sensor states a field of view (view_centre, view_width) of %.9g rad, which is no part of "
+     "a turn: message left out"},
     {InputStatus::kCounterReset, "counter reset",
      "the counters or the odometry's pose jumped by %.9g m: taken as a reset by the driver, "
      "followed from there"},

@@ -55,10 +55,17 @@ InputOutcome checkGeometry(const SensorGeometry& geometry) {
   return {};
 }
 
+InputOutcome checkView(const FieldOfView& view) {
+  if (view.isPossible()) return {};
+  const bool is_centre_possible = FieldOfView{view.centre_rad, 0.0}.isPossible();
+  return {InputStatus::kViewImpossible, is_centre_possible ? view.width_rad : view.centre_rad};
+}
+
 CheckedBearings checkBearings(const BearingSet& bearings, const BearingInputConfig& config) {
   const double unmodelled_rad = bearings.geometry.unmodelledStddev();
   CheckedBearings checked;
   checked.bearings.stamp = bearings.stamp - durationFromSeconds(config.latency_s);
+  checked.bearings.view = bearings.view;
   checked.bearings.candidates.reserve(bearings.candidates.size());
   for (Bearing candidate : bearings.candidates) {
     const InputOutcome outcome = checkCandidate(candidate, config);

@@ -150,6 +150,15 @@ std::vector<ScanLight> lightsInScan(const LaserScan& scan, const ScanLightConfig
   return lights;
 }
 
+FieldOfView viewOf(const LaserScan& scan) {
+  const double spacing_rad = std::abs(scan.ray_spacing_rad);
+  const double width_rad = static_cast<double>(scan.ranges_m.size() - 1) * spacing_rad;
+  constexpr double kMostSpacings = 2.5;  // two, and rounding
+  if (width_rad + kMostSpacings * spacing_rad > 2.0 * kPi) return {};
+  const double sense = std::copysign(1.0, scan.ray_spacing_rad);
+  return {wrapAngle(scan.first_ray_rad + sense * 0.5 * width_rad), width_rad};
+}
+
 double edgeVariance(const LaserScan& scan) {
   // Each edge is uniform in a spacing s, s^2 / 12; the middle has half of both errors.
   constexpr double kPerSpacing2 = 1.0 / 24.0;

@@ -1,8 +1,11 @@
 #include "bearing_calibration/judge/driver_advice.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -10,6 +13,8 @@ namespace {
 /// A motion of this size tells the mount when it is varied; one that did not is degenerate.
 constexpr double kPlentyOfPath_m = 3.0;
 constexpr double kPlentyOfTurn_rad = 4.0 * kPi;
+
+constexpr double kOfLate_s = 20.0;  // after which an image counts a third
 
 /// "weakest: light x +0.71, sensor x -0.70 known to 0.12 m only"
 std::string describe(const WeakestDirection& weakest) {
@@ -76,6 +81,29 @@ std::string adviceFor(const StartAttempt& attempt) {
       return "two answers fit: drive straight and turn once more";
   }
   return "";
+}
+
+void TimeInView::add(const FieldOfView& view, Stamp stamp, bool is_seen) {
+  constexpr double kLongest_s = 1.0;  // from one image to the next: longer, the sensor was silent
+  view_ = view;
+  const double time_s =
+      last_ ? std::clamp(secondsFromDuration(stamp - *last_), 0.0, kLongest_s) : 0.0;
+  last_ = stamp;
+  const double kept = std::exp(-time_s / kOfLate_s);
+  watched_s_ = kept * watched_s_ + time_s;
+  seen_s_ = kept * seen_s_ + (is_seen ? time_s : 0.0);
+}
+
+std::string TimeInView::adviceWith(const std::string& advice) const {
+  const bool is_known = view_.isLimited() && watched_s_ > 0.5 * kOfLate_s;
+  if (!is_known || seen_s_ * 2.0 * kPi >= watched_s_ * view_.width_rad) return advice;
+  constexpr double kPercent = 100.0;
+  return formatted(
+             "the light was in view in %.0f %% of the last images, and the sensor sees %.0f deg of "
+             "a "
+             "turn: keep it in view; ",
+             kPercent * seen_s_ / watched_s_, degreesFromRadians(view_.width_rad)) +
+         advice;
 }
 
 }  // namespace bearing_calibration::core

@@ -113,6 +113,23 @@ std::optional<Vector3d> fisheyeRay(const Camera& camera, const Vector2d& bent) {
   return std::nullopt;
 }
 
+/// Whether the image shows a light at this azimuth that is not far above or below the sensor.
+bool showsNearHorizon(const Camera& camera, int width_px, int height_px, double azimuth_rad) {
+  constexpr double kNear_rad = 0.3;
+  constexpr double kStep_rad = 0.1;
+  for (double elevation_rad = -kNear_rad; elevation_rad < kNear_rad + 0.5 * kStep_rad;
+       elevation_rad += kStep_rad) {
+    const Vector3d ray(std::cos(elevation_rad) * std::cos(azimuth_rad),
+                       std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad));
+    const std::optional<Vector2d> pixel =
+        pixelFromRay(camera, camera.sensor_from_optical.transpose() * ray);
+    const bool is_in_image = pixel && pixel->minCoeff() >= 0.0 && pixel->x() <= width_px - 1.0 &&
+                             pixel->y() <= height_px - 1.0;
+    if (is_in_image) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 bool Camera::operator==(const Camera& other) const {
@@ -157,6 +174,29 @@ std::optional<Vector3d> rayFromPixel(const Camera& camera, const Vector2d& pixel
   const Vector2d bent((pixel.x() - camera.centre_u_px) / camera.focal_u_px,
                       (pixel.y() - camera.centre_v_px) / camera.focal_v_px);
   return camera.lens == Lens::kFisheye ? fisheyeRay(camera, bent) : perspectiveRay(camera, bent);
+}
+
+FieldOfView viewOf(const Camera& camera, int width_px, int height_px) {
+  constexpr int kAzimuths = 720;
+  constexpr double kStep_rad = 2.0 * kPi / kAzimuths;
+  std::array<bool, kAzimuths> shown{};
+  for (int i = 0; i < kAzimuths; ++i) {
+    shown[static_cast<std::size_t>(i)] =
+        showsNearHorizon(camera, width_px, height_px, i * kStep_rad);
+  }
+  int run = 0;
+  int longest = 0;
+  int end_of_longest = 0;
+  for (int i = 0; i < 2 * kAzimuths && longest < kAzimuths;
+       ++i) {  // a range may go on after a turn
+    run = shown[static_cast<std::size_t>(i % kAzimuths)] ? run + 1 : 0;
+    if (run <= longest) continue;
+    longest = run;
+    end_of_longest = i;
+  }
+  if (longest < 2 || longest == kAzimuths) return {};
+  const double width_rad = (longest - 1) * kStep_rad;
+  return {wrapAngle(end_of_longest * kStep_rad - 0.5 * width_rad), width_rad};
 }
 
 std::optional<Direction> directionFromPixel(const Camera& camera, const Vector2d& pixel) {

@@ -90,11 +90,24 @@ void CalibrationDriver::addTravel(const WheelTravel& travel, Stamp received) {
     const Arc arc = arcFromWheels(wheels, config_.limits.wheel_separation_m);
     if (has_stood_) start_from_base_ = start_from_base_ * arc.start_from_end;
     path_m_ += 0.5 * std::abs(wheels.left_m + wheels.right_m);
-    turned_rad_ += (wheels.right_m - wheels.left_m) / config_.limits.wheel_separation_m;
+    const double turn_rad = (wheels.right_m - wheels.left_m) / config_.limits.wheel_separation_m;
+    turned_rad_ += turn_rad;
+    turned_unseen_rad_ += std::abs(turn_rad);
   }
   travelled_ = {travel.left_m, travel.right_m};
   track_.add(travel);
   useEstimate();
+}
+
+/// Of a field of view that no sensor has nothing is used, as in the calibration: LIGHT_LOST.
+void CalibrationDriver::addBearings(const BearingSet& bearings, Stamp received) {
+  if (!bearings.view.isPossible()) return;
+  last_image_ = received;
+  view_ = bearings.view;
+  planner_.setView(view_);
+  if (bearings.candidates.empty()) return;
+  last_bearing_ = received;
+  turned_unseen_rad_ = 0.0;
 }
 
 void CalibrationDriver::addEstimate(const DriveEstimate& estimate, Stamp received) {
@@ -131,7 +144,7 @@ void CalibrationDriver::end(DriveEnd reason) {
 WheelSpeeds CalibrationDriver::steer(Stamp now) {
   const double period_s = std::max(0.0, secondsFromDuration(now - last_steered_));
   last_steered_ = now;
-  watch(now);
+  watch(now, period_s);
   has_stood_ = has_stood_ || isStanding(command_);
   if (ended_ == DriveEnd::kNone) {
     if (follower_ && follower_->done()) follower_.reset();
@@ -144,9 +157,20 @@ WheelSpeeds CalibrationDriver::steer(Stamp now) {
   return command_;
 }
 
-void CalibrationDriver::watch(Stamp now) {
+/// Whether the light should be seen now. A sensor that sees a part of a turn only does so in each
+/// turn, wherever the light is, and where it is expected in view.
+bool CalibrationDriver::isLightDue() const {
+  if (!view_.isLimited() || turned_unseen_rad_ > 2.0 * kPi) return true;
+  const std::optional<StateEstimate> estimate = estimateNow();
+  return estimate && chanceInView(view_, *estimate) > 0.5;
+}
+
+void CalibrationDriver::watch(Stamp now, double period_s) {
+  if (!isLightDue()) last_bearing_ += durationFromSeconds(period_s);
   if (isOver(last_travel_, config_.timeouts.ticks_s, now)) end(DriveEnd::kTicksLost);
-  if (isOver(last_bearing_, config_.timeouts.bearings_s, now)) end(DriveEnd::kLightLost);
+  for (const Stamp last : {last_image_, last_bearing_}) {
+    if (isOver(last, config_.timeouts.bearings_s, now)) end(DriveEnd::kLightLost);
+  }
   if (isOver(last_estimate_, config_.timeouts.estimate_s, now)) end(DriveEnd::kEstimateLost);
   if (config_.region.clearance(start_from_base_.position_m) < 0.0) end(DriveEnd::kLeftRegion);
   if (follower_ && follower_->isDisobeyed(travelled_)) end(DriveEnd::kWheelsDisobeyed);

@@ -22,8 +22,15 @@ constexpr double kShortestPrimitive_m = 0.05;  // shorter ways teach less than t
 /// A side of the polygon about the light that the best drives known are made of (driving.md).
 constexpr double kChord_m = 0.4;
 
+/// So far from the middle of the field of view, of its width, lies what is near to a border.
+constexpr double kTowardsBorder = 0.4;
+
 constexpr double kLongestStep_s = 0.25;  // 0.4 rad of a spin at 0.2 m/s: information hardly varies
-constexpr double kSameStep = 1e-9;       // of a part of the way: rounding
+/// ... and where the sensor sees a part of a turn only, a step turns by at most so much of it.
+constexpr double kMostOfView = 0.25;
+/// Fewer bearings of a step teach nothing.
+constexpr double kFewestBearings = 1e-3;
+constexpr double kSameStep = 1e-9;  // of a part of the way: rounding
 
 /// All ways to turn so that the base then goes along `course_rad`, forward or backwards.
 void addTurns(double course_rad, double length_m, std::vector<MotionPrimitive>* primitives) {
@@ -46,15 +53,25 @@ OdometryWindow steadyTravel(const WheelSpeeds& speeds, double wheel_separation_m
   return {samples, wheel_separation_m};
 }
 
+int stepsOf(const WheelDisplacement& wheels, double duration_s, const WheelLimits& limits,
+            const FieldOfView& view) {
+  const double steps = duration_s / kLongestStep_s;
+  if (!view.isLimited()) return static_cast<int>(std::ceil(steps));
+  const double turn_rad = (wheels.right_m - wheels.left_m) / limits.wheel_separation_m;
+  return static_cast<int>(
+      std::ceil(std::max(steps, std::abs(turn_rad) / (kMostOfView * view.width_rad))));
+}
+
 /// Lets the wheels roll from standstill to standstill.
 void follow(const WheelDisplacement& wheels, const WheelLimits& limits, const SensingModel& sensing,
             StateEstimate* estimate) {
   const double duration_s = travelTime(wheels.right_m, limits);
-  const int steps = static_cast<int>(std::ceil(duration_s / kLongestStep_s));
+  const int steps = stepsOf(wheels, duration_s, limits, sensing.view);
   double done = 0.0;
   double last_part = 0.0;
   OdometryIncrement motion;
   OdometryWindow nearby;
+  double chance_before = chanceInView(sensing.view, *estimate);
   for (int i = 1; i <= steps; ++i) {
     const double step_s = duration_s / steps;
     const double share = travelAt(i * step_s, wheels.right_m, limits) / wheels.right_m;
@@ -68,13 +85,15 @@ void follow(const WheelDisplacement& wheels, const WheelLimits& limits, const Se
       last_part = part;
     }
     propagate(motion, estimate);
+    const double chance = chanceInView(sensing.view, *estimate, nearby);
+    const double bearings = 0.5 * (chance_before + chance) * (step_s * sensing.bearing_rate_hz);
+    chance_before = chance;
+    if (bearings < kFewestBearings) continue;
     const ExpectedAngle azimuth = expectAzimuth(estimate->layout, estimate->mean, 0, nearby);
     constexpr double kAsExpected = 0.0;
-    apply(
-        prepareUpdate(azimuth.J_angle_state, kAsExpected,
-                      std::pow(sensing.bearing_stddev_rad, 2) / (step_s * sensing.bearing_rate_hz),
-                      *estimate),
-        estimate);
+    apply(prepareUpdate(azimuth.J_angle_state, kAsExpected,
+                        std::pow(sensing.bearing_stddev_rad, 2) / bearings, *estimate),
+          estimate);
   }
 }
 
@@ -102,6 +121,15 @@ StateEstimate predictAfter(const MotionPrimitive& primitive, StateEstimate estim
   follow(turningWheels(primitive, limits.wheel_separation_m), limits, sensing, &estimate);
   follow(straightWheels(primitive), limits, sensing, &estimate);
   return estimate;
+}
+
+double chanceInView(const FieldOfView& view, const StateEstimate& estimate,
+                    const OdometryWindow& nearby) {
+  if (!view.isLimited()) return 1.0;
+  const ExpectedAngle azimuth = expectAzimuth(estimate.layout, estimate.mean, 0, nearby);
+  const StateRow& H = azimuth.J_angle_state;
+  const double variance = (H * estimate.covariance).dot(H);
+  return view.chanceOf(azimuth.angle_rad, std::sqrt(std::max(0.0, variance)));
 }
 
 double lightClearance(const MotionPrimitive& primitive, const StateEstimate& estimate,
@@ -184,7 +212,24 @@ std::vector<MotionPrimitive> MotionPlanner::proposals(const StateEstimate& estim
     add(side * 0.5 * kPi, half_m);
   }
   add(kPi, half_m);
+  addInView(estimate, &primitives);
   return primitives;
+}
+
+/// Where a sensor sees a part of a turn only: turns that bring the light into its middle, or near
+/// to one of its borders, and ways from there on.
+void MotionPlanner::addInView(const StateEstimate& estimate,
+                              std::vector<MotionPrimitive>* primitives) const {
+  if (!sensing_.view.isLimited()) return;
+  const double now_rad = expectAzimuth(estimate.layout, estimate.mean, 0, {}).angle_rad;
+  const double half_m = 0.5 * config_.max_straight_m;
+  for (const double part : {0.0, 1.0, -1.0}) {
+    const double wanted_rad =
+        sensing_.view.centre_rad + part * kTowardsBorder * sensing_.view.width_rad;
+    const double turn_rad = wrapAngle(now_rad - wanted_rad);
+    for (const double length_m : {0.0, half_m, -half_m})
+      primitives->push_back({turn_rad, length_m});
+  }
 }
 
 std::vector<MotionPlanner::Candidate> MotionPlanner::candidatesAt(
@@ -195,9 +240,10 @@ std::vector<MotionPlanner::Candidate> MotionPlanner::candidatesAt(
     // judged as it will be driven: without a small turn a way may pass nearer to the light
     const MotionPrimitive primitive = driveable(proposal, limits_.wheel_separation_m);
     if (!keepsAway(primitive, estimate) || !staysInside(primitive, start_from_base)) continue;
+    const double duration_s = durationOf(primitive, limits_);
     const double gain = log_det - logDet(after(primitive, estimate));
-    if (std::isfinite(gain))
-      candidates.push_back({primitive, durationOf(primitive, limits_), gain});
+    if (duration_s > 0.0 && std::isfinite(gain))
+      candidates.push_back({primitive, duration_s, gain});
   }
   return candidates;
 }

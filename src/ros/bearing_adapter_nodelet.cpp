@@ -8,6 +8,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -178,6 +179,11 @@ class BearingAdapterNodelet : public GuardedNodelet {
     }
     core::BearingSet set = core::atOneMoment(candidates, prediction_);
     if (candidates.empty()) set.stamp = scan.stamp;
+    set.view = core::viewOf(scan);
+    const Eigen::Vector3d middle =
+        *sensor_from_frame *
+        Eigen::Vector3d(std::cos(set.view.centre_rad), std::sin(set.view.centre_rad), 0.0);
+    set.view.centre_rad = std::atan2(middle.y(), middle.x());
     publish(set);
   }
 

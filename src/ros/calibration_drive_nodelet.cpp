@@ -135,9 +135,10 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   }
 
   void onBearings(const msg::LightBearingsConstPtr& message) {
-    if (driver_ && !message->candidates.empty()) {
-      driver_->noteBearing(stampFromRos(ros::Time::now()));
-    }
+    guarded("bearings", [&] {
+      const core::Stamp now = stampFromRos(ros::Time::now());
+      if (driver_) driver_->addBearings(bearingsFromMessage(*message), now);
+    });
   }
 
   void onEstimate(const msg::CalibrationEstimateConstPtr& message) {

@@ -66,6 +66,7 @@ core::BearingSet bearingsFromMessage(const msg::LightBearings& message) {
   const auto said = [](double value) { return std::isnan(value) ? 0.0 : value; };
   bearings.geometry = {said(message.harmonic_stddev), said(message.near_per_far),
                        said(message.nearness_stddev)};
+  bearings.view = {said(message.view_centre), said(message.view_width)};
   for (const msg::LightBearing& candidate : message.candidates) {
     core::Bearing& bearing = bearings.candidates.emplace_back();
     forEachNumber(bearing, candidate, [](auto& ours, auto theirs) { assign(theirs, ours); });
@@ -81,6 +82,8 @@ msg::LightBearings messageFromBearings(const core::BearingSet& set,
   message.harmonic_stddev = set.geometry.harmonic_stddev_rad;
   message.near_per_far = set.geometry.near_per_far_m;
   message.nearness_stddev = set.geometry.nearness_stddev_rad_m;
+  message.view_centre = set.view.centre_rad;
+  message.view_width = set.view.width_rad;
   for (const core::Bearing& bearing : set.candidates) {
     msg::LightBearing& candidate = message.candidates.emplace_back();
     forEachNumber(bearing, candidate, [](auto ours, auto& theirs) { assign(ours, theirs); });

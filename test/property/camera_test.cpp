@@ -194,5 +194,60 @@ TEST(Camera, IsNoneWithoutItsNumbers) {
   EXPECT_FALSE(kPlumbBob == kRational);
 }
 
+constexpr int kWidth_px = 640;
+constexpr int kHeight_px = 480;
+constexpr double kGrid_rad = radiansFromDegrees(0.5);
+
+/// Azimuth of what OpenCV says that a pixel of a level camera shows.
+double azimuthByOpenCv(const Camera& camera, const Vector2d& pixel) {
+  const std::vector<cv::Point2d> pixels{{pixel.x(), pixel.y()}};
+  const cv::Matx33d K(camera.focal_u_px, 0, camera.centre_u_px, 0, camera.focal_v_px,
+                      camera.centre_v_px, 0, 0, 1);
+  const auto& d = camera.distortion;
+  std::vector<cv::Point2d> straight;
+  if (camera.lens == Lens::kFisheye) {
+    cv::fisheye::undistortPoints(pixels, straight, K, cv::Vec4d(d[0], d[1], d[2], d[3]));
+  } else {
+    cv::undistortPoints(pixels, straight, K, std::vector<double>(d.begin(), d.end()));
+  }
+  return -std::atan(straight.front().x);
+}
+
+/// The first and the last column at the height of the lens are its borders; a corner may see a
+/// little farther where a lens is distorted.
+TEST(ViewOf, ALevelCameraIsItsImagesWidth) {
+  for (const Camera& known : {kPinhole, kPlumbBob, kRational, kFisheye}) {
+    const double left_rad = azimuthByOpenCv(known, {0.0, known.centre_v_px});
+    const double right_rad = azimuthByOpenCv(known, {kWidth_px - 1.0, known.centre_v_px});
+    const FieldOfView view = viewOf(known, kWidth_px, kHeight_px);
+    EXPECT_NEAR(view.centre_rad + 0.5 * view.width_rad, left_rad, 2.0 * kGrid_rad);
+    EXPECT_NEAR(view.centre_rad - 0.5 * view.width_rad, right_rad, 2.0 * kGrid_rad);
+  }
+}
+
+TEST(ViewOf, ATurnedCameraIsTurned) {
+  Camera turned = kPinhole;
+  const double yaw_rad = 3.0;  // across the end of the turn
+  turned.sensor_from_optical =
+      Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()) * kPinhole.sensor_from_optical;
+  const FieldOfView level = viewOf(kPinhole, kWidth_px, kHeight_px);
+  const FieldOfView view = viewOf(turned, kWidth_px, kHeight_px);
+  EXPECT_NEAR(view.width_rad, level.width_rad, 2.0 * kGrid_rad);
+  EXPECT_NEAR(wrapAngle(view.centre_rad - level.centre_rad - yaw_rad), 0.0, kGrid_rad);
+}
+
+/// Up, a fisheye of a half sphere shows the horizon all around; down, a narrow lens shows none.
+TEST(ViewOf, ACameraThatLooksUpOrDownIsNotLimited) {
+  Camera up = kFisheye;
+  up.focal_u_px = up.focal_v_px = 130.0;
+  up.centre_u_px = 0.5 * (kWidth_px - 1);
+  up.centre_v_px = 0.5 * (kHeight_px - 1);
+  up.sensor_from_optical = Eigen::AngleAxisd(0.1, Vector3d::UnitX()).toRotationMatrix();
+  EXPECT_FALSE(viewOf(up, kWidth_px, kHeight_px).isLimited());
+  Camera down = kPinhole;
+  down.sensor_from_optical = Eigen::AngleAxisd(kPi, Vector3d::UnitX()).toRotationMatrix();
+  EXPECT_FALSE(viewOf(down, kWidth_px, kHeight_px).isLimited());
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core

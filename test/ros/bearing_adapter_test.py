@@ -132,6 +132,7 @@ class BearingAdapterTest(unittest.TestCase):
         rospy.Subscriber('bearings', LightBearings, cls.bearings.append)
         publisher = rospy.Publisher('/tf' if cls.source == 'tf' else 'what_the_robot_has', kind,
                                     queue_size=1000)
+        cls.publisher = publisher
         wait_until(publisher.get_num_connections, 'the adapter subscribes')
         cls.world = AdapterWorld(rospy.Time.now().to_sec() - 1000.0)
         cls.waitForStaticTransforms(publisher, sense)
@@ -200,6 +201,29 @@ class BearingAdapterTest(unittest.TestCase):
                     self.assertAlmostEqual(math.tan(each.elevation) * distance / LIGHT_HEIGHT_M, 1.0,
                                            delta=0.15)  # of a distance that scatters by 2 %
                     self.assertAlmostEqual(each.elevation_variance, STDDEV_RAD**2)
+
+
+    def test_says_its_field_of_view(self):
+        """A scanner that turns once sees all around; the last third of its rays goes, clockwise in the mast's
+        frame, from 0.5 - 60 deg to 0.5 - 180 deg."""
+        self.assertEqual({message.view_width for message in self.bearings}, {0.0})
+        if self.source != 'scan':
+            return
+        scan = self.world.scan()
+        first = RAYS - RAYS // 3
+        scan.angle_min += first * scan.angle_increment
+        scan.ranges = scan.ranges[first:]
+        scan.header.stamp += rospy.Duration.from_sec(TURN_S)
+        answers = []
+        subscriber = rospy.Subscriber('bearings', LightBearings, answers.append)
+        wait_until(subscriber.get_num_connections, 'the adapter is heard')
+        self.publisher.publish(scan)
+        wait_until(lambda: answers, 'the part of a scan is answered')
+        subscriber.unregister()
+        part = answers[0]
+        self.assertAlmostEqual(wrap(part.view_centre - (0.5 - math.radians(120.0))), 0.0,
+                               delta=math.radians(0.5))
+        self.assertAlmostEqual(part.view_width, math.radians(120.0), delta=math.radians(0.6))
 
 
 if __name__ == '__main__':

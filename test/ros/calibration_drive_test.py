@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The drive nodelet: it moves only when asked to, within its limits, and stops for every reason."""
 
+import math
 import sys
 import time
 import unittest
@@ -123,6 +124,15 @@ class CalibrationDriveTest(unittest.TestCase):
     # Promise stands: a light that is lost
     def test_without_the_light_it_stops(self):
         self.assertStopsWithout('light', CalibrationDriveResult.LIGHT_LOST, 1.0)
+
+    def test_a_limited_field_of_view_is_known_from_the_bearings(self):
+        """timeouts/bearings is 1 s: while nothing is known the light may be out of view in all of the first
+        turn. With all of its other turns the drive converges."""
+        self.robot.view_width = math.radians(60.0)
+        self.robot.client.send_goal(CalibrationDriveGoal(motion='optimal'))
+        self.assertTrue(self.robot.client.wait_for_result(rospy.Duration(150.0)))
+        result = self.robot.client.get_result()
+        self.assertEqual(result.end, CalibrationDriveResult.CONVERGED, result.end_text)
 
     # Promise stands: estimates that stop coming
     def test_without_estimates_it_stops(self):

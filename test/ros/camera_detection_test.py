@@ -6,13 +6,14 @@ import math
 import sys
 import unittest
 
+import numpy
 import rospy
 import rostest
 from bearing_calibration.msg import LightBearings
 from sensor_msgs.msg import CameraInfo, Image
 
 from calibration_world import Node, PIECE_S, World, assert_finds_the_mount, wait_until, wrap
-from camera_images import CameraWorld, camera_info
+from camera_images import CameraWorld, camera_info, is_in_image
 
 DRIVE_S = 120.0
 
@@ -84,6 +85,19 @@ class CameraDetectionTest(unittest.TestCase):
             self.assertGreater(candidate.azimuth_variance, 0.0)
             self.assertGreaterEqual(candidate.elevation_variance, 0.01**2)  # alignment/elevation_stddev
             self.assertTrue(math.isnan(candidate.image_radius))
+            self.assertLess(abs(candidate.azimuth - message.view_centre), 0.5 * message.view_width,
+                            'it is seen where the sensor says that it sees')
+
+
+    def test_says_its_field_of_view(self):
+        """The azimuths near the horizon whose rays the lens shows in the image."""
+        shown = [azimuth for azimuth in numpy.radians(numpy.arange(-180.0, 180.0, 0.25))
+                 if any(is_in_image(self.lens, azimuth, elevation)
+                        for elevation in numpy.linspace(-0.3, 0.3, 7))]
+        for message in self.bearings:
+            for border, sense in ((max(shown), 0.5), (min(shown), -0.5)):
+                self.assertAlmostEqual(message.view_centre + sense * message.view_width, border,
+                                       delta=math.radians(1.0))
 
 
 if __name__ == '__main__':

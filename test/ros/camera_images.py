@@ -74,6 +74,17 @@ def link_from_mast():
     return (pitch @ roll).T
 
 
+def is_in_image(lens, azimuth, elevation):
+    """Whether an image shows what is in this direction of the mast's frame."""
+    in_mast = (math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
+               math.sin(elevation))
+    ahead, left, up = link_from_mast() @ in_mast
+    if ahead < LENSES[lens][3]:
+        return False
+    u, v = pixel_of(lens, numpy.array([-left, -up, ahead]))
+    return 0.0 <= u <= WIDTH - 1 and 0.0 <= v <= HEIGHT - 1
+
+
 class CameraWorld(World):
     """The sensor is a camera on a level mast, whose bearings are so exact that the wheels' noise counts."""
 

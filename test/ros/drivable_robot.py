@@ -16,7 +16,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from calibration_world import wait_until
+from calibration_world import wait_until, wrap
 
 SILENCE_S = 1.0  # of cmd_vel, at least, while there is no drive
 MOST_STOPPING_S = 1.0  # 0.2 s of braking, and what a busy machine adds on the way here
@@ -81,6 +81,7 @@ class DrivableRobot:
         self.claims_convergence = False
         self.push_mps = 0.0  # what the wheels report beyond what they do
         self.pushed_m = 0.0
+        self.view_width = 0.0  # [rad] of the sensor, about its x axis; 0: all around
         self.random = random.Random(1)
         self.relay('robot/wheel_ticks', 'wheel_ticks', WheelTicks, 'ticks')
         self.relay('simulation/truth/bearings', 'bearings', LightBearings, 'light')
@@ -122,6 +123,10 @@ class DrivableRobot:
             if name == 'light':  # the truth is too good to be a sensor's
                 for candidate in message.candidates:
                     candidate.azimuth += self.random.gauss(0.0, BEARING_STDDEV)
+                message.view_width = self.view_width
+                if self.view_width > 0.0:
+                    message.candidates = [candidate for candidate in message.candidates
+                                          if abs(wrap(candidate.azimuth)) < 0.5 * self.view_width]
             publisher.publish(message)
         rospy.Subscriber(source, kind, pass_on, tcp_nodelay=True)
 
@@ -138,6 +143,7 @@ class DrivableRobot:
         self.cut.clear()
         self.claims_convergence = False
         self.push_mps = 0.0
+        self.view_width = 0.0
         self.reset_service()  # else a drive would end at once where the one before has converged
         self.obstacle.say(False)
         self.enable.say(True)

@@ -557,6 +557,17 @@ TEST_F(BadInput, GeometryThatNoMirrorHas) {
   EXPECT_EQ(calibrator_.addBearings(bearings, last_).status, InputStatus::kGeometryAbsurd);
   expectNothingChanged();
 }
+// Promise refused: a field of view in degrees
+TEST_F(BadInput, FieldOfViewThatIsNoPartOfATurn) {
+  BearingSet bearings = bearingsAt(last_ + Duration(1), 0.0);
+  bearings.view = {0.0, 60.0};  // in degrees
+  expectRefused(bearings, InputStatus::kViewImpossible);
+  const InputOutcome outcome = calibrator_.addBearings(bearings, last_);
+  EXPECT_NE(describe(outcome).find("(view_centre, view_width) of 60 rad"), std::string::npos);
+  bearings.view = {kNaN, 1.0};
+  EXPECT_EQ(calibrator_.addBearings(bearings, last_).status, InputStatus::kViewImpossible);
+  expectNothingChanged();
+}
 TEST_F(BadInput, StampZero) { expectRefused(bearingsAt(Stamp(), 0.0), InputStatus::kNoStamp); }
 TEST_F(BadInput, StampInTheFuture) {
   expectRefused(bearingsAt(last_ + durationFromSeconds(60.0), 0.0), InputStatus::kStampInFuture);

@@ -136,6 +136,8 @@ TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
   message.harmonic_stddev = 0.02;
   message.near_per_far = -0.6;
   message.nearness_stddev = kNaN;
+  message.view_centre = -1.5;
+  message.view_width = 0.75;
   message.candidates.resize(2);
   message.candidates[0].azimuth = kNaN;
   message.candidates[0].azimuth_variance = -kInfinity;
@@ -153,6 +155,10 @@ TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
   EXPECT_EQ(bearings.geometry.harmonic_stddev_rad, 0.02);
   EXPECT_EQ(bearings.geometry.near_per_far_m, -0.6);
   EXPECT_EQ(bearings.geometry.nearness_stddev_rad_m, 0.0) << "not said";
+  EXPECT_EQ(bearings.view.centre_rad, -1.5);
+  EXPECT_EQ(bearings.view.width_rad, 0.75);
+  message.view_width = kNaN;
+  EXPECT_FALSE(bearingsFromMessage(message).view.isLimited()) << "not said";
   ASSERT_EQ(bearings.candidates.size(), 2U);
   EXPECT_TRUE(std::isnan(bearings.candidates[0].azimuth_rad));
   EXPECT_EQ(bearings.candidates[0].azimuth_variance_rad2, -kInfinity);
@@ -165,6 +171,16 @@ TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
   EXPECT_TRUE(std::isnan(bearing.elevation_variance_rad2));
   EXPECT_EQ(bearing.light_id, 3);
   EXPECT_EQ(bearing.probability, 0.5);
+}
+
+TEST(BearingMessages, SayWhatTheSensorSees) {
+  core::BearingSet set;
+  set.stamp = core::stampFromSeconds(1.0);
+  EXPECT_EQ(messageFromBearings(set, "mast").view_width, 0.0);
+  set.view = {0.25, 1.5};
+  const bearing_calibration::LightBearings message = messageFromBearings(set, "mast");
+  EXPECT_EQ(message.view_centre, 0.25);
+  EXPECT_EQ(message.view_width, 1.5);
 }
 
 TEST(BearingMessages, UnknownLightIsTheSameOnBothSides) {

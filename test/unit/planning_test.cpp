@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <iostream>
 #include <random>
 
 #include "bearing_calibration/filter/live_filter.h"
@@ -74,8 +75,10 @@ OdometryWindow nearbyAt(double time_s, const WheelDisplacement& whole) {
   return {samples, kSeparation_m};
 }
 
-/// The filter itself, fed with every bearing along the primitive.
-StateEstimate filteredAfter(const MotionPrimitive& primitive, const StateEstimate& start) {
+/// The filter itself, fed with every bearing along the primitive that the sensor sees.
+/// @param bearings  counts them
+StateEstimate filteredAfter(const MotionPrimitive& primitive, const StateEstimate& start,
+                            const FieldOfView& view = {}, int* bearings = nullptr) {
   LiveFilter filter(start);
   for (const WheelDisplacement& whole :
        {turningWheels(primitive, kSeparation_m), straightWheels(primitive)}) {
@@ -92,7 +95,10 @@ StateEstimate filteredAfter(const MotionPrimitive& primitive, const StateEstimat
       Bearing bearing;
       bearing.azimuth_rad = filter.predictAzimuth(nearby).azimuth_rad;
       bearing.azimuth_variance_rad2 = std::pow(kSensing.bearing_stddev_rad, 2);
+      const double off_rad = std::remainder(bearing.azimuth_rad - view.centre_rad, 2.0 * kPi);
+      if (view.isLimited() && std::abs(off_rad) > 0.5 * view.width_rad) continue;
       filter.update(bearing, nearby);
+      if (bearings != nullptr) ++*bearings;
     }
   }
   return filter.estimate();
@@ -120,6 +126,42 @@ TEST(PrimitivePrediction, IsWhatTheFilterWillSay) {
       }
     }
   }
+}
+
+SensingModel seeing(const FieldOfView& view) {
+  SensingModel sensing = kSensing;
+  sensing.view = view;
+  return sensing;
+}
+
+/// Of a turn on the spot a sensor of 60 deg sees a sixth, of a way past the light the part ahead.
+TEST(PrimitivePrediction, CountsBearingsInViewOnly) {
+  const StateEstimate start = estimateAt(0.7, 0.4, 0.02);
+  for (const FieldOfView view : {FieldOfView{0.3, kPi / 3.0}, FieldOfView{-2.5, kPi}}) {
+    for (const MotionPrimitive primitive :
+         {MotionPrimitive{2.0 * kPi, 0.0}, MotionPrimitive{-4.5, 0.0}, MotionPrimitive{1.0, 0.8},
+          MotionPrimitive{7.0, -0.5}}) {
+      int bearings = 0;
+      const StateEstimate filtered = filteredAfter(primitive, start, view, &bearings);
+      const StateEstimate predicted = predictAfter(primitive, start, kLimits, seeing(view));
+      const StateEstimate all_around = predictAfter(primitive, start, kLimits, kSensing);
+      // As above, and at each border that a turn passes half a step's bearings and one of the
+      // filter's, which no direction gains more by than by their share in all of them.
+      const double borders = 1.0 + std::abs(primitive.turn_rad) / kPi;
+      const double tolerance = 0.2 + 3.0 * std::log1p(2.25 * borders / bearings);
+      EXPECT_NEAR(logDetOf(predicted.mount()), logDetOf(filtered.mount()), tolerance)
+          << view.centre_rad << ", " << primitive.turn_rad;
+      EXPECT_GT(logDetOf(predicted.mount()), logDetOf(all_around.mount()));
+    }
+  }
+}
+
+TEST(PrimitivePrediction, OfALightThatIsNeverInViewLearnsNothing) {
+  const StateEstimate start = estimateAt(2.0, 0.0, 0.01);
+  const double azimuth_rad = LiveFilter(start).predictAzimuth().azimuth_rad;
+  const SensingModel sensing = seeing({azimuth_rad + kPi, 1.0});
+  EXPECT_GE(logDetOf(predictAfter({0.0, 0.5}, start, kLimits, sensing).mount()),
+            logDetOf(start.mount()));
 }
 
 TEST(LightClearance, IsTheLeastDistanceMinusItsOwnDeviations) {
@@ -244,6 +286,50 @@ TEST(MotionPlanner, ServesTheChosenBlock) {
     return std::sqrt(now.mount().covariance(2, 2));
   };
   EXPECT_LT(stddevOfYaw(PlannerConfig::Block::kYaw), stddevOfYaw(PlannerConfig::Block::kPosition));
+}
+
+/// Drives by plans, and lets the filter see what the sensor sees on the way.
+struct PlannedDrive {
+  PlannedDrive(const FieldOfView& view, const FieldOfView& told, double yaw_rad) {
+    CartesianEstimate robot;
+    robot.mean << 0.9, 0.4, 0.08, 0.05, yaw_rad;
+    robot.covariance = 1e-4 * Matrix5::Identity();
+    predicted = filtered = StateEstimate::of(robot);
+    MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+    planner.setView(told);
+    Pose2 pose;
+    for (double time_s = 0.0; time_s < 20.0;) {
+      const auto plan = planner.plan(filtered, pose);
+      time_s += durationOf(plan->primitive, kLimits);
+      predicted = predictAfter(plan->primitive, predicted, kLimits, seeing(view));
+      filtered = filteredAfter(plan->primitive, filtered, view, &bearings);
+      pose = poseAfter(plan->primitive, pose);
+    }
+  }
+
+  StateEstimate predicted;  ///< as the planner would
+  StateEstimate filtered;
+  int bearings = 0;
+};
+
+/// Wherever on the robot it looks: the plan sees the light more often, learns more, and says how
+/// much.
+TEST(MotionPlanner, KeepsTheLightInView) {
+  const FieldOfView view{0.2, kPi / 3.0};
+  for (const double yaw_rad : {0.0, 1.6, 3.0}) {
+    const PlannedDrive knowing(view, view, yaw_rad);
+    const PlannedDrive unknowing(view, {}, yaw_rad);
+    std::cout << "bearings in 20 s: " << knowing.bearings << " where the planner knows, "
+              << unknowing.bearings << " where it does not\n";
+    EXPECT_GT(knowing.bearings, 1.3 * unknowing.bearings) << yaw_rad;
+    EXPECT_LT(logDetOf(knowing.filtered.mount()), logDetOf(unknowing.filtered.mount())) << yaw_rad;
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(std::sqrt(knowing.predicted.mount().covariance(i, i) /
+                            knowing.filtered.mount().covariance(i, i)),
+                  1.0, 0.1)
+          << yaw_rad << ", " << i;
+    }
+  }
 }
 
 /// Wheels that do what they are told, some time later, read back some time later.

@@ -191,5 +191,29 @@ TEST(PointBearings, PointsThatAreNoneAreNamed) {
   EXPECT_STREQ(whyNoAzimuth({0.0, 0.0, 1.0}), "point on the sensor's z axis");
 }
 
+TEST(LaserScan, SeesWhereItsRaysGo) {
+  LaserScan scan;
+  scan.first_ray_rad = -2.0;
+  scan.ray_spacing_rad = 0.01;
+  scan.ranges_m.resize(301);  // to 1 rad
+  EXPECT_NEAR(viewOf(scan).centre_rad, -0.5, 1e-12);
+  EXPECT_NEAR(viewOf(scan).width_rad, 3.0, 1e-12);
+  scan.ray_spacing_rad = -0.01;  // clockwise, to -5 rad
+  EXPECT_NEAR(viewOf(scan).centre_rad, -3.5 + 2.0 * kPi, 1e-12);
+  EXPECT_NEAR(viewOf(scan).width_rad, 3.0, 1e-12);
+}
+
+// Some scanners repeat the first ray at the end, some do not.
+TEST(LaserScan, OfAWholeTurnSeesAllAround) {
+  LaserScan scan;
+  for (const std::size_t rays : {359U, 360U, 361U, 362U}) {
+    scan.ray_spacing_rad = 2.0 * kPi / 360.0;
+    scan.ranges_m.resize(rays);
+    EXPECT_FALSE(viewOf(scan).isLimited()) << rays;
+  }
+  scan.ranges_m.resize(355);
+  EXPECT_TRUE(viewOf(scan).isLimited());
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core

@@ -94,6 +94,15 @@ DrivenCase farRoomCase(std::uint64_t seed) {
   return driven;
 }
 
+DrivenCase viewCase(std::uint64_t seed, double width_rad, bool is_known) {
+  constexpr double kPatience_s = 60.0;
+  DrivenCase driven = roomCase(seed);
+  driven.view.width_rad = width_rad;
+  driven.is_view_known = is_known;
+  if (!is_known) driven.drive.timeouts.bearings_s = kPatience_s;
+  return driven;
+}
+
 MotionSummaryRow summarise(const std::vector<DriveRecord>& records) {
   MotionSummaryRow row;
   row.runs = static_cast<int>(records.size());
@@ -173,8 +182,12 @@ RoomSummary summariseRooms(const std::vector<DriveRecord>& records) {
   const double most_chi_square = chiSquareQuantile(1.0 - kTail, 3.0);
   RoomSummary summary;
   summary.rooms = static_cast<int>(records.size());
+  double images = 0.0;
+  double images_with_light = 0.0;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const DriveRecord& record = records[i];
+    images += record.images;
+    images_with_light += record.images_with_light;
     summary.mean_time_s += record.time_s / summary.rooms;
     summary.worst_time_s = std::max(summary.worst_time_s, record.time_s);
     if (record.least_kept_distance_m < kNear_m) {
@@ -190,8 +203,12 @@ RoomSummary summariseRooms(const std::vector<DriveRecord>& records) {
       continue;
     }
     ++summary.converged;
-    if (chiSquareOf(record) < most_chi_square) ++summary.right;
+    const double chi_square = chiSquareOf(record);
+    summary.nees += chi_square;
+    if (chi_square < most_chi_square) ++summary.right;
   }
+  summary.nees /= summary.converged;
+  summary.share_in_view = images_with_light / images;
   return summary;
 }
 
@@ -203,6 +220,23 @@ std::string format(const RoomSummary& summary) {
                 summary.converged, summary.rooms, summary.right, summary.mean_time_s,
                 summary.worst_time_s, kNear_m, summary.near_in_opening, summary.near_when_planned);
   return lines + summary.failures;
+}
+
+std::string viewHeader() {
+  char line[kLine];
+  std::snprintf(line, sizeof(line), "%8s %8s %9s %9s %7s %6s %9s %6s %6s\n", "view deg", "planner",
+                "rooms", "converged", "right", "mean s", "longest s", "seen %", "NEES");
+  return line;
+}
+
+std::string formatView(double width_rad, bool is_known, const RoomSummary& summary) {
+  constexpr double kPercent = 100.0;
+  char line[kLine];
+  std::snprintf(line, sizeof(line), "%8.0f %8s %9d %9d %7d %6.0f %9.0f %6.0f %6.2f\n",
+                degreesFromRadians(width_rad), is_known ? "knows" : "does not", summary.rooms,
+                summary.converged, summary.right, summary.mean_time_s, summary.worst_time_s,
+                kPercent * summary.share_in_view, summary.nees);
+  return line + summary.failures;
 }
 
 std::vector<Bar> judgeBars(const RoomSummary& summary) {

@@ -49,6 +49,10 @@ std::string formatEach(const std::vector<DriveRecord>& records);
 std::string format(const std::string& name, const MotionSummaryRow& row);
 std::vector<Bar> judgeBars(const MotionSummaryRow& row);
 
+/// A room with a sensor that sees so much of a turn, about its x axis.
+/// @param is_known  it says so; else the drive bears that the light is out of view for long
+DrivenCase viewCase(std::uint64_t seed, double width_rad, bool is_known);
+
 struct RoomSummary {
   int rooms = 0;
   int converged = 0;
@@ -57,11 +61,16 @@ struct RoomSummary {
   int right = 0;            ///< of those that converged: within the tail of one in a thousand
   int near_in_opening = 0;  ///< nearer than the bar, when nothing was known of the light
   int near_when_planned = 0;
-  std::string failures;  ///< a line for each room that did not converge
+  double share_in_view = 0.0;  ///< of the images, those with the light
+  double nees = 0.0;           ///< of those that converged, as in MotionSummaryRow
+  std::string failures;        ///< a line for each room that did not converge
 };
 
 RoomSummary summariseRooms(const std::vector<DriveRecord>& records);
 std::string format(const RoomSummary& summary);
 std::vector<Bar> judgeBars(const RoomSummary& summary);
+
+std::string viewHeader();
+std::string formatView(double width_rad, bool is_known, const RoomSummary& summary);
 
 }  // namespace bearing_calibration::core

@@ -36,7 +36,7 @@ struct Arguments {
 
 options::options_description describeOptions(Arguments* arguments) {
   options::options_description description(
-      "drive_table [--what motions|best|rooms|far|images|all] [options]\n\n"
+      "drive_table [--what motions|best|rooms|far|views|images|all] [options]\n\n"
       "Exit status 1 when a bar of doc/how-to/driving.md is missed");
   auto add = description.add_options();
   add("help,h", "print this");
@@ -44,7 +44,9 @@ options::options_description describeOptions(Arguments* arguments) {
       "motions: the same time driven in different ways, from random mounts; best: the best drive "
       "that is found by somebody who knows mount and light; rooms: without an initial guess until "
       "converged, "
-      "the light anywhere in 0.5 to 3 m; far: the same, the light in 2.5 to 6 m; images: ten of "
+      "the light anywhere in 0.5 to 3 m; far: the same, the light in 2.5 to 6 m; views: the rooms "
+      "with sensors that see a part of a "
+      "turn only; images: ten of "
       "the rooms with rendered images and the detector");
   add("runs", options::value(&arguments->runs)->default_value(100), "of each motion, and rooms");
   add("changes", options::value(&arguments->changes)->default_value(20000),
@@ -106,6 +108,26 @@ bool printRooms(const Arguments& arguments,
   return allReached(bars);
 }
 
+/// Each field of view with the bars of a planner that knows it.
+bool printViews(const Arguments& arguments) {
+  std::printf("%s", viewHeader().c_str());
+  bool all_reached = true;
+  for (const double width_deg : {360.0, 180.0, 90.0, 60.0}) {
+    const double width_rad = radiansFromDegrees(width_deg);
+    for (const bool is_known : {true, false}) {
+      if (width_deg == 360.0 && !is_known) continue;
+      const std::vector<DriveRecord> records = driveAll(
+          arguments, [&](std::uint64_t seed) { return viewCase(seed, width_rad, is_known); });
+      if (arguments.each) std::printf("%s", formatEach(records).c_str());
+      const RoomSummary summary = summariseRooms(records);
+      std::printf("%s", formatView(width_rad, is_known, summary).c_str());
+      std::fflush(stdout);
+      if (is_known) all_reached = allReached(judgeBars(summary)) && all_reached;
+    }
+  }
+  return all_reached;
+}
+
 DrivenCase roomWithImages(std::uint64_t seed) {
   DrivenCase driven = roomCase(seed);
   driven.look = imageLook(seed);
@@ -124,10 +146,11 @@ int run(int argc, char** argv) {
   const options::options_description description = describeOptions(&arguments);
   const auto values = parseArguments(argc, argv, description);
   if (!values) return EXIT_SUCCESS;
-  const std::vector<std::string> known = {"all", "motions", "best", "rooms", "far", "images"};
+  const std::vector<std::string> known = {"all", "motions", "best",  "rooms",
+                                          "far", "views",   "images"};
   if (std::find(known.begin(), known.end(), arguments.what) == known.end()) {
-    throw std::invalid_argument("--what must be all, motions, best, rooms, far or images, but is " +
-                                arguments.what);
+    throw std::invalid_argument(
+        "--what must be all, motions, best, rooms, far, views or images, but is " + arguments.what);
   }
   const auto wants = [&](const char* what) {
     return arguments.what == "all" || arguments.what == what;
@@ -140,6 +163,7 @@ int run(int argc, char** argv) {
     std::printf("far ");
     all_reached = printRooms(arguments, farRoomCase) && all_reached;
   }
+  if (wants("views")) all_reached = printViews(arguments) && all_reached;
   if (wants("images")) all_reached = printImages(arguments) && all_reached;
   return all_reached ? 0 : kBarMissed;
 }

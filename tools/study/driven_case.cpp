@@ -70,10 +70,12 @@ class Loop {
       odometer_.add(*ticks);
       driver_.addTravel(*odometer_.travel(), now);
     }
-    const auto bearings = look();
+    const auto bearings = inView(look());
     if (bearings) {
       calibrator_.addBearings(*bearings, now);
-      if (!bearings->candidates.empty()) driver_.noteBearing(now);
+      driver_.addBearings(*bearings, now);
+      ++record_.images;
+      if (!bearings->candidates.empty()) ++record_.images_with_light;
       tell(now);
     }
     const double distance_m = lightInBase().norm();
@@ -88,6 +90,19 @@ class Loop {
     if (!driven_.look) return simulator_.readBearings();
     if (!simulator_.bearingsDue()) return std::nullopt;
     return driven_.look(simulator_);
+  }
+
+  /// What of it the sensor sees.
+  std::optional<BearingSet> inView(std::optional<BearingSet> bearings) const {
+    if (!bearings) return bearings;
+    std::vector<Bearing>& candidates = bearings->candidates;
+    const auto isOutside = [this](const Bearing& bearing) {
+      return driven_.view.chanceOf(bearing.azimuth_rad, 0.0) == 0.0;
+    };
+    candidates.erase(std::remove_if(candidates.begin(), candidates.end(), isOutside),
+                     candidates.end());
+    if (driven_.is_view_known) bearings->view = driven_.view;
+    return bearings;
   }
 
   void tell(Stamp now) {

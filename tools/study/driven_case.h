@@ -14,6 +14,8 @@ struct DrivenCase {
   DriveConfig drive;
   DriveGoal goal;
   bool stops_when_converged = true;  ///< else it drives on until the goal's time is over
+  FieldOfView view = {};             ///< of the sensor
+  bool is_view_known = true;         ///< the sensor says it
   /// What sees the light when bearings are due; the simulator's own bearing sensor when empty.
   std::function<BearingSet(const RobotSimulator&)> look;
 };
@@ -37,6 +39,8 @@ struct DriveRecord {
   CalibrationResult result;
   Vector5 truth = Vector5::Zero();  ///< at the last bearing
   double worst_decision_ms = 0.0;   ///< processor time of the longest call of steer()
+  int images = 0;
+  int images_with_light = 0;
 };
 
 DriveRecord drive(const DrivenCase& driven);

@@ -7,6 +7,7 @@
 #include "bearing_calibration/calibration/config.h"
 #include "bearing_calibration/calibration/fits_beside.h"
 #include "bearing_calibration/common/input_outcome.h"
+#include "bearing_calibration/judge/driver_advice.h"
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
@@ -80,7 +81,7 @@ class Calibrator {
   InputOutcome countBearings(const InputOutcome& outcome);
   void followTravel(const WheelTravel& travel);
   std::optional<Frame> nextCovered();
-  void notify(const AssociationOutcome& outcome) const;
+  void processCovered();
 
   CalibratorConfig config_;
   WheelPairing pairing_;
@@ -94,6 +95,7 @@ class Calibrator {
   /// The encoders' clock has stepped back from here: what is stamped earlier may be of either time.
   std::optional<Stamp> passed_twice_;
   Pose2 start_from_fused_;  ///< the base at that moment, in its frame at the first one
+  TimeInView in_view_;
   bool paused_ = false;
   OutcomeObserver observer_;  ///< may be empty
   CalibrationResult counts_;  ///< only what is counted up here

@@ -25,6 +25,7 @@ enum class InputStatus : std::uint8_t {
   kProbabilityOutOfRange,  ///< not in [0, 1]
   kGeometryAbsurd,         ///< a misalignment that is negative, or that no mirror has
   kGeometryUnmodelled,     ///< the paper's filter has no place for a misaligned mirror
+  kViewImpossible,         ///< a field of view that is no part of a turn
   kCounterReset,       ///< the counters were reset by their driver: followed from the new value on
   kTicksTooFast,       ///< the wheels cannot have turned that far: refused, followed if it persists
   kTicksGap,           ///< no readings for so long that the counter may have wrapped unseen

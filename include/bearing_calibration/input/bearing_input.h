@@ -33,6 +33,9 @@ InputOutcome checkStamp(Stamp stamp, Stamp received, double max_future_s);
 /// Whether a mirror can be so.
 InputOutcome checkGeometry(const SensorGeometry& geometry);
 
+/// Whether a sensor can see so.
+InputOutcome checkView(const FieldOfView& view);
+
 /// The good candidates of a message on the encoders' clock, with the configured noise added, and
 /// what the sensor's geometry does that no error of the robot describes.
 struct CheckedBearings {

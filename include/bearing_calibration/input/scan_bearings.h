@@ -48,6 +48,9 @@ std::string whyUnusable(const LaserScan& scan, const ScanLightConfig& config);
 /// reaches the first or the last ray is left out: its middle is not known.
 std::vector<ScanLight> lightsInScan(const LaserScan& scan, const ScanLightConfig& config);
 
+/// The directions of its rays, all around where these leave out no more than a ray.
+FieldOfView viewOf(const LaserScan& scan);
+
 /// Variance of a middle between two edges that fall anywhere between two rays [rad^2].
 double edgeVariance(const LaserScan& scan);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/optics/field_of_view.h"
 
 namespace bearing_calibration::core {
 
@@ -55,6 +56,7 @@ struct BearingSet {
   Stamp stamp;  ///< mid-exposure
   std::vector<Bearing> candidates;
   SensorGeometry geometry = {};  ///< the same in every image of a sensor
+  FieldOfView view = {};         ///< ... and this
 };
 
 /// Where the calibration expects the light at a moment.

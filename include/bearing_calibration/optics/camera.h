@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "bearing_calibration/optics/field_of_view.h"
+
 namespace bearing_calibration::core {
 
 /// How a lens maps directions, with its coefficients in the order of sensor_msgs/CameraInfo.
@@ -54,6 +56,10 @@ struct Direction {
   double elevation_rad = 0.0;  ///< over the x-y plane
   Eigen::Matrix2d J_direction_pixel = Eigen::Matrix2d::Zero();  ///< of both by (u, v) [rad/px]
 };
+
+/// The azimuths that an image of this size shows near the horizon of the sensor's frame, to half a
+/// degree: their longest range. All around where it shows none.
+FieldOfView viewOf(const Camera& camera, int width_px, int height_px);
 
 /// What a place in the image shows; none within a pixel of where the lens shows none.
 std::optional<Direction> directionFromPixel(const Camera& camera, const Eigen::Vector2d& pixel);

@@ -8,6 +8,7 @@
 #include "bearing_calibration/judge/calibration_state.h"
 #include "bearing_calibration/odometry/odometry_track.h"
 #include "bearing_calibration/odometry/wheel_readings.h"
+#include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/planning/drive_script.h"
 #include "bearing_calibration/planning/motion_planner.h"
 
@@ -91,7 +92,8 @@ class CalibrationDriver {
                     const WheelSpeeds& moving = {});
 
   void addTravel(const WheelTravel& travel, Stamp received);
-  void noteBearing(Stamp received) { last_bearing_ = received; }  ///< the light was seen
+  /// What an image of the sensor, or a scan, shows: whether it saw the light, and what it can see.
+  void addBearings(const BearingSet& bearings, Stamp received);
   void addEstimate(const DriveEstimate& estimate, Stamp received);
 
   /// Ends the drive for a reason from outside; the first reason stays.
@@ -119,7 +121,8 @@ class CalibrationDriver {
   };
 
   bool isPlanned() const { return goal_.motion == DriveMotion::kOptimal; }
-  void watch(Stamp now);
+  void watch(Stamp now, double period_s);
+  bool isLightDue() const;
   void useEstimate();
   std::optional<StateEstimate> estimateNow() const;
   bool isAllowed(const MotionPrimitive& primitive,
@@ -132,9 +135,12 @@ class CalibrationDriver {
   MotionPlanner planner_;
   DriveScript script_;
   OdometryTrack track_;  ///< anchored at known_'s stamp
+  FieldOfView view_;
   Stamp began_;
-  Stamp last_steered_ = began_, last_travel_ = began_, last_bearing_ = began_;
-  Stamp last_estimate_ = began_;
+  Stamp last_steered_ = began_, last_travel_ = began_, last_estimate_ = began_;
+  Stamp last_image_ = began_;
+  Stamp last_bearing_ = began_;     ///< or the last moment at which none was due
+  double turned_unseen_rad_ = 0.0;  ///< since a bearing, either way
 
   DriveEnd ended_ = DriveEnd::kNone;
   WheelSpeeds command_;

@@ -6,6 +6,7 @@
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/optics/field_of_view.h"
 #include "bearing_calibration/planning/motion_primitive.h"
 #include "bearing_calibration/planning/region.h"
 
@@ -16,6 +17,7 @@ struct SensingModel {
   WheelNoise wheel_noise;
   double bearing_stddev_rad = 0.0;  ///< of one bearing
   double bearing_rate_hz = 0.0;
+  FieldOfView view = {};  ///< no parameter: the sensor says it
 
   void declare(Parameters& params);
 };
@@ -39,11 +41,17 @@ struct PlannerConfig {
 
 /// The estimate as the filter will have it after a primitive: the mean moves as planned, the
 /// covariance grows by the wheels' noise and shrinks by the bearings (model.md, eqs. 5 to 8, 16
-/// to 18). Bearings are taken together over steps of at most a quarter of a second. Errors of the
-/// wheels belong to the estimate: an unequal wheel bends a straight way as a light's parallax
-/// would, so that who does not doubt the wheels expects of such ways what they cannot teach.
+/// to 18). Bearings are taken together over steps of at most a quarter of a second, and count as
+/// far as it is probable that the light is in view. Errors of the wheels belong to the estimate: an
+/// unequal wheel bends a straight way as a light's parallax would, so that who does not doubt the
+/// wheels expects of such ways what they cannot teach.
 StateEstimate predictAfter(const MotionPrimitive& primitive, StateEstimate estimate,
                            const WheelLimits& limits, const SensingModel& sensing);
+
+/// Probability that the light is in view.
+/// @param nearby  travel around that moment; without it, as if the base stood
+double chanceInView(const FieldOfView& view, const StateEstimate& estimate,
+                    const OdometryWindow& nearby = {});
 
 /// How near a primitive comes to the light at most, by what is known before it: the least distance
 /// from the base's centre to the light minus `sigmas` standard deviations in that direction [m].
@@ -65,6 +73,9 @@ class MotionPlanner {
   MotionPlanner(const PlannerConfig& config, const WheelLimits& limits, const SensingModel& sensing,
                 const Region& region);
 
+  /// What the sensor says of itself, from the next plan on.
+  void setView(const FieldOfView& view) { sensing_.view = view; }
+
   /// The next primitive: the first of the pair of primitives that lowers the log det of the block's
   /// covariance fastest. None when no way is allowed.
   std::optional<PlannedPrimitive> plan(const StateEstimate& estimate,
@@ -81,6 +92,7 @@ class MotionPlanner {
  private:
   struct Candidate;
   std::vector<MotionPrimitive> proposals(const StateEstimate& estimate) const;
+  void addInView(const StateEstimate& estimate, std::vector<MotionPrimitive>* primitives) const;
   std::vector<Candidate> candidatesAt(const StateEstimate& estimate,
                                       const Pose2& start_from_base) const;
   StateEstimate after(const MotionPrimitive& primitive, const StateEstimate& estimate) const {
