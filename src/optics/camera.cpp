@@ -113,21 +113,36 @@ std::optional<Vector3d> fisheyeRay(const Camera& camera, const Vector2d& bent) {
   return std::nullopt;
 }
 
-/// Whether the image shows a light at this azimuth that is not far above or below the sensor.
-bool showsNearHorizon(const Camera& camera, int width_px, int height_px, double azimuth_rad) {
-  constexpr double kNear_rad = 0.3;
-  constexpr double kStep_rad = 0.1;
-  for (double elevation_rad = -kNear_rad; elevation_rad < kNear_rad + 0.5 * kStep_rad;
-       elevation_rad += kStep_rad) {
-    const Vector3d ray(std::cos(elevation_rad) * std::cos(azimuth_rad),
-                       std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad));
-    const std::optional<Vector2d> pixel =
-        pixelFromRay(camera, camera.sensor_from_optical.transpose() * ray);
-    const bool is_in_image = pixel && pixel->minCoeff() >= 0.0 && pixel->x() <= width_px - 1.0 &&
-                             pixel->y() <= height_px - 1.0;
-    if (is_in_image) return true;
+bool isShown(const Camera& camera, int width_px, int height_px, double azimuth_rad,
+             double elevation_rad) {
+  const Vector3d ray(std::cos(elevation_rad) * std::cos(azimuth_rad),
+                     std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad));
+  const std::optional<Vector2d> pixel =
+      pixelFromRay(camera, camera.sensor_from_optical.transpose() * ray);
+  return pixel && pixel->minCoeff() >= 0.0 && pixel->x() <= width_px - 1.0 &&
+         pixel->y() <= height_px - 1.0;
+}
+
+/// The longest range of azimuths that an image shows; of no width where it shows all of them. None
+/// where it shows less than two.
+std::optional<FieldOfView> viewAt(const Camera& camera, int width_px, int height_px,
+                                  double elevation_rad) {
+  constexpr int kAzimuths = 720;
+  constexpr double kStep_rad = 2.0 * kPi / kAzimuths;
+  int run = 0;
+  int longest = 0;
+  int end_of_longest = 0;
+  for (int i = 0; i < 2 * kAzimuths && longest < kAzimuths;
+       ++i) {  // a range may go on after a turn
+    run = isShown(camera, width_px, height_px, i * kStep_rad, elevation_rad) ? run + 1 : 0;
+    if (run <= longest) continue;
+    longest = run;
+    end_of_longest = i;
   }
-  return false;
+  if (longest < 2) return std::nullopt;
+  if (longest == kAzimuths) return FieldOfView();
+  const double view_rad = (longest - 1) * kStep_rad;
+  return FieldOfView{wrapAngle(end_of_longest * kStep_rad - 0.5 * view_rad), view_rad};
 }
 
 }  // namespace
@@ -177,26 +192,10 @@ std::optional<Vector3d> rayFromPixel(const Camera& camera, const Vector2d& pixel
 }
 
 FieldOfView viewOf(const Camera& camera, int width_px, int height_px) {
-  constexpr int kAzimuths = 720;
-  constexpr double kStep_rad = 2.0 * kPi / kAzimuths;
-  std::array<bool, kAzimuths> shown{};
-  for (int i = 0; i < kAzimuths; ++i) {
-    shown[static_cast<std::size_t>(i)] =
-        showsNearHorizon(camera, width_px, height_px, i * kStep_rad);
+  for (const double elevation_rad : {0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3}) {
+    if (const auto view = viewAt(camera, width_px, height_px, elevation_rad)) return *view;
   }
-  int run = 0;
-  int longest = 0;
-  int end_of_longest = 0;
-  for (int i = 0; i < 2 * kAzimuths && longest < kAzimuths;
-       ++i) {  // a range may go on after a turn
-    run = shown[static_cast<std::size_t>(i % kAzimuths)] ? run + 1 : 0;
-    if (run <= longest) continue;
-    longest = run;
-    end_of_longest = i;
-  }
-  if (longest < 2 || longest == kAzimuths) return {};
-  const double width_rad = (longest - 1) * kStep_rad;
-  return {wrapAngle(end_of_longest * kStep_rad - 0.5 * width_rad), width_rad};
+  return {};
 }
 
 std::optional<Direction> directionFromPixel(const Camera& camera, const Vector2d& pixel) {

@@ -38,6 +38,10 @@ constexpr std::array<DriveEndWords, 18> kDriveEndWords{{
 
 /// Estimates are at most so old when they are carried on to now: what comes later is no estimate.
 constexpr double kTrack_s = 10.0;
+/// A turn on the spot brings the light into view. But one that is nearer to the base's centre than
+/// the sensor is may be out of view in all of it, until the robot has driven on.
+constexpr double kMostUnseen_rad = 3.0 * 2.0 * kPi;
+
 bool isOver(Stamp last, double timeout_s, Stamp now) {
   return secondsFromDuration(now - last) > timeout_s;
 }
@@ -157,10 +161,10 @@ WheelSpeeds CalibrationDriver::steer(Stamp now) {
   return command_;
 }
 
-/// Whether the light should be seen now. A sensor that sees a part of a turn only does so in each
-/// turn, wherever the light is, and where it is expected in view.
+/// Whether the light should be seen now: by a sensor that sees a part of a turn only where it is
+/// expected in view, and in any case after some turns.
 bool CalibrationDriver::isLightDue() const {
-  if (!view_.isLimited() || turned_unseen_rad_ > 2.0 * kPi) return true;
+  if (!view_.isLimited() || turned_unseen_rad_ > kMostUnseen_rad) return true;
   const std::optional<StateEstimate> estimate = estimateNow();
   return estimate && chanceInView(view_, *estimate) > 0.5;
 }

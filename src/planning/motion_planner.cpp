@@ -22,9 +22,6 @@ constexpr double kShortestPrimitive_m = 0.05;  // shorter ways teach less than t
 /// A side of the polygon about the light that the best drives known are made of (driving.md).
 constexpr double kChord_m = 0.4;
 
-/// So far from the middle of the field of view, of its width, lies what is near to a border.
-constexpr double kTowardsBorder = 0.4;
-
 constexpr double kLongestStep_s = 0.25;  // 0.4 rad of a spin at 0.2 m/s: information hardly varies
 /// ... and where the sensor sees a part of a turn only, a step turns by at most so much of it.
 constexpr double kMostOfView = 0.25;
@@ -212,24 +209,7 @@ std::vector<MotionPrimitive> MotionPlanner::proposals(const StateEstimate& estim
     add(side * 0.5 * kPi, half_m);
   }
   add(kPi, half_m);
-  addInView(estimate, &primitives);
   return primitives;
-}
-
-/// Where a sensor sees a part of a turn only: turns that bring the light into its middle, or near
-/// to one of its borders, and ways from there on.
-void MotionPlanner::addInView(const StateEstimate& estimate,
-                              std::vector<MotionPrimitive>* primitives) const {
-  if (!sensing_.view.isLimited()) return;
-  const double now_rad = expectAzimuth(estimate.layout, estimate.mean, 0, {}).angle_rad;
-  const double half_m = 0.5 * config_.max_straight_m;
-  for (const double part : {0.0, 1.0, -1.0}) {
-    const double wanted_rad =
-        sensing_.view.centre_rad + part * kTowardsBorder * sensing_.view.width_rad;
-    const double turn_rad = wrapAngle(now_rad - wanted_rad);
-    for (const double length_m : {0.0, half_m, -half_m})
-      primitives->push_back({turn_rad, length_m});
-  }
 }
 
 std::vector<MotionPlanner::Candidate> MotionPlanner::candidatesAt(
@@ -240,10 +220,9 @@ std::vector<MotionPlanner::Candidate> MotionPlanner::candidatesAt(
     // judged as it will be driven: without a small turn a way may pass nearer to the light
     const MotionPrimitive primitive = driveable(proposal, limits_.wheel_separation_m);
     if (!keepsAway(primitive, estimate) || !staysInside(primitive, start_from_base)) continue;
-    const double duration_s = durationOf(primitive, limits_);
     const double gain = log_det - logDet(after(primitive, estimate));
-    if (duration_s > 0.0 && std::isfinite(gain))
-      candidates.push_back({primitive, duration_s, gain});
+    if (std::isfinite(gain))
+      candidates.push_back({primitive, durationOf(primitive, limits_), gain});
   }
   return candidates;
 }

@@ -101,15 +101,15 @@ TEST(CalibrationDriver, StopsWhenAnInputFallsSilent) {
   estimate.expectEnd(DriveEnd::kEstimateLost, 3.1);
 }
 
-/// Nothing is known yet: a metre is driven with the light out of view, but not a turn, and not
-/// without images.
-TEST(CalibrationDriver, OfALimitedFieldOfViewMissesTheLightInATurnOnly) {
+/// Nothing is known yet: metres are driven with the light out of view, but not a fourth turn, and
+/// nothing without images.
+TEST(CalibrationDriver, OfALimitedFieldOfViewMissesTheLightInThreeTurnsOnly) {
   const FieldOfView narrow{0.0, 1.0};
-  Robot unseen;  // a metre takes 5.2 s, a turn and a quarter 5.1 s: due after 9.3 s
+  Robot unseen;  // a metre takes 5.2 s, a turn and a quarter 5.1 s: due after 27.9 s
   unseen.view = narrow;
   unseen.drive(0.5);
   unseen.sees_light = false;
-  unseen.drive(8.0);
+  unseen.drive(27.0);
   EXPECT_EQ(unseen.driver().ended(), DriveEnd::kNone);
   unseen.expectEnd(DriveEnd::kLightLost, 5.0);
   Robot blind;

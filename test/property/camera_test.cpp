@@ -213,10 +213,11 @@ double azimuthByOpenCv(const Camera& camera, const Vector2d& pixel) {
   return -std::atan(straight.front().x);
 }
 
-/// The first and the last column at the height of the lens are its borders; a corner may see a
-/// little farther where a lens is distorted.
+/// The first and the last column at the height of the lens are its borders.
 TEST(ViewOf, ALevelCameraIsItsImagesWidth) {
-  for (const Camera& known : {kPinhole, kPlumbBob, kRational, kFisheye}) {
+  Camera narrow_fisheye = kFisheye;  // OpenCV's inverse ends at 90 deg
+  narrow_fisheye.focal_u_px = narrow_fisheye.focal_v_px = 400.0;
+  for (const Camera& known : {kPinhole, kPlumbBob, kRational, narrow_fisheye}) {
     const double left_rad = azimuthByOpenCv(known, {0.0, known.centre_v_px});
     const double right_rad = azimuthByOpenCv(known, {kWidth_px - 1.0, known.centre_v_px});
     const FieldOfView view = viewOf(known, kWidth_px, kHeight_px);
@@ -234,6 +235,31 @@ TEST(ViewOf, ATurnedCameraIsTurned) {
   const FieldOfView view = viewOf(turned, kWidth_px, kHeight_px);
   EXPECT_NEAR(view.width_rad, level.width_rad, 2.0 * kGrid_rad);
   EXPECT_NEAR(wrapAngle(view.centre_rad - level.centre_rad - yaw_rad), 0.0, kGrid_rad);
+}
+
+/// Looking down by 30 deg it shows the horizon no more, but what lies a little below.
+TEST(ViewOf, ATiltedCameraIsItsNearestElevation) {
+  Camera tilted = kPinhole;
+  tilted.focal_v_px = 600.0;  // 21 deg over the axis
+  tilted.sensor_from_optical =
+      Eigen::AngleAxisd(radiansFromDegrees(30.0), Vector3d::UnitY()) * kPinhole.sensor_from_optical;
+  const FieldOfView view = viewOf(tilted, kWidth_px, kHeight_px);
+  const auto borderAt = [&](double elevation_rad, double sense) {
+    double border_rad = 0.0;
+    for (double azimuth_rad = 0.0; azimuth_rad < 0.5 * kPi; azimuth_rad += 1e-3) {
+      const Vector3d ray(std::cos(sense * azimuth_rad) * std::cos(elevation_rad),
+                         std::sin(sense * azimuth_rad) * std::cos(elevation_rad),
+                         std::sin(elevation_rad));
+      const Vector2d pixel =
+          projectedByOpenCv(tilted, tilted.sensor_from_optical.transpose() * ray);
+      if (pixel.x() < 0.0 || pixel.x() > kWidth_px - 1.0 || pixel.y() < 0.0) break;
+      border_rad = sense * azimuth_rad;
+    }
+    return border_rad;
+  };
+  EXPECT_EQ(borderAt(-0.1, 1.0), 0.0) << "not shown straight ahead";
+  EXPECT_NEAR(view.centre_rad + 0.5 * view.width_rad, borderAt(-0.2, 1.0), 2.0 * kGrid_rad);
+  EXPECT_NEAR(view.centre_rad - 0.5 * view.width_rad, borderAt(-0.2, -1.0), 2.0 * kGrid_rad);
 }
 
 /// Up, a fisheye of a half sphere shows the horizon all around; down, a narrow lens shows none.

@@ -85,15 +85,14 @@ class CameraDetectionTest(unittest.TestCase):
             self.assertGreater(candidate.azimuth_variance, 0.0)
             self.assertGreaterEqual(candidate.elevation_variance, 0.01**2)  # alignment/elevation_stddev
             self.assertTrue(math.isnan(candidate.image_radius))
-            self.assertLess(abs(candidate.azimuth - message.view_centre), 0.5 * message.view_width,
-                            'it is seen where the sensor says that it sees')
+            self.assertLess(abs(candidate.azimuth - message.view_centre), 0.5 * message.view_width + 0.1,
+                            'it is seen where the sensor says that it sees, above the horizon a little beside')
 
 
     def test_says_its_field_of_view(self):
-        """The azimuths near the horizon whose rays the lens shows in the image."""
+        """The azimuths at the horizon whose rays the lens shows in the image."""
         shown = [azimuth for azimuth in numpy.radians(numpy.arange(-180.0, 180.0, 0.25))
-                 if any(is_in_image(self.lens, azimuth, elevation)
-                        for elevation in numpy.linspace(-0.3, 0.3, 7))]
+                 if is_in_image(self.lens, azimuth, 0.0)]
         for message in self.bearings:
             for border, sense in ((max(shown), 0.5), (min(shown), -0.5)):
                 self.assertAlmostEqual(message.view_centre + sense * message.view_width, border,

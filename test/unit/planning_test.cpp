@@ -323,10 +323,12 @@ TEST(MotionPlanner, KeepsTheLightInView) {
               << unknowing.bearings << " where it does not\n";
     EXPECT_GT(knowing.bearings, 1.3 * unknowing.bearings) << yaw_rad;
     EXPECT_LT(logDetOf(knowing.filtered.mount()), logDetOf(unknowing.filtered.mount())) << yaw_rad;
+    // Each border that a turn passes may be off by two bearings of some ten (see above): a fifth of
+    // the deviations. Without its knowledge of the field of view they would be off by a half.
     for (int i = 0; i < 3; ++i) {
       EXPECT_NEAR(std::sqrt(knowing.predicted.mount().covariance(i, i) /
                             knowing.filtered.mount().covariance(i, i)),
-                  1.0, 0.1)
+                  1.0, 0.2)
           << yaw_rad << ", " << i;
     }
   }

@@ -57,8 +57,9 @@ struct Direction {
   Eigen::Matrix2d J_direction_pixel = Eigen::Matrix2d::Zero();  ///< of both by (u, v) [rad/px]
 };
 
-/// The azimuths that an image of this size shows near the horizon of the sensor's frame, to half a
-/// degree: their longest range. All around where it shows none.
+/// The azimuths that an image of this size shows at the horizon of the sensor's frame, or at the
+/// nearest elevation up to 0.3 rad: their longest range, to half a degree. All around where it
+/// shows them all, or none.
 FieldOfView viewOf(const Camera& camera, int width_px, int height_px);
 
 /// What a place in the image shows; none within a pixel of where the lens shows none.

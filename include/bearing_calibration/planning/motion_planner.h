@@ -92,7 +92,6 @@ class MotionPlanner {
  private:
   struct Candidate;
   std::vector<MotionPrimitive> proposals(const StateEstimate& estimate) const;
-  void addInView(const StateEstimate& estimate, std::vector<MotionPrimitive>* primitives) const;
   std::vector<Candidate> candidatesAt(const StateEstimate& estimate,
                                       const Pose2& start_from_base) const;
   StateEstimate after(const MotionPrimitive& primitive, const StateEstimate& estimate) const {
