@@ -99,9 +99,8 @@ std::string TimeInView::adviceWith(const std::string& advice) const {
   if (!is_known || seen_s_ * 2.0 * kPi >= watched_s_ * view_.width_rad) return advice;
   constexpr double kPercent = 100.0;
   return formatted(
-             "the light was in view in %.0f %% of the last images, and the sensor sees %.0f deg of "
-             "a "
-             "turn: keep it in view; ",
+             "the light was in view in %.0f %% of the last images, and the sensor sees "
+             "%.0f deg of a turn: keep it in view; ",
              kPercent * seen_s_ / watched_s_, degreesFromRadians(view_.width_rad)) +
          advice;
 }

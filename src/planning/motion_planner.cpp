@@ -24,7 +24,7 @@ constexpr double kChord_m = 0.4;
 
 constexpr double kLongestStep_s = 0.25;  // 0.4 rad of a spin at 0.2 m/s: information hardly varies
 /// ... and where the sensor sees a part of a turn only, a step turns by at most so much of it.
-constexpr double kMostOfView = 0.25;
+constexpr double kMostOfView = 0.125;
 /// Fewer bearings of a step teach nothing.
 constexpr double kFewestBearings = 1e-3;
 constexpr double kSameStep = 1e-9;  // of a part of the way: rounding

@@ -328,7 +328,7 @@ TEST(MotionPlanner, KeepsTheLightInView) {
     for (int i = 0; i < 3; ++i) {
       EXPECT_NEAR(std::sqrt(knowing.predicted.mount().covariance(i, i) /
                             knowing.filtered.mount().covariance(i, i)),
-                  1.0, 0.2)
+                  1.0, 0.1)
           << yaw_rad << ", " << i;
     }
   }
