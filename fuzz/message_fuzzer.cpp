@@ -57,8 +57,10 @@ bool runBearings(ByteReader* bytes) {
       *number = bytes->anyNumber();
     }
     candidate.light_id = static_cast<std::int32_t>(bytes->bits());
-    const auto any = static_cast<std::uint32_t>(bytes->bits());
-    std::memcpy(&candidate.probability, &any, sizeof(any));
+    for (float* number : {&candidate.probability, &candidate.track_probability}) {
+      const auto any = static_cast<std::uint32_t>(bytes->bits());
+      std::memcpy(number, &any, sizeof(any));
+    }
     message.candidates.push_back(candidate);
   }
   message.view_centre = bytes->finiteNumber();
@@ -69,9 +71,11 @@ bool runBearings(ByteReader* bytes) {
   require(ros_side::bearingsFromMessage(back).stamp == set.stamp, "another stamp");
   message.header.stamp = back.header.stamp;
   for (std::size_t i = 0; i < message.candidates.size(); ++i) {  // NaN has many bits
-    float& probability = message.candidates[i].probability;
-    if (std::isnan(probability) && std::isnan(back.candidates.at(i).probability)) {
-      probability = back.candidates[i].probability;
+    for (float LightBearing::*number :
+         {&LightBearing::probability, &LightBearing::track_probability}) {
+      float& sent = message.candidates[i].*number;
+      const float returned = back.candidates.at(i).*number;
+      if (std::isnan(sent) && std::isnan(returned)) sent = returned;
     }
   }
   require(bytesOf(message) == bytesOf(back), "bearings have changed on their way");

@@ -9,6 +9,7 @@
 #include "bearing_calibration/vision/blink_identifier.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/light_detector.h"
+#include "bearing_calibration/vision/light_tracks.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/image_conversion.h"
@@ -20,7 +21,7 @@ namespace bearing_calibration_ros {
 class ImageBearings {
  public:
   explicit ImageBearings(const DetectionNodeConfig& config)
-      : config_(config), detector_(config.detector) {
+      : config_(config), detector_(config.detector), tracks_(config.search) {
     if (config.blink.use) blink_.emplace(config.blink);
   }
 
@@ -66,7 +67,11 @@ class ImageBearings {
     bearings.view = view_;
     if (hasMirror()) bearings.geometry = config_.detector.alignment.geometry;
     seen_ = prediction ? core::seenRadius(bearings, *prediction) : std::nullopt;
-    if (blink_) blink_->identify(core::brightnessOf(result_->lights), &bearings);
+    if (blink_) {
+      blink_->identify(core::brightnessOf(result_->lights), &bearings);
+    } else {
+      tracks_.follow(!result_->in_region, prediction, &bearings);
+    }
     if (config_.colour.use) {
       const double full_levels = config_.detector.sensor.saturation_level;
       const auto colours = core::coloursOf(converter_.convertToColour(image, full_levels),
@@ -85,7 +90,8 @@ class ImageBearings {
 
   DetectionNodeConfig config_;
   core::LightDetector detector_;
-  std::optional<core::BlinkIdentifier> blink_;  ///< none unless blink/use is set
+  core::LightTracks tracks_;
+  std::optional<core::BlinkIdentifier> blink_;  ///< none unless blink/use is set; instead of tracks
   GreyConverter converter_;
   const core::DetectionResult* result_ = nullptr;
   const cv::Mat* grey_ = nullptr;

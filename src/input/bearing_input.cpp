@@ -24,8 +24,12 @@ InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& 
   if (variance > config.max_stddev_rad * config.max_stddev_rad) {
     return {InputStatus::kVarianceAbsurd, variance};
   }
-  if (!(candidate.probability >= 0.0 && candidate.probability <= 1.0)) {
-    return {InputStatus::kProbabilityOutOfRange, candidate.probability};
+  const double of_track =
+      std::isnan(candidate.track_probability) ? 0.0 : candidate.track_probability;
+  for (const double probability : {candidate.probability, of_track}) {
+    if (!(probability >= 0.0 && probability <= 1.0)) {
+      return {InputStatus::kProbabilityOutOfRange, probability};
+    }
   }
   return {};
 }
@@ -73,7 +77,7 @@ CheckedBearings checkBearings(const BearingSet& bearings, const BearingInputConf
       checked.remarks.push_back(outcome);
       continue;
     }
-    if (candidate.probability < config.min_probability) continue;
+    if (candidate.overallProbability() < config.min_probability) continue;
     const double least_rad2 = config.min_stddev_rad * config.min_stddev_rad;
     raiseVariance(least_rad2, &candidate.azimuth_variance_rad2, &checked.remarks);
     raiseVariance(least_rad2, &candidate.elevation_variance_rad2, &checked.remarks);

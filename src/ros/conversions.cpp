@@ -28,6 +28,7 @@ void forEachNumber(Bearing& bearing, Message& message, Pair pair) {
   pair(bearing.elevation_variance_rad2, message.elevation_variance);
   pair(bearing.light_id, message.light_id);
   pair(bearing.probability, message.probability);
+  pair(bearing.track_probability, message.track_probability);
 }
 
 geometry_msgs::Pose poseOf(const Eigen::Vector3d& position_m,

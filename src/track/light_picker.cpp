@@ -31,7 +31,8 @@ std::optional<std::size_t> likeliest(const std::vector<Bearing>& candidates, boo
           return &other != &candidates[i] && std::abs(apart_rad) < kApart_rad;
         });
     if (must_be_apart && !is_alone) continue;
-    if (!best || candidates[i].probability > candidates[*best].probability) best = i;
+    if (!best || candidates[i].overallProbability() > candidates[*best].overallProbability())
+      best = i;
   }
   return best;
 }

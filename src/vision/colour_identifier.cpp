@@ -121,7 +121,9 @@ void identifyByColour(const ColourConfig& config,
       nearest = distance;
       candidate.light_id = light.light_id;
     }
-    if (candidate.light_id == kUnknownLight) candidate.probability = 0.0;
+    if (candidate.light_id == kUnknownLight) {
+      candidate.probability = candidate.track_probability = 0.0;
+    }
   }
 }
 

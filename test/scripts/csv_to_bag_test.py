@@ -70,7 +70,7 @@ class CsvToBag(unittest.TestCase):
         self.assertEqual((first.azimuth, first.light_id, first.probability), (0.5, 3, 1.0))
         self.assertAlmostEqual(first.azimuth_variance, 9e-4, delta=1e-15)
         for value in (first.image_radius, first.image_radius_variance,
-                      first.elevation, first.elevation_variance):
+                      first.elevation, first.elevation_variance, first.track_probability):
             self.assertTrue(math.isnan(value), value)
 
     def testTopicsCanBeNamed(self):

@@ -547,6 +547,31 @@ TEST_F(BadInput, QualityOutOfRange) {
   bearings.candidates[0].probability = 1.5;
   expectRefused(bearings, InputStatus::kProbabilityOutOfRange);
 }
+TEST_F(BadInput, TrackProbabilityOutOfRange) {
+  BearingSet bearings = bearingsAt(last_ + Duration(1), 0.0);
+  bearings.candidates[0].track_probability = -0.5;
+  expectRefused(bearings, InputStatus::kProbabilityOutOfRange);
+}
+TEST(CheckedBearings, AreThoseOfAProbableTrackOrElseImage) {
+  BearingInputConfig config;
+  config.max_stddev_rad = 1.0;
+  config.min_probability = 0.3;
+  BearingSet set = {Stamp(Duration(1)), std::vector<Bearing>(4)};
+  const double image[] = {0.2, 0.9, 0.9, 0.2};
+  const double track[] = {0.9, 0.2, 0.0, kNaN};
+  for (std::size_t i = 0; i < set.candidates.size(); ++i) {
+    Bearing& candidate = set.candidates[i];
+    candidate.azimuth_rad = static_cast<double>(i);
+    candidate.azimuth_variance_rad2 = 1e-4;
+    candidate.probability = image[i];
+    candidate.track_probability = track[i];
+  }
+  const CheckedBearings checked = checkBearings(set, config);
+  ASSERT_EQ(checked.bearings.candidates.size(), 2U);
+  EXPECT_EQ(checked.bearings.candidates[0].azimuth_rad, 0.0);
+  EXPECT_EQ(checked.bearings.candidates[1].azimuth_rad, 2.0);
+  EXPECT_TRUE(checked.remarks.empty());
+}
 TEST_F(BadInput, GeometryThatNoMirrorHas) {
   BearingSet bearings = bearingsAt(last_ + Duration(1), 0.0);
   bearings.geometry.harmonic_stddev_rad = -0.01;

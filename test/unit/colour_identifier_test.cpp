@@ -115,16 +115,19 @@ TEST(ColourIdentifier, NamesTheLightsByTheirColours) {
 TEST(ColourIdentifier, WhatHasAnotherColourOrNoneIsNotTheLight) {
   BearingSet set;
   set.candidates.resize(3);
+  for (Bearing& candidate : set.candidates) candidate.track_probability = 0.9;
   const ColourParts grey(1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0);
   const ColourParts amber = kAmber / kAmber.sum();
   const ColourParts nearly_amber = amber + ColourParts(0.06, -0.06, 0.0);
   identifyByColour(amberAndBlue(), {grey, std::nullopt, nearly_amber}, &set);
   EXPECT_EQ(set.candidates[0].light_id, kUnknownLight);
   EXPECT_EQ(set.candidates[0].probability, 0.0);
+  EXPECT_EQ(set.candidates[0].overallProbability(), 0.0);
   EXPECT_EQ(set.candidates[1].light_id, kUnknownLight);
   EXPECT_EQ(set.candidates[1].probability, 0.0);
   EXPECT_EQ(set.candidates[2].light_id, 3);
   EXPECT_EQ(set.candidates[2].probability, 1.0);
+  EXPECT_EQ(set.candidates[2].overallProbability(), 0.9);
   EXPECT_THROW(identifyByColour(amberAndBlue(), {}, &set), std::invalid_argument);
 }
 

@@ -150,6 +150,7 @@ TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
   second.elevation_variance = kNaN;
   second.light_id = 3;
   second.probability = 0.5F;
+  second.track_probability = 0.25F;
   const core::BearingSet bearings = bearingsFromMessage(message);
   EXPECT_EQ(bearings.stamp, core::stampFromNanoseconds(7000000008));
   EXPECT_EQ(bearings.geometry.harmonic_stddev_rad, 0.02);
@@ -171,6 +172,7 @@ TEST(BearingMessages, KeepEveryFieldOfEveryCandidate) {
   EXPECT_TRUE(std::isnan(bearing.elevation_variance_rad2));
   EXPECT_EQ(bearing.light_id, 3);
   EXPECT_EQ(bearing.probability, 0.5);
+  EXPECT_EQ(bearing.track_probability, 0.25);
 }
 
 TEST(BearingMessages, SayWhatTheSensorSees) {

@@ -86,6 +86,18 @@ TEST(LightPicker, BeginsWhereNoOtherLightIsNear) {
   EXPECT_EQ(choice.candidate, 2U);
 }
 
+TEST(LightPicker, BeginsWithWhatItsTrackMakesLikelier) {
+  std::vector<Bearing> candidates = {bearingAt(1.0), bearingAt(2.0), bearingAt(-2.0)};
+  candidates[0].probability = 0.9;  // by its image alone
+  candidates[0].track_probability = 0.2;
+  candidates[1].probability = 0.4;
+  candidates[1].track_probability = 0.8;
+  candidates[2].probability = 0.7;  // not followed
+  EXPECT_EQ(LightPicker().pick(candidates, false).candidate, 1U);
+  candidates[1].track_probability = 0.0;
+  EXPECT_EQ(LightPicker().pick(candidates, false).candidate, 2U);
+}
+
 // Seen once, it may move by up to 1 rad/m. Whether others are seen meanwhile or nothing at all,
 // what is seen afterwards is not taken for it.
 TEST(LightPicker, TakesNoOtherLightForTheOneThatWasHidden) {

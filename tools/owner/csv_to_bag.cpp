@@ -111,6 +111,7 @@ void write(const ObservationRow& row, const Arguments& arguments, rosbag::Bag* b
   candidate.elevation_variance = kNotMeasured;
   candidate.light_id = arguments.landmark_id;
   candidate.probability = 1.0F;
+  candidate.track_probability = std::numeric_limits<float>::quiet_NaN();
   LightBearings message;
   message.header.stamp = rosTime(row.stamp);
   message.header.frame_id = arguments.sensor_frame;

@@ -29,7 +29,14 @@ struct Bearing {
   double elevation_rad = std::numeric_limits<double>::quiet_NaN();
   double elevation_variance_rad2 = std::numeric_limits<double>::quiet_NaN();  ///< or 0: has none
   std::int32_t light_id = kUnknownLight;
-  double probability = 1.0;  ///< 0 to 1, the sensor's own probability that this is the light
+  double probability = 1.0;  ///< 0 to 1, the sensor's own that this is the light, by one image
+  /// The same by all images in which the sensor has followed it; or 0: it follows nothing.
+  double track_probability = std::numeric_limits<double>::quiet_NaN();
+
+  /// What counts: the track's where it is said, else the image's.
+  double overallProbability() const {
+    return track_probability > 0.0 ? track_probability : probability;
+  }
 };
 
 /// The elevation of a bearing that has one: both numbers finite, the variance positive.

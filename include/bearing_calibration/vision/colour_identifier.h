@@ -40,7 +40,7 @@ std::vector<std::optional<ColourParts>> coloursOf(const cv::Mat& bgr,
                                                   const DetectorConfig& detector);
 
 /// Gives each candidate the light_id of the light with its colour; all others get the probability
-/// 0.
+/// 0, by their image and their track.
 /// @param colours of the set's candidates, in their order
 /// @throws std::invalid_argument unless there is one colour for each candidate.
 void identifyByColour(const ColourConfig& config,
