@@ -18,9 +18,10 @@ constexpr double kLongestGap_s = 1.0;  // by then nobody knows which one it was
 constexpr double kMostCertain = 6.0;
 // Of an image in which the candidate is not found, or is refused: lights are found in most.
 constexpr double kNotFound = -4.0;
-// Correlation of two images' evidence of one object: chosen on drives through random scenes, as the
-// evidence of an image that shows nothing (detection.md).
+// Correlation of two images' evidence of one object, and the mean that is as often that of a light
+// as of clutter, which looks a little like a light in every image (detection.md).
 constexpr double kRepeated = 0.5;
+constexpr double kEven = 1.0;
 constexpr int kRemembered = 30;  // [images]
 
 // What stays where it is while the robot turns is on the robot.
@@ -115,7 +116,8 @@ bool LightTracks::Track::isOnTheRobot() const {
 double LightTracks::Track::probability() const {
   // The mean of n equally correlated numbers says as much as so many independent ones.
   const double independent = images / (1.0 + (images - 1) * kRepeated);
-  const double log_odds = independent * mean_log_odds - (isOnTheRobot() ? kOnTheRobot : 0.0);
+  const double log_odds =
+      kEven + independent * (mean_log_odds - kEven) - (isOnTheRobot() ? kOnTheRobot : 0.0);
   return 1.0 / (1.0 + std::exp(-log_odds));
 }
 
