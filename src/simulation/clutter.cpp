@@ -1,5 +1,6 @@
 #include "bearing_calibration/simulation/clutter.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -7,6 +8,8 @@
 
 namespace bearing_calibration::core {
 namespace {
+
+constexpr int kWaves = 24;  // of a texture
 
 /// What one kind of shape looks like; the default rig sees elevations from -15 to +3 degrees.
 struct Look {
@@ -35,7 +38,6 @@ Clutter::Shape drawShape(const Look& look, SceneRandom* random) {
 }
 
 std::vector<Clutter::Wave> drawTexture(SceneRandom* random) {
-  constexpr int kWaves = 24;
   constexpr Interval kAround{1.0, 60.0};  // the finest is 6 degrees long
   constexpr Interval kUp{-80.0, 80.0};    // [rad/rad] and 4.5 degrees high
   std::vector<Clutter::Wave> waves;
@@ -52,15 +54,33 @@ bool covers(const Clutter::Shape& shape, double azimuth_rad, double elevation_ra
   return shape.is_round ? x * x + y * y <= 1.0 : std::abs(x) <= 1.0 && std::abs(y) <= 1.0;
 }
 
-double textureAt(const Clutter& clutter, double azimuth_rad, double elevation_rad) {
-  if (clutter.texture_contrast <= 0.0) return 1.0;
-  double sum = 0.0;
-  for (const Clutter::Wave& wave : clutter.texture) {
-    sum += std::sin(wave.around * azimuth_rad + wave.up * elevation_rad + wave.phase_rad);
+/// The waves' sum, evaluated side by side: a scene asks for it some million times.
+class Texture {
+ public:
+  explicit Texture(const Clutter& clutter)
+      : around_(clutter.texture.size()), up_(around_.size()), phase_rad_(around_.size()) {
+    for (Eigen::Index i = 0; i < around_.size(); ++i) {
+      const Clutter::Wave& wave = clutter.texture[static_cast<std::size_t>(i)];
+      around_(i) = static_cast<float>(wave.around);
+      up_(i) = static_cast<float>(wave.up);
+      phase_rad_(i) = static_cast<float>(wave.phase_rad);
+    }
+    const double stddev = std::sqrt(0.5 * static_cast<double>(clutter.texture.size()));
+    if (clutter.texture_contrast > 0.0) scale_ = clutter.texture_contrast / stddev;
   }
-  const double stddev = std::sqrt(0.5 * static_cast<double>(clutter.texture.size()));
-  return std::max(0.0, 1.0 + clutter.texture_contrast * sum / stddev);
-}
+
+  double at(double azimuth_rad, double elevation_rad) const {
+    if (scale_ == 0.0) return 1.0;
+    const auto angle_rad = around_ * static_cast<float>(azimuth_rad) +
+                           up_ * static_cast<float>(elevation_rad) + phase_rad_;
+    return std::max(0.0, 1.0 + scale_ * static_cast<double>(angle_rad.sin().sum()));
+  }
+
+ private:
+  using Waves = Eigen::Array<float, Eigen::Dynamic, 1, Eigen::ColMajor, kWaves, 1>;
+  Waves around_, up_, phase_rad_;
+  double scale_ = 0.0;
+};
 
 void declareCount(Parameters& params, const std::string& name, CountRange& count) {
   constexpr double kMost = 100.0;  // more cover the whole view
@@ -130,9 +150,8 @@ bool isBehind(const std::vector<MirrorHolder>& holders, double azimuth_rad, doub
 }
 
 RadianceFunction withClutter(const RadianceFunction& walls, const Clutter& clutter) {
-  return [walls, clutter](double azimuth_rad, double elevation_rad) {
-    double brightness =
-        walls(azimuth_rad, elevation_rad) * textureAt(clutter, azimuth_rad, elevation_rad);
+  return [walls, clutter, texture = Texture(clutter)](double azimuth_rad, double elevation_rad) {
+    double brightness = walls(azimuth_rad, elevation_rad) * texture.at(azimuth_rad, elevation_rad);
     for (const Clutter::Shape& shape : clutter.shapes) {
       if (covers(shape, azimuth_rad, elevation_rad)) {
         brightness = std::max(brightness, shape.brightness);

@@ -89,18 +89,18 @@ RandomScene randomScene(const RandomSceneConfig& config, std::uint64_t seed) {
   const double wall = drawBetween(config.wall_brightness, &random);
   RandomScene scene;
   scene.holders = drawHolders(config.clutter, &random);
-  std::vector<Light> lights;
-  while (static_cast<int>(lights.size()) < config.lights) {
+  while (static_cast<int>(scene.lights.size()) < config.lights) {
     const double azimuth_rad = drawBetween({-kPi, kPi}, &random);
     if (isBehind(scene.holders, azimuth_rad, kMaskMargin_rad + kHalfSpot_rad)) continue;
-    if (lights.empty()) scene.light_azimuth_rad = azimuth_rad;
-    lights.push_back(randomLight(config, azimuth_rad, &random));
+    if (scene.lights.empty()) scene.light_azimuth_rad = azimuth_rad;
+    scene.lights.push_back(randomLight(config, azimuth_rad, &random));
   }
   RendererConfig rendered = config.rendered;
   rendered.holders = scene.holders;
   rendered.seed = seed;
   const auto walls = [wall](double, double) { return wall; };
-  scene.image = ImageRenderer(rendered, withClutter(walls, clutter)).render(lights, {}, seed);
+  scene.renderer = std::make_unique<ImageRenderer>(rendered, withClutter(walls, clutter));
+  scene.image = scene.renderer->render(scene.lights, {}, seed);
   return scene;
 }
 

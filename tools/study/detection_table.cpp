@@ -1,6 +1,6 @@
 // How often the light is found among clutter, by this detector as it is shipped and by others on
-// the same images, how often one is found where there is none, and what the probabilities are
-// worth:
+// the same images, how often one is found where there is none, what the probabilities are worth,
+// and, in each fifth scene, what those of tracks say on a drive:
 //
 //     detection_table [SCENES [FIRST_SEED [FOLDER FOR PICTURES OF WRONG ANSWERS]]]
 
@@ -23,6 +23,7 @@
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/synthetic_spot.h"
+#include "tools/study/scene_drive.h"
 #include "tools/study/simple_blob.h"
 
 namespace bearing_calibration::core {
@@ -33,17 +34,18 @@ constexpr double kPredicted_rad = radiansFromDegrees(10.0);
 constexpr double kPredictedStddev_rad = 0.25 * kPredicted_rad;
 constexpr double kTaken = 0.5;  // an answer of a lower probability is none
 
-RandomSceneConfig sceneConfig(int lights) {
+RandomSceneConfig sceneConfig() {
   RandomSceneConfig config;
   config.rendered.reference_distance_m = 1.0;
   config.rendered.reference_height_m = -0.03;
-  config.lights = lights;
+  config.lights = 2;
   config.light_radius_m = 0.004;
   return config;
 }
 
 struct Observation {
   cv::Mat image;
+  LightDetector* detector = nullptr;
   double light_azimuth_rad = 0.0;
   double predicted_azimuth_rad = 0.0;
 };
@@ -73,15 +75,14 @@ Answer answerFrom(const Detection* light) {
   return taken ? Answer(light->bearing.azimuth_rad) : Answer();
 }
 
-Answer wholeImage(DetectorConfig config, const Observation& scene) {
-  return answerFrom(likeliestLight(LightDetector(config).detect(scene.image).lights));
+Answer wholeImage(const Observation& scene) {
+  return answerFrom(likeliestLight(scene.detector->detect(scene.image).lights));
 }
 
 /// Searches the predicted region; what the full scan finds elsewhere is no answer, as a filter with
 /// that prediction would not take it. Of several it takes the one that fits the prediction best.
-Answer prediction(DetectorConfig config, const Observation& scene) {
-  LightDetector detector(config);
-  const DetectionResult& result = detector.detect(
+Answer prediction(const Observation& scene) {
+  const DetectionResult& result = scene.detector->detect(
       scene.image, SearchRegion{std::nullopt, {scene.predicted_azimuth_rad, kPredicted_rad}});
   if (!result.in_region) return {};
   const Detection* best = nullptr;
@@ -98,7 +99,8 @@ Answer prediction(DetectorConfig config, const Observation& scene) {
 }
 
 /// The largest contour of a threshold at half of the image's brightest level.
-Answer largestContour(DetectorConfig config, const Observation& scene) {
+Answer largestContour(const Observation& scene) {
+  const DetectorConfig& config = scene.detector->config();
   double brightest = 0.0;
   cv::minMaxLoc(scene.image, nullptr, &brightest);
   cv::Mat bright;
@@ -120,7 +122,8 @@ Answer largestContour(DetectorConfig config, const Observation& scene) {
 }
 
 /// OpenCV's blob detector; the blob of the best response, which is the largest here.
-Answer simpleBlob(DetectorConfig config, const Observation& scene) {
+Answer simpleBlob(const Observation& scene) {
+  const DetectorConfig& config = scene.detector->config();
   std::vector<cv::KeyPoint> found;
   cv::SimpleBlobDetector::create(simpleBlobParams(config))->detect(scene.image, found);
   float largest = 0.0F;
@@ -137,7 +140,7 @@ Answer simpleBlob(DetectorConfig config, const Observation& scene) {
 struct Row {
   const char* name;
   int lights;
-  Answer (*find)(DetectorConfig, const Observation&);
+  Answer (*find)(const Observation&);
   int right = 0;
   int wrong = 0;
   int none = 0;
@@ -153,10 +156,10 @@ void count(Row* row, const Answer& answer, double truth_rad) {
   }
 }
 
-void drawWhatWasSeen(const std::string& folder, const char* kind, const DetectorConfig& config,
-                     const Observation& scene, std::uint64_t seed) {
-  LightDetector detector(config);
-  cv::Mat picture = annotate(scene.image, detector.detect(scene.image), config);
+void drawWhatWasSeen(const std::string& folder, const char* kind, const Observation& scene,
+                     std::uint64_t seed) {
+  const DetectorConfig& config = scene.detector->config();
+  cv::Mat picture = annotate(scene.image, scene.detector->detect(scene.image), config);
   const Eigen::Vector2d at =
       imageFromMirrorPixel(config.view, {horizonRadiusPx(config.mirror), scene.light_azimuth_rad});
   cv::line(picture, {cvRound(config.view.centre_u_px), cvRound(config.view.centre_v_px)},
@@ -172,10 +175,8 @@ struct Bin {
 };
 using Reliability = std::array<Bin, 5>;
 
-void addTo(Reliability* reliability, const DetectorConfig& config, const Observation& scene,
-           bool lit) {
-  LightDetector detector(config);
-  for (const Detection& light : detector.detect(scene.image).lights) {
+void addTo(Reliability* reliability, const Observation& scene, bool lit) {
+  for (const Detection& light : scene.detector->detect(scene.image).lights) {
     const double probability = light.bearing.probability;
     const std::size_t last = reliability->size() - 1;
     Bin& bin = (*reliability)[std::min(
@@ -204,32 +205,32 @@ void print(const std::vector<Row>& rows, const Reliability& reliability, int sce
   }
 }
 
-/// One scene on all the rows of its number of lights.
-void look(const RandomSceneConfig& scenes, std::uint64_t seed, const std::string& folder,
-          std::vector<Row>* rows, Reliability* reliability) {
-  const RandomScene rendered = randomScene(scenes, seed);
-  const DetectorConfig config = detectorFor(scenes.rendered.rig, rendered);
+/// A scene with its first `lights` lights on all the rows of that number.
+void look(const RandomScene& drawn, int lights, std::uint64_t seed, const std::string& folder,
+          LightDetector* detector, std::vector<Row>* rows, Reliability* reliability) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> error(0.0, kPredictedStddev_rad);
-  const double azimuth_rad = rendered.light_azimuth_rad;
-  const Observation scene{encode(rendered.image, {}), azimuth_rad, azimuth_rad + error(random)};
-  if (scenes.lights < 2) addTo(reliability, config, scene, scenes.lights == 1);
+  const std::vector<Light> shown(drawn.lights.begin(), drawn.lights.begin() + lights);
+  const double azimuth_rad = drawn.light_azimuth_rad;
+  const Observation scene{encode(drawn.renderer->render(shown, {}, seed), {}), detector,
+                          azimuth_rad, azimuth_rad + error(random)};
+  if (lights < 2) addTo(reliability, scene, lights == 1);
   for (Row& row : *rows) {
-    if (row.lights != scenes.lights) continue;
+    if (row.lights != lights) continue;
     const Row before = row;
     // Without a light no answer is right.
-    const double truth_rad =
-        scenes.lights > 0 ? azimuth_rad : std::numeric_limits<double>::quiet_NaN();
-    count(&row, row.find(config, scene), truth_rad);
+    const double truth_rad = lights > 0 ? azimuth_rad : std::numeric_limits<double>::quiet_NaN();
+    count(&row, row.find(scene), truth_rad);
     if (folder.empty() || row.find != wholeImage || row.right != before.right) continue;
     const bool wrong = row.wrong != before.wrong;
-    if (wrong || scenes.lights > 0) {
-      drawWhatWasSeen(folder, wrong ? "wrong" : "none", config, scene, seed);
+    if (wrong || lights > 0) {
+      drawWhatWasSeen(folder, wrong ? "wrong" : "none", scene, seed);
     }
   }
 }
 
 int run(int scenes, std::uint64_t first_seed, const std::string& folder) {
+  constexpr int kScenesPerDrive = 5;
   std::vector<Row> rows{{"the whole image", 1, wholeImage},
                         {"with a +-10 deg prediction", 1, prediction},
                         {"two like lights, with that prediction", 2, prediction},
@@ -237,13 +238,18 @@ int run(int scenes, std::uint64_t first_seed, const std::string& folder) {
                         {"threshold + findContours, largest", 1, largestContour},
                         {"SimpleBlobDetector", 1, simpleBlob}};
   Reliability reliability;
-  for (int lights : {1, 2, 0}) {
-    const RandomSceneConfig config = sceneConfig(lights);
-    for (int i = 0; i < scenes; ++i) {
-      look(config, first_seed + static_cast<std::uint64_t>(i), folder, &rows, &reliability);
-    }
+  SceneDrives drives;
+  const RandomSceneConfig scene_config = sceneConfig();
+  for (int i = 0; i < scenes; ++i) {
+    const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(i);
+    const RandomScene scene = randomScene(scene_config, seed);
+    LightDetector detector(detectorFor(scene_config.rendered.rig, scene));
+    for (int lights : {0, 1, 2}) look(scene, lights, seed, folder, &detector, &rows, &reliability);
+    if (i % kScenesPerDrive != 0) continue;
+    for (std::size_t lights : {0U, 1U}) drives.drive(scene, lights, &detector);
   }
   print(rows, reliability, scenes, first_seed);
+  drives.print();
   return EXIT_SUCCESS;
 }
 

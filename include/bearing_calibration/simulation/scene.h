@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
@@ -58,7 +59,9 @@ struct RandomSceneConfig {
 };
 
 struct RandomScene {
-  cv::Mat image;                   ///< CV_8UC1
+  std::vector<Light> lights;                ///< the first is looked for
+  std::unique_ptr<ImageRenderer> renderer;  ///< of the scene: for more images of it
+  cv::Mat image;                            ///< CV_8UC1, with all lights
   double light_azimuth_rad = 0.0;  ///< of the light that is looked for; not behind a holder
   std::vector<MirrorHolder> holders;
 };
