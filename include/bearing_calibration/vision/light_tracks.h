@@ -19,7 +19,7 @@ class LightTracks {
 
   /// Sets the candidates' track_probability. Sets come in the order of their stamps, one for every
   /// image, empty ones too; an earlier stamp than the last begins anew.
-  /// @param searched_whole  what is not among the candidates was looked for, and not found
+  /// @param searched_whole  so that what is not among the candidates was not found
   /// @param expected  by the calibration at about this moment. It is not asked whether a candidate
   ///   is the light, for it was made of the candidates: it only says how the robot turns, so that
   ///   what turns with the robot is known.
@@ -44,7 +44,7 @@ class LightTracks {
     Stamp seen;
     double turn_radps;     ///< of its azimuth
     double mean_log_odds;  ///< of the images
-    int images;            ///< in which it was looked for
+    int images;            ///< that were searched for it
     bool is_matched;       ///< in this image
   };
 
