@@ -66,7 +66,7 @@ Those of the drive are in [driving.md](../how-to/driving.md).
 | `~estimate` | bearing_calibration/CalibrationEstimate | out: the whole estimate ([result.md](../how-to/result.md)) |
 | `~base_from_camera` | geometry_msgs/PoseWithCovarianceStamped | out: the pose in `base_link` with its 6x6 covariance |
 | `~transform` | geometry_msgs/TransformStamped | out: the same pose as a transform |
-| `~predicted_bearing` | bearing_calibration/PredictedBearing | out: the direction in which the light is expected next |
+| `~predicted_bearing` | bearing_calibration/PredictedBearing | out: the direction and distance at which the light is expected next |
 | `~markers` | visualization_msgs/MarkerArray | out: robot, light, sensor, ellipses, ray and path for RViz ([live.md](../how-to/live.md)) |
 | `/tf` | tf2_msgs/TFMessage | out, only with `publish_tf:=true` ([result.md](../how-to/result.md)); the start frame while somebody subscribes to `~markers` |
 | `/diagnostics` | diagnostic_msgs/DiagnosticArray | out, once a second ([live.md](../how-to/live.md)) |

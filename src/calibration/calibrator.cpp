@@ -124,8 +124,12 @@ std::optional<BearingPrediction> Calibrator::predictBearing(Stamp stamp) const {
   const auto azimuth =
       estimation_->live().predictAzimuthAfter(track_.motionTo(moment), track_.travelAround(moment));
   if (!azimuth) return std::nullopt;
-  return BearingPrediction{stamp, azimuth->azimuth_rad, azimuth->variance_rad2,
-                           estimation_->live().lightId()};
+  return BearingPrediction{stamp,
+                           azimuth->azimuth_rad,
+                           azimuth->variance_rad2,
+                           estimation_->live().lightId(),
+                           azimuth->range_m,
+                           azimuth->range_variance_m2};
 }
 
 std::optional<BasePlace> Calibrator::place() const {

@@ -32,10 +32,14 @@ void LiveFilter::predict(const OdometryIncrement& motion) {
 AzimuthPrediction LiveFilter::predictAzimuth(const OdometryWindow& nearby, int light) const {
   if (paper_) {
     const AzimuthModel model = paper_->expectAzimuth();
-    return {model.azimuth_rad, varianceOf(model.J_azimuth_state, paper_->covariance())};
+    const CartesianEstimate cartesian = estimate().cartesian();
+    return {model.azimuth_rad, varianceOf(model.J_azimuth_state, paper_->covariance()),
+            cartesian.range(), cartesian.rangeVariance()};
   }
   const ExpectedAngle expected = expectAzimuth(state_.layout, state_.mean, light, nearby);
-  return {expected.angle_rad, varianceOf(expected.J_angle_state, state_.covariance)};
+  const CartesianEstimate cartesian = state_.cartesian(light);
+  return {expected.angle_rad, varianceOf(expected.J_angle_state, state_.covariance),
+          cartesian.range(), cartesian.rangeVariance()};
 }
 
 void LiveFilter::update(const Bearing& bearing, const OdometryWindow& nearby, int light) {

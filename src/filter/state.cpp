@@ -34,6 +34,13 @@ StateEstimate StateEstimate::of(const CartesianEstimate& cartesian, int errors,
   return estimate;
 }
 
+double CartesianEstimate::rangeVariance() const {
+  const Eigen::Vector2d towards_light = (lightInBase() - sensorInBase()).normalized();
+  Eigen::Vector4d J_range_places;  // by light and sensor
+  J_range_places << towards_light, -towards_light;
+  return J_range_places.dot(covariance.topLeftCorner<4, 4>() * J_range_places);
+}
+
 MountEstimate StateEstimate::mount() const {
   return {mean.head<kMountSize>(), covariance.topLeftCorner<kMountSize, kMountSize>()};
 }

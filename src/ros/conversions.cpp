@@ -93,8 +93,12 @@ msg::LightBearings messageFromBearings(const core::BearingSet& set,
 }
 
 core::BearingPrediction predictionFromMessage(const msg::PredictedBearing& message) {
-  return {stampFromRos(message.header.stamp), message.azimuth, message.azimuth_variance,
-          message.light_id};
+  return {stampFromRos(message.header.stamp),
+          message.azimuth,
+          message.azimuth_variance,
+          message.light_id,
+          message.distance,
+          message.distance_variance};
 }
 
 msg::PredictedBearing messageFromPrediction(const core::BearingPrediction& prediction,
@@ -105,6 +109,8 @@ msg::PredictedBearing messageFromPrediction(const core::BearingPrediction& predi
   message.azimuth = prediction.azimuth_rad;
   message.azimuth_variance = prediction.azimuth_variance_rad2;
   message.light_id = prediction.light_id;
+  message.distance = prediction.distance_m;
+  message.distance_variance = prediction.distance_variance_m2;
   return message;
 }
 

@@ -217,6 +217,11 @@ TEST(Calibrator, PredictsTheNextBearing) {
   ASSERT_TRUE(prediction.has_value());
   EXPECT_NEAR(wrapAngle(prediction->azimuth_rad - last.candidates[0].azimuth_rad), 0.0,
               4.0 * robot.sensor.stddev_rad);
+  const Pose2 world_from_sensor = record.world_from_base.back() * robot.base_from_sensor;
+  const double distance_m = world_from_sensor.position_m.norm();  // the light is at the origin
+  const double stddev_m = std::sqrt(prediction->distance_variance_m2);
+  EXPECT_LT(stddev_m, 0.05 * distance_m);
+  EXPECT_NEAR(prediction->distance_m, distance_m, 3.0 * stddev_m);
 }
 
 // ---- a small robot ----

@@ -191,13 +191,18 @@ TEST(BearingMessages, UnknownLightIsTheSameOnBothSides) {
 }
 
 TEST(Predictions, KeepTheirFields) {
-  const bearing_calibration::PredictedBearing message =
-      messageFromPrediction({core::stampFromNanoseconds(9000000001), 1.5, 0.01, 4}, "camera");
+  const bearing_calibration::PredictedBearing message = messageFromPrediction(
+      {core::stampFromNanoseconds(9000000001), 1.5, 0.01, 4, 2.5, 0.04}, "camera");
   EXPECT_EQ(message.header.stamp, ros::Time(9, 1));
   EXPECT_EQ(message.header.frame_id, "camera");
   EXPECT_EQ(message.azimuth, 1.5);
   EXPECT_EQ(message.azimuth_variance, 0.01);
   EXPECT_EQ(message.light_id, 4);
+  EXPECT_EQ(message.distance, 2.5);
+  EXPECT_EQ(message.distance_variance, 0.04);
+  const core::BearingPrediction prediction = predictionFromMessage(message);
+  EXPECT_EQ(prediction.distance_m, 2.5);
+  EXPECT_EQ(prediction.distance_variance_m2, 0.04);
 }
 
 TEST(Estimate, StatesHaveTheMessagesNumbers) {

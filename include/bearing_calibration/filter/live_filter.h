@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "bearing_calibration/filter/bearing_model.h"
@@ -8,10 +9,12 @@
 
 namespace bearing_calibration::core {
 
-/// An azimuth as the filter expects it, with the variance of that expectation.
+/// An azimuth and a range as the filter expects them, with the variances of that expectation.
 struct AzimuthPrediction {
   double azimuth_rad;
   double variance_rad2;
+  double range_m = std::numeric_limits<double>::quiet_NaN();  ///< from the sensor to the light
+  double range_variance_m2 = std::numeric_limits<double>::quiet_NaN();
 
   Innovation innovationOf(double azimuth_rad, double azimuth_variance_rad2) const;
 };

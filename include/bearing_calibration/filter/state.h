@@ -45,6 +45,7 @@ struct CartesianEstimate {
   Eigen::Vector2d sensorInBase() const { return mean.segment<2>(CartesianIndex::kSensorX); }
   double sensorYaw() const { return mean(CartesianIndex::kSensorYaw); }
   double range() const { return (lightInBase() - sensorInBase()).norm(); }
+  double rangeVariance() const;
 };
 
 /// The sensor's pose in the base frame. mean = (x [m], y [m], yaw [rad]).

@@ -72,6 +72,8 @@ struct BearingPrediction {
   double azimuth_rad = 0.0;
   double azimuth_variance_rad2 = 0.0;  ///< of the prediction alone, without a measurement's noise
   std::int32_t light_id = kUnknownLight;
+  double distance_m = std::numeric_limits<double>::quiet_NaN();  ///< of the light; NaN: not known
+  double distance_variance_m2 = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace bearing_calibration::core
