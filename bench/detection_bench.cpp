@@ -93,7 +93,6 @@ SearchRegion trackedRegion(const DetectorConfig& config) {
   search.use = true;
   search.sigmas = 4.0;
   search.margin_rad = 0.15;
-  search.max_half_width_rad = 0.8;
   search.max_age_s = 0.5;
   search.max_turn_rate_radps = 2.0;
   search.max_radius_rate_pxps = 100.0 * config.sensor.width_px / 640;

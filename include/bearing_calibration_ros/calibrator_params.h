@@ -54,6 +54,9 @@ enum class ResultFolder : std::uint8_t { kUnused, kWritten };
 CalibrationNodeConfig readCalibrationNodeConfig(ParamReader params,
                                                 ResultFolder folder = ResultFolder::kUnused);
 
+/// A leading ~/ is the user's home folder, as in a shell.
+std::string expandHome(const std::string& folder);
+
 /// Tries to write into the folder that this one stands for (see OwnedFolder), makes it where it is
 /// missing, and clears away what a killed writer has left.
 /// @returns in words why that cannot be, with the system's reason; empty when it can

@@ -11,8 +11,10 @@
 #include <optional>
 #include <string>
 
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/vision/image_advice.h"
 #include "bearing_calibration/vision/light_detector.h"
+#include "bearing_calibration/vision/optics_learner.h"
 #include "bearing_calibration_ros/namespaces.h"
 
 namespace bearing_calibration_ros {
@@ -106,6 +108,15 @@ inline void fillDiagnostics(const DetectionCounts& counts, const ImagesOfLate& i
   const Eigen::Vector2d variances_px2 = observation.light->variances_px2();
   status->add("light's width along the azimuth (px)", width(variances_px2(0)));
   status->add("light's width along the radius (px)", width(variances_px2(1)));
+}
+
+/// Each value of lens and mirror as it is known now, by its parameter's name.
+inline void fillOptics(const core::OpticsLearner& learner,
+                       diagnostic_updater::DiagnosticStatusWrapper* status) {
+  for (const core::LearntOptics& each : learner.optics()) {
+    status->add(each.parameter, core::formatted("%s: %.6g (%s %.2g)", core::nameOf(each.state),
+                                                each.value, each.stddev_parameter, each.stddev));
+  }
 }
 
 }  // namespace bearing_calibration_ros

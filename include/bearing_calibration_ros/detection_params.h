@@ -9,6 +9,7 @@
 #include "bearing_calibration/vision/detector_config.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/search_region.h"
+#include "bearing_calibration_ros/calibrator_params.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
 #include "bearing_calibration_ros/sensor_places.h"
@@ -19,7 +20,8 @@ namespace bearing_calibration_ros {
 struct DetectionNodeConfig {
   std::string sensor_frame;
   bool camera_info_required = false;
-  int image_queue = 0;  ///< images that wait while one is searched
+  int image_queue = 0;        ///< images that wait while one is searched
+  std::string optics_folder;  ///< where learnt optics are saved; empty: nowhere
   core::DetectorConfig detector;
   core::ShutterConfig shutter;
   core::SearchConfig search;
@@ -39,6 +41,8 @@ struct DetectionNodeConfig {
     }
     params.read("camera_info/required", camera_info_required);
     params.integer("images/queue", image_queue, 1, kLongestQueue);
+    params.read("optics/folder", optics_folder);
+    optics_folder = expandHome(optics_folder);
     detector.declare(params);
     if (detector.mirror_kind == core::MirrorKind::kNone) requireLevel(params, sensor_frame);
     shutter.declare(params);

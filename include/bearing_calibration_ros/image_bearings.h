@@ -10,6 +10,7 @@
 #include "bearing_calibration/vision/light_bearings.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration/vision/light_tracks.h"
+#include "bearing_calibration/vision/optics_learner.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/image_conversion.h"
@@ -23,12 +24,14 @@ class ImageBearings {
   explicit ImageBearings(const DetectionNodeConfig& config)
       : config_(config), detector_(config.detector), tracks_(config.search) {
     if (config.blink.use) blink_.emplace(config.blink);
+    if (config.detector.mirror_kind == core::MirrorKind::kCone) learner_.emplace(config.detector);
   }
 
-  /// Looks with another detector from the next image on; what is known of blinking stays.
+  /// Looks with another detector from the next image on; what is known of blinking, and what is
+  /// learnt of the optics, stays.
   void setDetector(const core::DetectorConfig& detector) {
     config_.detector = detector;
-    detector_ = core::LightDetector(detector);
+    detector_ = core::LightDetector(learner_ ? learner_->applied(detector) : detector);
     result_ = nullptr;
   }
 
@@ -51,6 +54,7 @@ class ImageBearings {
   /// @param prediction  of the bearing at about that moment
   core::BearingSet detect(const sensor_msgs::ImageConstPtr& image,
                           const std::optional<core::BearingPrediction>& prediction) {
+    if (learner_ && learner_->hasNews()) setDetector(config_.detector);
     const bool look_everywhere =
         images_++ % static_cast<std::uint64_t>(config_.full_scan_every) == 0;
     std::optional<core::SearchRegion> region;
@@ -78,19 +82,31 @@ class ImageBearings {
                                            result_->lights, config_.detector);
       core::identifyByColour(config_.colour, colours, &bearings);
     }
+    if (learner_ && prediction) learn(bearings, *prediction);
     return bearings;
   }
 
   /// What the last image showed, and that image in grey.
   const core::DetectionResult& result() const { return *result_; }
   const cv::Mat& grey() const { return *grey_; }
+  /// What is learnt of the optics; none without a conic mirror.
+  const std::optional<core::OpticsLearner>& learner() const { return learner_; }
 
  private:
+  void learn(const core::BearingSet& bearings, const core::BearingPrediction& prediction) {
+    if (const auto spot = core::rangedSpot(result_->lights, bearings, prediction)) {
+      learner_->add(*spot);
+    } else if (const core::Detection* light = core::likeliestLight(result_->lights);
+               light == nullptr || light->bearing.probability < core::LightDetector::kLikely) {
+      learner_->miss(bearings.stamp);
+    }
+  }
   bool hasMirror() const { return config_.detector.mirror_kind != core::MirrorKind::kNone; }
 
   DetectionNodeConfig config_;
   core::LightDetector detector_;
   core::LightTracks tracks_;
+  std::optional<core::OpticsLearner> learner_;
   std::optional<core::BlinkIdentifier> blink_;  ///< none unless blink/use is set; instead of tracks
   GreyConverter converter_;
   const core::DetectionResult* result_ = nullptr;

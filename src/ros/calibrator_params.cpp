@@ -8,12 +8,6 @@
 namespace bearing_calibration_ros {
 namespace {
 
-/// A leading ~/ is the user's home folder, as in a shell.
-std::string expandHome(const std::string& folder) {
-  const char* home = std::getenv("HOME");
-  return folder.compare(0, 2, "~/") == 0 && home != nullptr ? home + folder.substr(1) : folder;
-}
-
 void declareFrame(const std::string& name, std::string& frame, core::Parameters& params) {
   params.read(name, frame);
   params.that(!frame.empty() && frame.front() != '/' && frame.find(' ') == std::string::npos,
@@ -61,6 +55,11 @@ void CalibrationNodeConfig::declare(core::Parameters& params) {
   params.number("clock/max_step_back", max_step_back_s, kLeastStepBack_s, kMostStepBack_s);
   params.number("diagnostics/input_timeout", input_timeout_s, core::plausible::kBriefest_s,
                 core::plausible::kLongest_s);
+}
+
+std::string expandHome(const std::string& folder) {
+  const char* home = std::getenv("HOME");
+  return folder.compare(0, 2, "~/") == 0 && home != nullptr ? home + folder.substr(1) : folder;
 }
 
 std::string whyNotWritable(const std::string& folder) {

@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
+#include <stdexcept>
 #include <string>
 
 #include "bearing_calibration/vision/annotation.h"
@@ -26,6 +27,7 @@
 #include "bearing_calibration_ros/image_bearings.h"
 #include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/image_input.h"
+#include "bearing_calibration_ros/optics_file.h"
 #include "bearing_calibration_ros/rig_checks.h"
 #include "bearing_calibration_ros/threshold_server.h"
 
@@ -44,6 +46,7 @@ class LightDetectionNodelet : public GuardedNodelet {
  private:
   void start() override {
     config_ = readConfig<DetectionNodeConfig>(ParamReader(getPrivateNodeHandle()));
+    keepOptics();
     bearings_ = std::make_unique<ImageBearings>(config_);
     adviser_ = std::make_unique<core::ImageAdviser>(config_.detector);
     // Before the first callback may want to name them: the queue is served already.
@@ -55,6 +58,14 @@ class LightDetectionNodelet : public GuardedNodelet {
     }
     advertise();
     subscribe();
+  }
+
+  void keepOptics() {
+    const std::string& folder = config_.optics_folder;
+    if (folder.empty() || config_.detector.mirror_kind != core::MirrorKind::kCone) return;
+    const std::string why = whyNotWritable(folder);
+    if (!why.empty()) throw std::runtime_error("optics/folder " + why);
+    optics_file_ = std::make_unique<OpticsFile>(folder, getName());
   }
 
   void advertise() {
@@ -203,6 +214,10 @@ class LightDetectionNodelet : public GuardedNodelet {
     counts_.images_dropped = image_input_->dropped();
     fillDiagnostics(counts_, images_of_late_, last_observation_, &status);
     status.add("camera_info", describeCameraInfo());
+    if (const auto& learner = bearings_->learner()) {
+      if (optics_file_) optics_file_->see(*learner);
+      fillOptics(*learner, &status);
+    }
     counts_before_ = counts_;
   }
 
@@ -220,6 +235,7 @@ class LightDetectionNodelet : public GuardedNodelet {
   }
 
   DetectionNodeConfig config_;
+  std::unique_ptr<OpticsFile> optics_file_;  ///< none where nothing is kept
   std::unique_ptr<ImageBearings> bearings_;
   std::optional<core::BearingPrediction> prediction_;
   std::optional<DeliveredImage> camera_info_;

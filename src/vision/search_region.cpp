@@ -144,12 +144,10 @@ bool AnnulusMask::cuts(const PixelEllipse& ellipse) const {
 }
 
 void SearchConfig::declare(Parameters& params) {
-  constexpr double kWidest_rad = radiansFromDegrees(89.0);  // a wedge is narrower than a half plane
   constexpr double kFastest_pxps = 1e6;
   params.read("prediction/use", use);
   params.number("prediction/sigmas", sigmas, 0.0, plausible::kMostSigmas);
   params.number("prediction/margin", margin_rad, plausible::kLeastAngle_rad, kPi);
-  params.number("prediction/max_half_width", max_half_width_rad, 0.0, kWidest_rad);
   params.number("prediction/max_age", max_age_s, 0.0, plausible::kLongest_s);
   params.number("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
   params.number("prediction/max_radius_rate", max_radius_rate_pxps, 0.0, kFastest_pxps);
@@ -170,12 +168,13 @@ std::optional<SeenRadius> seenRadius(const BearingSet& bearings,
 std::optional<SearchRegion> searchRegion(const SearchConfig& config,
                                          const BearingPrediction& prediction,
                                          const std::optional<SeenRadius>& seen, Stamp stamp) {
+  constexpr double kWidest_rad = 0.8;  // wider, the whole mirror is searched as soon
   if (!config.use) return std::nullopt;
   const double age_s = std::abs(secondsFromDuration(stamp - prediction.stamp));
   const double half_width_rad = config.sigmas * std::sqrt(prediction.azimuth_variance_rad2) +
                                 config.max_turn_rate_radps * age_s;
   const bool useful = std::isfinite(prediction.azimuth_rad) && age_s <= config.max_age_s &&
-                      config.margin_rad + half_width_rad <= config.max_half_width_rad;
+                      config.margin_rad + half_width_rad <= kWidest_rad;
   if (!useful) return std::nullopt;
   const double azimuth_rad = wrapAngle(prediction.azimuth_rad);
   SearchRegion region{std::nullopt, {azimuth_rad, config.margin_rad + half_width_rad}};

@@ -2,6 +2,8 @@
 """The light detection nodelet: images in, bearings out; in a manager and alone."""
 
 import math
+import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -11,6 +13,7 @@ import unittest
 import dynamic_reconfigure.client
 import rospy
 import rostest
+import yaml
 from bearing_calibration.msg import LightBearing, LightBearings, PredictedBearing
 from bearing_calibration.srv import FindMirror
 from diagnostic_msgs.msg import DiagnosticArray
@@ -19,8 +22,8 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 from std_msgs.msg import String
 
 from calibration_world import DEADLINE_S, wait_until
-from mirror_images import (CENTRE_U, CENTRE_V, HEIGHT, IMAGE_PX, WIDTH, Spot, camera_info, image_of,
-                           png_of, with_rim)
+from mirror_images import (APERTURE_M, CENTRE_U, CENTRE_V, HEIGHT, IMAGE_PX, WIDTH, Spot,
+                           camera_info, image_of, png_of, with_rim)
 
 ROW_TIME_S, STAMP_TO_MID_EXPOSURE_S = 5e-5, -0.01  # light_detection.test
 FULL_SCAN_EVERY = 10  # config/detection.yaml
@@ -69,8 +72,8 @@ class LightDetectionTest(unittest.TestCase):
         rospy.Subscriber('/rosout', Log, cls.logs.append)
         rospy.Subscriber('/diagnostics', DiagnosticArray,
                          lambda message: cls.statuses.extend(message.status))
-        cls.managed, cls.rolling, cls.wide, cls.blinking, cls.late = map(
-            Detection, ('managed', 'rolling', 'wide', 'blinking', 'late'))
+        cls.managed, cls.rolling, cls.wide, cls.blinking, cls.late, cls.learning = map(
+            Detection, ('managed', 'rolling', 'wide', 'blinking', 'late', 'learning'))
         cls.compressed = Detection('compressed', '/compressed', CompressedImage)
 
     def assert_seen(self, answer, spots):
@@ -234,6 +237,43 @@ class LightDetectionTest(unittest.TestCase):
         # An old prediction is none.
         self.assert_seen(self.managed.answer_to(image_of(spots, rospy.Time.now() + rospy.Duration(9))),
                          spots)
+
+    def test_the_optics_are_learnt_from_a_light_at_known_distances(self):
+        aperture = 1.25 * APERTURE_M
+        start, count = rospy.Time.now(), 0
+        self.assertIn('configured: 0.0017', wait_until(
+            lambda: self.last_value(self.learning, 'lens/aperture'), 'the aperture in /diagnostics'))
+
+        def is_learnt():
+            nonlocal count
+            count += 1
+            spot = Spot(azimuth=math.remainder(2.4 * count, 2.0 * math.pi),
+                        distance=0.6 + 0.4 * (count % 4), aperture=aperture)
+            stamp = start + rospy.Duration(count)
+            prediction = PredictedBearing(azimuth=spot.azimuth, azimuth_variance=1e-4,
+                                          distance=spot.distance, distance_variance=1e-4)
+            prediction.header.stamp = stamp
+            self.learning.predictions.publish(prediction)
+            time.sleep(0.05)  # its topic is another one than that of the image
+            self.learning.answer_to(image_of([spot], stamp))
+            return 'learnt' in self.last_value(self.learning, 'lens/aperture')
+        wait_until(is_learnt, 'that the aperture is learnt')
+        self.assertIn('learnt', self.last_value(self.learning, 'mirror/half_angle'))
+
+        folder = rospy.get_param('/learning/light_detection/optics/folder')
+        self.addCleanup(shutil.rmtree, folder)
+
+        def saved():
+            if not os.path.exists(folder + '/optics.yaml'):
+                return None
+            with open(folder + '/optics.yaml') as file:
+                return yaml.safe_load(file)
+        optics = wait_until(saved, 'optics.yaml')
+        lens = optics['lens']
+        self.assertLess(lens['aperture_stddev'], 0.125, 'half of what is configured')
+        self.assertLess(abs(math.log(lens['aperture'] / aperture)), 3.0 * lens['aperture_stddev'])
+        self.assertGreater(lens['aperture'], 1.1 * APERTURE_M)
+        self.assertEqual(sorted(optics['mirror']), ['half_angle', 'half_angle_stddev'])
 
     def test_the_light_that_blinks_is_named_among_steady_ones(self):
         steady, blinking = Spot(azimuth=0.7), Spot(azimuth=-2.0)

@@ -19,7 +19,7 @@ SUBSAMPLES = 8  # along a pixel's side
 class Spot:
     """The image of a light at a distance and height (over the apex) [m] and an azimuth [rad]."""
 
-    def __init__(self, azimuth, distance=1.0, height=-0.03):
+    def __init__(self, azimuth, distance=1.0, height=-0.03, aperture=APERTURE_M):
         below = math.atan2(distance, height)
         apex_to_light = math.hypot(distance, height)
         x = apex_to_light * math.sin(2.0 * TAU - below)  # the light's reflection in the cone's edge
@@ -30,8 +30,9 @@ class Spot:
         to_light = (distance - hit) / math.sin(2.0 * TAU - theta)
         sagittal = 1.0 / (1.0 / to_light + (math.sin(2.0 * TAU - theta) - math.sin(theta)) / hit)
         image_m = 1.0 / (1.0 / FOCAL_M - 1.0 / FOCUS_M)
-        scale = APERTURE_M * image_m / PIXEL_M
+        scale = aperture * image_m / PIXEL_M
         self.azimuth = azimuth
+        self.distance = distance
         self.image_radius = image_m / PIXEL_M * math.tan(theta)
         self.tangential = scale * abs(1.0 / FOCUS_M - 1.0 / ((to_mirror + sagittal) * math.cos(theta)))
         self.radial = scale * abs(1.0 / FOCUS_M - 1.0 / z)

@@ -102,6 +102,11 @@ class SimulateBag(unittest.TestCase):
         self.assertIn(done.returncode, (0, 4), done.stdout)
         self.assertIn('(%d images)' % (10 * IMAGE_SECONDS), done.stdout)
         self.assertRight(result)
+        with open(os.path.join(self.path('out'), 'optics.yaml')) as file:
+            mirror = yaml.safe_load(file)['mirror']
+        self.assertLess(mirror['half_angle_stddev'], 0.013, 'half of what is configured')
+        self.assertLess(abs(mirror['half_angle'] - math.radians(52.5)),
+                        3.0 * mirror['half_angle_stddev'])
         # the largest of this test's children so far, the renderer among them
         used_bytes = 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
         self.assertLess(used_bytes, 1.2 * IMAGE_BYTES)

@@ -72,7 +72,6 @@ SearchConfig search() {
   config.use = true;
   config.sigmas = 3.0;
   config.margin_rad = 0.1;
-  config.max_half_width_rad = 0.5;
   config.max_age_s = 0.2;
   config.max_turn_rate_radps = 1.0;
   config.max_radius_rate_pxps = 80.0;
@@ -192,9 +191,8 @@ TEST(SearchRegion, ValidateNamesEveryWrongValue) {
   EXPECT_TRUE(errorsOf(search()).empty());
   SearchConfig config = search();
   config.margin_rad = 0.0;
-  config.max_half_width_rad = 2.0;
   config.max_radius_rate_pxps = -1.0;
-  EXPECT_EQ(errorsOf(config).size(), 3u);
+  EXPECT_EQ(errorsOf(config).size(), 2u);
   EXPECT_EQ(errorsOf(ShutterConfig{40.0, std::nan(""), -1.0}).size(), 3u);
 }
 

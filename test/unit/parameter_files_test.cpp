@@ -13,6 +13,8 @@
 #include <string>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/optics_learner.h"
+#include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/param_reader.h"
 
 namespace bearing_calibration_ros {
@@ -293,6 +295,62 @@ TEST_F(NodesFiles, RefusesWhatIsNoAssignmentAndNoFile) {
   expectSaid(errorOf([&] { files_.overlay("/none.yaml"); }), "/none.yaml: cannot be read");
   expectSaid(errorOf([&] { files_.overlay(write("list.yaml", "[1, 2]")); }),
              "not a list of names and values");
+}
+
+/// What a detection learns of lens and mirror, which begins with those of the simulated robot.
+class SavedOptics : public ParametersFromFiles {
+ protected:
+  static DetectionNodeConfig started(const std::vector<std::string>& overrides) {
+    ParameterFiles files;
+    files.addNode("calibration", packagedConfig("calibration.yaml"));  // the robot's wheels are its
+    files.addNode("detection", packagedConfig("detection.yaml"));
+    files.overlay(packagedConfig("robots/simulated.yaml"));
+    for (const std::string& file : overrides) files.overlay(file);
+    return readConfig<DetectionNodeConfig>(files.reader("detection"));
+  }
+};
+
+TEST_F(SavedOptics, AreParametersOfTheNextStart) {
+  namespace core = bearing_calibration::core;
+  const core::DetectorConfig before = started({}).detector;
+  core::OpticsLearner learner(before);
+  core::RangedSpot spot;
+  spot.stamp = core::stampFromSeconds(1.0);
+  spot.image_radius_px = 190.0;
+  spot.variances_px2 << 22.0, 6.0;
+  spot.distance_m = 1.0;
+  ASSERT_TRUE(learner.add(spot));
+  const core::DetectorConfig learnt = learner.applied(before);
+  const core::DetectorConfig after =
+      started({write("optics.yaml", core::yamlOf(learner))}).detector;
+  constexpr double kDigits = 1e-9;
+  EXPECT_NE(after.mirror.half_angle_rad, before.mirror.half_angle_rad);
+  EXPECT_NEAR(after.mirror.half_angle_rad, learnt.mirror.half_angle_rad, kDigits);
+  EXPECT_NEAR(after.mirror.focal_length_m, learnt.mirror.focal_length_m, kDigits);
+  EXPECT_NEAR(after.mirror.aperture_m, learnt.mirror.aperture_m, kDigits);
+  EXPECT_NEAR(after.mirror.focus_distance_m, learnt.mirror.focus_distance_m, kDigits);
+  EXPECT_NEAR(after.optics_stddev.half_angle_rad, learnt.optics_stddev.half_angle_rad, kDigits);
+  EXPECT_NEAR(after.optics_stddev.scale, learnt.optics_stddev.scale, kDigits);
+  EXPECT_NEAR(after.optics_stddev.aperture, learnt.optics_stddev.aperture, kDigits);
+  EXPECT_NEAR(after.optics_stddev.focus, learnt.optics_stddev.focus, kDigits);
+}
+
+// Promise refused: a file of learnt optics with a mistake
+TEST_F(SavedOptics, AMistakeInThemIsNamed) {
+  const auto refusal = [](const std::string& text) -> std::string {
+    try {
+      started({write("mistaken.yaml", text)});
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto names = [&](const std::string& name, const std::string& text) {
+    return refusal(text).find(name) != std::string::npos;
+  };
+  EXPECT_TRUE(names("lens/apperture", "lens: {apperture: 0.002}"));
+  EXPECT_TRUE(names("mirror/half_angle", "mirror: {half_angle: 52.5}"));
+  EXPECT_TRUE(names("lens/focus_distance", "lens: {focus_distance: 0.001}"));
 }
 
 }  // namespace

@@ -208,6 +208,8 @@ void Replay::finish() {
   outcome_->result = calibrator_.result();
   outcome_->review = review_.conclude(outcome_->result);
   outcome_->history = history_.take();
+  const OpticsLearner* learner = images_ && images_->learner() ? &*images_->learner() : nullptr;
+  if (learner != nullptr && learner->learntValues() > 0) outcome_->optics = yamlOf(*learner);
   for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
 }
 

@@ -66,6 +66,7 @@ struct BagOutcome {
   BagTopics topics;
   std::vector<std::string> warnings;  ///< sentences
   std::uint64_t images = 0;           ///< searched for the light
+  std::string optics;                 ///< as learnt from them, YAML; empty: nothing is learnt
   BagTimes times;
 };
 

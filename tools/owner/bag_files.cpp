@@ -148,6 +148,7 @@ StoredResult storeBagFiles(const std::string& folder, const BagJob& job, const B
                                  {"estimates.csv", estimatesCsv(outcome, start)},
                                  {"images.csv", imagesCsv(outcome.review, start)},
                                  {"plans.csv", plansCsv(outcome, start)}};
+  if (!outcome.optics.empty()) files.push_back({"optics.yaml", outcome.optics});
   const auto saved = bearing_calibration_ros::savedFrom(
       outcome.result, setup.calibration, "calibrate_bag",
       job.bag + ": " + outcome.topics.wheels + ", " + outcome.topics.observations());

@@ -80,8 +80,7 @@ struct SearchConfig {
   bool use = false;
   double sigmas = 0.0;      ///< half the region's width in the prediction's deviations
   double margin_rad = 0.0;  ///< added to the sector on either side: at least the light's own image
-  double max_half_width_rad = 0.0;    ///< a wider region is no help: the whole mask is searched
-  double max_age_s = 0.0;             ///< an older prediction says nothing
+  double max_age_s = 0.0;   ///< an older prediction says nothing
   double max_turn_rate_radps = 0.0;   ///< of the bearing: widens the region with the age
   double max_radius_rate_pxps = 0.0;  ///< of the image radius since the light was seen
 
