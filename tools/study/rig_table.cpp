@@ -3,54 +3,22 @@
 //
 //     rig_table [IMAGES PER ROW]
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <string>
-#include <vector>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/rendered_observations.h"
 #include "support/synthetic_spot.h"
+#include "tools/study/wrong_rigs.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-struct Row {
-  std::string name;
-  RendererConfig rendered;
-  double height_m;
-};
-
-/// Each wrong value in both directions.
-std::vector<Row> rowsOf(const RendererConfig& right) {
-  std::vector<Row> rows{{"as configured", right, right.reference_height_m}};
-  const auto add = [&](const std::string& name, double amount, auto change) {
-    for (double sign : {-1.0, 1.0}) {
-      Row row{name + (sign < 0.0 ? " less" : " more"), right, right.reference_height_m};
-      change(&row, sign * amount);
-      rows.push_back(row);
-    }
-  };
-  add("focal length 5 %", 0.05,
-      [](Row* row, double part) { row->rendered.rig.focal_length_m *= 1.0 + part; });
-  add("pixel pitch 5 %", 0.05,
-      [](Row* row, double part) { row->rendered.rig.pixel_m *= 1.0 + part; });
-  add("half angle 2 deg", radiansFromDegrees(2.0),
-      [](Row* row, double off) { row->rendered.rig.cone_half_angle_rad += off; });
-  add("focus 20 %", 0.2,
-      [](Row* row, double part) { row->rendered.rig.focus_distance_m *= 1.0 + part; });
-  add("aperture 35 %", 0.35,
-      [](Row* row, double part) { row->rendered.rig.aperture_m *= 1.0 + part; });
-  add("centre 3 px", 3.0, [](Row* row, double off) { row->rendered.rig.centre_px.x() += off; });
-  add("tilt 1 deg", radiansFromDegrees(1.0),
-      [](Row* row, double off) { row->rendered.rig.axis_lean.x() += off; });
-  add("light 100 mm from the apex", 0.1, [](Row* row, double off) { row->height_m = off; });
-  return rows;
-}
-
-void look(const Row& row, int images) {
+void look(const WrongRig& row, int images) {
   constexpr unsigned kSeed = 61;
   constexpr double kRight_rad = radiansFromDegrees(5.0);  // a wrong rig moves the bearing, too
   constexpr double kLightRadius_m = 0.004;
@@ -62,7 +30,7 @@ void look(const Row& row, int images) {
   int visible = 0;
   for (const test::Observation& observation : test::randomObservations(images, 1.0, kSeed)) {
     Light light = observation.light();
-    light.height_m = row.height_m;
+    light.height_m = row.light_height_m;
     light.radius_m = kLightRadius_m;
     const Pose2 pose = observation.worldFromSensor();
     const auto truth = renderer.truthOf(light, {pose, Eigen::Vector2d::Zero(), 0.0});
@@ -95,7 +63,7 @@ int run(int images) {
       "|\n|---|---|---|---|---|---|\n");
   RendererConfig rendered = test::renderedRig();
   rendered.rays_per_light = 1 << 14;
-  for (const Row& row : rowsOf(rendered)) look(row, images);
+  for (const WrongRig& row : wrongRigs(rendered)) look(row, images);
   return EXIT_SUCCESS;
 }
 
