@@ -30,6 +30,7 @@
 #include "bearing_calibration_ros/optics_file.h"
 #include "bearing_calibration_ros/rig_checks.h"
 #include "bearing_calibration_ros/threshold_server.h"
+#include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
 
@@ -187,20 +188,39 @@ class LightDetectionNodelet : public GuardedNodelet {
         cv_bridge::CvImage(header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
   }
 
-  bool onFindMirror(msg::FindMirror::Request&, msg::FindMirror::Response& response) {
+  bool onFindMirror(msg::FindMirror::Request& request, msg::FindMirror::Response& response) {
     response = noMirror(last_image_ ? "the newest image cannot be looked at: see the log"
                                     : "no image has come yet on " + image_topic_);
     guarded("find_mirror", [&] {
       GreyConverter converter;
       if (last_image_) response = findMirror(converter.convert(last_image_), config_.detector);
+      if (request.apply && response.found) applyCentre(&response);
     });
     NODELET_INFO("find_mirror: %s", response.text.c_str());
     return true;
   }
 
-  void takeThresholds(const core::DetectorConfig& detector) {
-    config_.detector = detector;
+  void applyCentre(msg::FindMirror::Response* response) {
+    core::DetectorConfig detector = config_.detector;
+    detector.view.centre_u_px = response->centre_u;
+    detector.view.centre_v_px = response->centre_v;
+    const std::string refusal = thrownBy([&] { lookWith(core::validated(detector)); });
+    response->applied = refusal.empty();
+    response->text += refusal.empty() ? "; the centre is applied until this node ends: call ~reset "
+                                        "of the calibration, and write it into your file"
+                                      : "; the centre is not applied: " + refusal;
+  }
+
+  void takeThresholds(const core::DetectorConfig& changed) {
+    core::DetectorConfig detector = config_.detector;
+    detector.threshold = changed.threshold;
+    detector.gates = changed.gates;
+    lookWith(detector);
+  }
+
+  void lookWith(const core::DetectorConfig& detector) {
     bearings_->setDetector(detector);
+    config_.detector = detector;
     adviser_ = std::make_unique<core::ImageAdviser>(detector);
   }
 

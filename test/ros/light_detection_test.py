@@ -22,7 +22,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 from std_msgs.msg import String
 
 from calibration_world import DEADLINE_S, wait_until
-from mirror_images import (APERTURE_M, CENTRE_U, CENTRE_V, HEIGHT, IMAGE_PX, WIDTH, Spot,
+from mirror_images import (APERTURE_M, CENTRE_U, CENTRE_V, HANDEDNESS, HEIGHT, IMAGE_PX, WIDTH, Spot,
                            camera_info, image_of, png_of, with_rim)
 
 ROW_TIME_S, STAMP_TO_MID_EXPOSURE_S = 5e-5, -0.01  # light_detection.test
@@ -309,10 +309,10 @@ class LightDetectionTest(unittest.TestCase):
                    for du in range(-12, 13) for dv in range(-12, 13)]
         self.assertGreater(sum(outline), 20, 'green pixels around the light')
 
-    def find_mirror(self, image):
+    def find_mirror(self, image, apply=False):
         self.managed.answer_to(image)
         rospy.wait_for_service('/managed/light_detection/find_mirror', DEADLINE_S)
-        return rospy.ServiceProxy('/managed/light_detection/find_mirror', FindMirror)()
+        return rospy.ServiceProxy('/managed/light_detection/find_mirror', FindMirror)(apply)
 
     def test_find_mirror_compares_the_rim_with_the_configuration(self):
         spot = Spot(azimuth=0.7)
@@ -329,10 +329,35 @@ class LightDetectionTest(unittest.TestCase):
         self.assertAlmostEqual(moved.centre_u, CENTRE_U + 4, delta=0.1)
         self.assertIn("set them to the rim's centre", moved.text)
 
-        none = self.find_mirror(image_of([spot], rospy.Time.now()))
-        self.assertFalse(none.found or none.consistent)
+        none = self.find_mirror(image_of([spot], rospy.Time.now()), apply=True)
+        self.assertFalse(none.found or none.consistent or none.applied)
         self.assertTrue(math.isnan(none.centre_u))
         self.assertIn('no rim', none.text)
+
+    def test_a_centre_that_is_applied_counts_from_the_next_image_on(self):
+        spot = Spot(azimuth=0.7)
+
+        def azimuth():
+            answer = self.managed.answer_to(image_of([spot], rospy.Time.now()))
+            return answer.candidates[0].azimuth
+
+        def rim_at(centre_u):
+            return with_rim(image_of([spot], rospy.Time.now()), centre_u, CENTRE_V)
+        right = self.find_mirror(rim_at(CENTRE_U))
+        self.assertFalse(right.applied)
+        self.assertAlmostEqual(azimuth(), spot.azimuth, delta=0.002)
+        try:
+            moved = self.find_mirror(rim_at(CENTRE_U + 4), apply=True)
+            self.assertTrue(moved.applied, moved.text)
+            about_moved = HANDEDNESS * math.atan2(CENTRE_V - spot.v, spot.u - moved.centre_u)
+            self.assertGreater(abs(about_moved - spot.azimuth), 0.01)
+            self.assertAlmostEqual(azimuth(), about_moved, delta=0.002)
+            self.thresholds().update_configuration({'min_contrast': 31.0})
+            self.assertAlmostEqual(azimuth(), about_moved, delta=0.002)  # thresholds leave it
+        finally:
+            back = self.find_mirror(rim_at(CENTRE_U), apply=True)
+        self.assertTrue(back.applied, back.text)
+        self.assertAlmostEqual(azimuth(), spot.azimuth, delta=0.002)
 
     def test_advice_on_exposure_stands_in_its_topic_and_in_diagnostics(self):
         said = []
