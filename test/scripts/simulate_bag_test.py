@@ -52,10 +52,10 @@ class SimulateBag(unittest.TestCase):
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               universal_newlines=True, timeout=600)
 
-    def calibrate(self, *arguments):
-        """Exit status, text and result."""
-        output = self.path('out')
-        done = self.calibrateBag(*arguments, '--output', output)
+    def calibrate(self, bag):
+        """Exit status, text and result, in a folder of the bag's own: a better result stays."""
+        output = bag + '_out'
+        done = self.calibrateBag(bag, '--output', output)
         with open(os.path.join(output, 'result.yaml')) as file:
             return done, yaml.safe_load(file)
 
@@ -102,7 +102,7 @@ class SimulateBag(unittest.TestCase):
         self.assertIn(done.returncode, (0, 4), done.stdout)
         self.assertIn('(%d images)' % (10 * IMAGE_SECONDS), done.stdout)
         self.assertRight(result)
-        with open(os.path.join(self.path('out'), 'optics.yaml')) as file:
+        with open(os.path.join(bag + '_out', 'optics.yaml')) as file:
             mirror = yaml.safe_load(file)['mirror']
         self.assertLess(mirror['half_angle_stddev'], 0.013, 'half of what is configured')
         self.assertLess(abs(mirror['half_angle'] - math.radians(52.5)),
