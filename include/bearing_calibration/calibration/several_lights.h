@@ -13,7 +13,7 @@ namespace bearing_calibration::core {
 
 /// The calibration of one mount with up to CalibratorConfig::max_lights lights. Each light has a
 /// calibration of its own, with all that makes that one robust and honest; together they make a
-/// joint one (lights.md). With one light at most it is that light's calibration and nothing
+/// joint one (model.md). With one light at most it is that light's calibration and nothing
 /// else. A value: a copy goes on by itself.
 class SeveralLights {
  public:
