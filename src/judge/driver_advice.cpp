@@ -78,7 +78,7 @@ std::string adviceFor(const StartAttempt& attempt) {
       return "drive another metre nearer to the light and turn on the spot; " +
              describe(attempt.weakest);
     case StartObstacle::kAmbiguous:
-      return "two answers fit: drive straight and turn once more";
+      return "two mounts fit: drive straight and turn once more";
   }
   return "";
 }

@@ -143,22 +143,22 @@ std::string nameOf(int place) {
 std::string howToPart(const MountQuality::Pair& pair) {
   switch (motionThatParts(pair)) {
     case PartingMotion::kTurns:
-      return "turn on the spot, a full turn to each side, to part them";
+      return "turn on the spot, a full turn to each side, to separate them";
     case PartingMotion::kNearer:
       return "drive to half the light's distance and turn there on the spot, once to each side, to "
-             "part them";
+             "separate them";
     case PartingMotion::kDistances:
-      return "turn on the spot at three distances from the light, near and far, to part them";
+      return "turn on the spot at three distances from the light, near and far, to separate them";
     case PartingMotion::kNone:
       break;
   }
-  return "no motion parts them: " + blockOf(pair.second).when_held;
+  return "no motion separates them: " + blockOf(pair.second).when_held;
 }
 
 std::string inWords(const RivalMount& rival) {
   const std::string search = formatted(
       "of %d fits from yaws all around and %d with a slip elsewhere", rival.minima, rival.slips);
-  if (!std::isfinite(rival.gap)) return "no other mount came up: none " + search;
+  if (!std::isfinite(rival.gap)) return "no other mount was found: none " + search;
   const Eigen::Vector3d& mount = rival.mount;
   return formatted(
       "the next best mount, (%.3f m, %.3f m, %.1f deg), is behind by %.1f of "

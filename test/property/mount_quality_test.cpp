@@ -84,7 +84,7 @@ TEST(MountQuality, OnlyWhatMayBeTrustedIsPraised) {
   EXPECT_EQ(words[1],
             "the position is known least along 90 deg (0: forward, 90: left), to 4.0 mm (68 %)");
   EXPECT_EQ(words[2],
-            "no other mount came up: none of 0 fits from yaws all around and 0 with a slip "
+            "no other mount was found: none of 0 fits from yaws all around and 0 with a slip "
             "elsewhere");
   result.rival.offer(12.345, {0.1, -0.2, 0.5 * kPi});
   result.rival.minima = 8;

@@ -13,7 +13,7 @@ inline constexpr double kOpenGap = 7.0;
 /// The next best answer to a record that is another mount than the one that is believed, and how it
 /// was looked for.
 struct RivalMount {
-  /// Log-likelihood, half a chi-square, by which it is behind; infinite where none came up.
+  /// Log-likelihood, half a chi-square, by which it is behind; infinite where none was found.
   double gap = std::numeric_limits<double>::infinity();
   Eigen::Vector3d mount = Eigen::Vector3d::Zero();  ///< x [m], y [m], yaw [rad]
   int minima = 0;                                   ///< fits begun at yaws all around
