@@ -70,7 +70,7 @@ Those of the drive are in [driving.md](../how-to/driving.md).
 | `~markers` | visualization_msgs/MarkerArray | out: robot, light, sensor, ellipses, ray and path for RViz ([live.md](../how-to/live.md)) |
 | `/tf` | tf2_msgs/TFMessage | out, only with `publish_tf:=true` ([result.md](../how-to/result.md)); the start frame while somebody subscribes to `~markers` |
 | `/diagnostics` | diagnostic_msgs/DiagnosticArray | out, once a second ([live.md](../how-to/live.md)) |
-| `~reset` | std_srvs/Trigger | forgets everything and starts again |
+| `~reset` | std_srvs/Trigger | discards the estimate and starts again |
 | `~pause` | std_srvs/SetBool | true pauses the calibration, false resumes it |
 | `~save` | std_srvs/Trigger | writes `result.yaml`, the URDF joint and more ([result.md](../how-to/result.md)) |
 
