@@ -158,7 +158,7 @@ class Rendering(unittest.TestCase):
                 self.assertNotRegex(textOf(path), r'(?m)^ *<!--')
 
     def testEquationsAreNumberedInTheirOrder(self):
-        for name in ('model.md', 'start.md', 'faults.md'):
+        for name in ('model.md', 'start.md'):
             numbers = [int(number) for number in NUMBERED_EQUATION.findall(textOf(pathOf(name)))]
             self.assertTrue(numbers)
             self.assertEqual(numbers, list(range(1, len(numbers) + 1)), name)
