@@ -18,16 +18,18 @@
 
 namespace bearing_calibration_ros {
 
-/// Writes optics.yaml, lens and mirror as learnt from the light: when one of their values is
-/// learnt, and at the node's end, by a signal too. Nothing before the first is learnt.
+/// Writes lens and mirror as learnt from the light: when one of their values is learnt, and at the
+/// node's end, by a signal too. Nothing before the first is learnt. The file has the node's name,
+/// as left.light_detection.yaml (no part of a name has a point): several nodes may share a folder.
 ///
 /// Threading: the end runs in a thread of its own; it saves what was seen last.
 class OpticsFile {
  public:
-  /// @param node  its name, for the log
+  /// @param node  its whole name
   OpticsFile(std::string folder, std::string node)
       : folder_(std::move(folder)),
         node_(std::move(node)),
+        file_(fileOf(node_)),
         shutdown_hook_(std::make_unique<ShutdownHook>([this] { save(); })) {}
   ~OpticsFile() {
     shutdown_hook_.reset();
@@ -48,12 +50,17 @@ class OpticsFile {
   }
 
  private:
+  static std::string fileOf(std::string node) {
+    std::replace(node.begin(), node.end(), '/', '.');
+    return node.substr(node.find_first_not_of('.')) + ".yaml";
+  }
+
   void save() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (text_ == saved_) return;
     std::string said = "the optics as learnt are in ";
     const std::string error = thrownBy([&] {
-      said += core::OwnedFolder(folder_).replace({{"optics.yaml", text_}}) + "/optics.yaml";
+      said += core::OwnedFolder(folder_).add({file_, text_}) + "/" + file_;
       saved_ = text_;
     });
     if (!error.empty()) said = "the optics are not saved: " + error;
@@ -64,7 +71,7 @@ class OpticsFile {
     }
   }
 
-  const std::string folder_, node_;
+  const std::string folder_, node_, file_;
   int learnt_ = 0;    ///< values, at most
   std::mutex mutex_;  ///< of what follows
   std::string text_;

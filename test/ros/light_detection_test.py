@@ -264,11 +264,11 @@ class LightDetectionTest(unittest.TestCase):
         self.addCleanup(shutil.rmtree, folder)
 
         def saved():
-            if not os.path.exists(folder + '/optics.yaml'):
+            if not os.path.exists(folder + '/learning.light_detection.yaml'):
                 return None
-            with open(folder + '/optics.yaml') as file:
+            with open(folder + '/learning.light_detection.yaml') as file:
                 return yaml.safe_load(file)
-        optics = wait_until(saved, 'optics.yaml')
+        optics = wait_until(saved, 'the file of optics')
         lens = optics['lens']
         self.assertLess(lens['aperture_stddev'], 0.125, 'half of what is configured')
         self.assertLess(abs(math.log(lens['aperture'] / aperture)), 3.0 * lens['aperture_stddev'])

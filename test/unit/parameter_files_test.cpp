@@ -9,12 +9,15 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/optics_learner.h"
 #include "bearing_calibration_ros/detection_params.h"
+#include "bearing_calibration_ros/optics_file.h"
 #include "bearing_calibration_ros/param_reader.h"
 
 namespace bearing_calibration_ros {
@@ -333,6 +336,41 @@ TEST_F(SavedOptics, AreParametersOfTheNextStart) {
   EXPECT_NEAR(after.optics_stddev.scale, learnt.optics_stddev.scale, kDigits);
   EXPECT_NEAR(after.optics_stddev.aperture, learnt.optics_stddev.aperture, kDigits);
   EXPECT_NEAR(after.optics_stddev.focus, learnt.optics_stddev.focus, kDigits);
+}
+
+// Promise kept: learnt optics of two cameras whose nodes share optics/folder
+TEST_F(SavedOptics, OfTwoNodesLieInFilesOfTheirNames) {
+  namespace core = bearing_calibration::core;
+  const fs::path folder = testing::TempDir() + "parameter_files_optics";
+  fs::remove_all(folder);
+  std::map<std::string, std::string> expected;
+  for (const std::string camera : {"left", "right"}) {
+    core::DetectorConfig detector = started({}).detector;
+    core::OpticsLearner learner(detector);
+    if (camera == "left") detector.mirror.aperture_m *= 1.25;  // than is configured
+    for (int i = 1; i <= 100; ++i) {
+      core::RangedSpot spot;
+      spot.stamp = core::stampFromSeconds(i);
+      spot.azimuth_rad = i;
+      spot.distance_m = 0.6 + 0.4 * (i % 4);
+      spot.image_radius_px =
+          core::radiusFromLight(detector.mirror, {spot.distance_m, -0.02}).value();
+      const core::SpotBlur blur =
+          core::expectedBlur(detector.mirror, spot.image_radius_px, spot.distance_m);
+      spot.variances_px2 << blur.tangential_diameter_px, blur.radial_diameter_px;
+      spot.variances_px2 = (0.25 * spot.variances_px2).cwiseAbs2();
+      learner.add(spot);
+    }
+    ASSERT_GT(learner.learntValues(), 0);
+    expected[camera + ".light_detection.yaml"] = core::yamlOf(learner);
+    OpticsFile(folder, "/" + camera + "/light_detection").see(learner);
+  }
+  ASSERT_NE(expected.begin()->second, expected.rbegin()->second);
+  for (const auto& [file, text] : expected) {
+    std::ostringstream saved;
+    saved << std::ifstream(folder / file).rdbuf();
+    EXPECT_EQ(saved.str(), text) << file;
+  }
 }
 
 // Promise refused: a file of learnt optics with a mistake
