@@ -12,6 +12,7 @@ import roslaunch.core
 import roslaunch.xmlloader
 import roslib.packages
 import yaml
+from bearing_calibration.msg import CalibrationEstimate
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 LAUNCH_FILES = sorted(glob.glob(os.path.join(REPOSITORY, 'launch', '*.launch')))
@@ -158,6 +159,25 @@ class ConfigFiles(unittest.TestCase):
         own = {'mask/inner_radius', 'mask/outer_radius', 'mask/last_row'}  # of the detector alone
         for name in required - own:
             self.assertEqual(robot[name], simulated[also.get(name, name)], name)
+
+    def testPlotJugglersLayoutPlotsNumbersOfTheEstimate(self):
+        kinds = dict(zip(CalibrationEstimate.__slots__, CalibrationEstimate._slot_types))
+        topic, = ['/%s/estimate' % node.name for node in load(os.path.join(REPOSITORY, 'launch', 'calibrate.launch')).nodes
+                  if 'CalibrationNodelet' in node.args]
+        layout = ElementTree.parse(os.path.join(REPOSITORY, 'config', 'plotjuggler.xml')).getroot()
+        made = {snippet.get('name'): snippet for snippet in layout.iter('snippet')}
+        curves = [curve.get('name') for curve in layout.iter('curve')]
+        self.assertLessEqual(set(made), set(curves))
+        sources = [source.text for snippet in made.values()
+                   for source in [snippet.find('linked_source')] + list(snippet.find('additional_sources'))]
+        self.assertEqual(len(sources), 2 * len(made))
+        for name in sources + [name for name in curves if name not in made]:
+            with self.subTest(name=name):
+                self.assertEqual(os.path.dirname(name), topic)
+                self.assertIn(kinds.get(os.path.basename(name)), ('float64', 'uint8'))
+        for splitter in layout.iter('DockSplitter'):
+            self.assertEqual(int(splitter.get('count')), len(splitter))
+            self.assertEqual(len(splitter.get('sizes').split(';')), len(splitter))
 
     def testNumbersAreNumbers(self):
         """YAML 1.1 reads 1e-6 as text: it wants a point."""

@@ -16,7 +16,7 @@ import yaml
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from documents_test import DOCUMENTS, REPOSITORY, commandsIn, reference_pages, textOf  # noqa: E402
 
-READ_AS_THEY_ARE = ('config/**/*.yaml', 'msg/*.msg', 'srv/*.srv', 'action/*.action', 'launch/*.launch',
+READ_AS_THEY_ARE = ('config/**/*.yaml', 'config/*.xml', 'msg/*.msg', 'srv/*.srv', 'action/*.action', 'launch/*.launch',
                     'rviz/*.rviz', 'tools/owner/report/page.html')
 CODE = [path for folder, pattern in (('src', '*.cpp'), ('include', '*.h'), ('tools', '*.cpp'), ('tools', '*.h'),
                                      ('tools', '*.py'))
