@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
-"""Writes doc/reference/parameters.md, doc/reference/messages.md and doc/background/promises.md from what they describe.
+"""Writes doc/reference/parameters.md, doc/reference/messages.md and doc/background/promises.md from what they describe:
+
+    ./scripts/run scripts/reference_pages.py
 
 A test (reference_pages) holds the pages against them, so neither can go stale.
 """
 
 import os
 import re
+import subprocess
 import sys
 import textwrap
 
@@ -32,11 +35,12 @@ INTERFACES = (
 )
 PARAMETERS_HEAD = """# Parameters
 
-Made from `config/*.yaml` by `scripts/reference_pages.py`: change the comments there. SI units and radians. The launch
-files load these files first, then the numbers of your robot (`robot:=FILE`), then other values of yours
-(`overrides:=FILE`). Where the default is `required` there is none: only you know that number
-([robots.md](../tutorials/robots.md), [camera.md](../tutorials/camera.md)). Parameters that are missing, misspelt or
-out of bounds stop the node, which lists all of them, with the bounds. Write only what differs into your file:
+Made from `config/*.yaml`, and the bounds from the code, by `scripts/reference_pages.py`: change the comments there. SI
+units and radians. The launch files load these files first, then the numbers of your robot (`robot:=FILE`), then other
+values of yours (`overrides:=FILE`). Where the default is `required` there is none: only you know that number
+([robots.md](../tutorials/robots.md), [camera.md](../tutorials/camera.md)). Bounds include their ends and hold whatever
+else is set; where one parameter limits another, the error says so. Parameters that are missing, misspelt or out of
+bounds stop the node, which lists all of them, with the bounds. Write only what differs into your file:
 
 ```yaml
 wheels:
@@ -125,7 +129,15 @@ def cell(text):
     return text.replace('|', '\\|').replace('*', '\\*').replace('<', '&lt;')
 
 
+def boundsOfParameters():
+    """{(configuration file, name): its bounds}, as the code declares them."""
+    told = subprocess.run(['rosrun', 'bearing_calibration', 'parameter_bounds'], stdout=subprocess.PIPE,
+                          check=True, universal_newlines=True).stdout
+    return {tuple(words[:2]): words[2] for words in (line.split(' ', 2) for line in told.splitlines())}
+
+
 def parametersPage():
+    bounds = boundsOfParameters()
     parts = [PARAMETERS_HEAD]
     for name, title, users in CONFIGURATIONS:
         parts.append('\n## %s\n\n[config/%s](../../config/%s), read by %s.\n' % (title, name, name, users))
@@ -133,8 +145,9 @@ def parametersPage():
             parts.append('\n### %s\n' % group)
             if about:
                 parts.append('\n%s\n' % cell(about))
-            parts.append('\n| parameter | default | |\n|---|---|---|\n')
-            parts += ['| `%s/%s` | `%s` | %s |\n' % (group, key, value, cell(comment))
+            parts.append('\n| parameter | default | bounds | |\n|---|---|---|---|\n')
+            parts += ['| `%s/%s` | `%s` | %s | %s |\n' % (
+                group, key, value, bounds.get((name, '%s/%s' % (group, key)), ''), cell(comment))
                       for key, value, comment in rows]
     return ''.join(parts)
 

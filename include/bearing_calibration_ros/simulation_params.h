@@ -89,7 +89,7 @@ struct SimulationNodeConfig {
 
   void declare(core::Parameters& params) {
     int whole_seed = 0;
-    if (params.read("world/seed", whole_seed)) params.notNegative("world/seed", whole_seed);
+    params.integer("world/seed", whole_seed, 0, std::numeric_limits<int>::max());
     seed = robot.seed = driving.trajectory.seed = scene.room.seed = renderer.seed =
         static_cast<std::uint64_t>(whole_seed);
     double step_rate_hz = 1.0 / robot.step_s;

@@ -7,6 +7,7 @@
 #include <boost/geometry/geometries/polygon.hpp>
 #include <boost/geometry/geometries/segment.hpp>
 
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
@@ -32,8 +33,10 @@ void Region::declare(Parameters& params) {
   constexpr std::size_t kLeastCorners = 3;
   params.list("region/polygon", 2, polygon_m,
               [](const auto& row) { return Eigen::Vector2d(row[0], row[1]); });
-  const double least_m = polygon_m.empty() ? plausible::kShortest_m : 0.0;
-  params.number("region/radius", radius_m, least_m, plausible::kFarthest_m);
+  params.number("region/radius", radius_m, 0.0, plausible::kFarthest_m);
+  params.that(!polygon_m.empty() || radius_m >= plausible::kShortest_m,
+              formatted("region/radius must be at least %g without region/polygon",
+                        plausible::kShortest_m));
   if (polygon_m.empty()) return;
   const bool is_near =
       std::all_of(polygon_m.begin(), polygon_m.end(), [](const Eigen::Vector2d& corner) {

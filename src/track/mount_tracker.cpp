@@ -22,7 +22,7 @@ constexpr int kLostWindow = MountTracker::kWindow / 2;
 
 void FilterConfig::declare(Parameters& params) {
   constexpr double kSmallestGate = 0.5;
-  constexpr double kLargestGate = 1.0 - 1e-12;
+  constexpr double kLargestGate = 0.999999999;
   params.choice("filter/parametrisation", {"cartesian", "paper"}, parametrisation);
   params.number("filter/gate_probability", gate_probability, kSmallestGate, kLargestGate);
 }

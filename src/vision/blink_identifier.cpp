@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
@@ -36,9 +37,7 @@ void BlinkConfig::declare(Parameters& params) {
                   std::to_string(window_s * rate_hz));
   params.number("blink/min_part_at_rate", min_part_at_rate, 0.0, 1.0);
   params.number("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
-  params.read("blink/light_id", light_id);
-  params.that(light_id >= 0,
-              "blink/light_id must not be negative, but is " + std::to_string(light_id));
+  params.integer("blink/light_id", light_id, 0, std::numeric_limits<int>::max());
 }
 
 BlinkIdentifier::BlinkIdentifier(const BlinkConfig& config) : config_(validated(config)) {}

@@ -66,9 +66,11 @@ void declareMask(Parameters& params, const ImageSensor& sensor, MaskConfig& mask
   params.number("mask/outer_radius", mask.outer_radius_px, 1.0, kLargestSide_px);
   params.that(mask.inner_radius_px < mask.outer_radius_px,
               "mask/inner_radius must be less than mask/outer_radius");
-  const double last_row = sensor.height_px > 0 ? sensor.height_px - 1.0 : kLargestSide_px;
-  params.integer("mask/first_row", mask.first_row, 0.0, last_row);
-  params.integer("mask/last_row", mask.last_row, mask.first_row, last_row);
+  params.integer("mask/first_row", mask.first_row, 0.0, kLargestSide_px);
+  params.integer("mask/last_row", mask.last_row, 0.0, kLargestSide_px);
+  params.that(mask.first_row <= mask.last_row,
+              "mask/first_row must not be greater than mask/last_row");
+  params.that(mask.last_row < sensor.height_px, "mask/last_row must be less than sensor/height");
   params.list("mask/posts", 2, mask.posts, [](const auto& row) {
     return MirrorPost{row[0], row[1]};
   });
@@ -87,7 +89,9 @@ void declareLight(Parameters& params, const ConicMirror& mirror, LightModel& lig
   params.that(light.max_distance_m > light.min_distance_m,
               "light/max_distance must be greater than light/min_distance");
   params.number("light/radius", light.radius_m, 0.0, kLargestLight_m);
-  params.number("light/min_radius", light.min_radius_m, 0.0, light.radius_m);
+  params.number("light/min_radius", light.min_radius_m, 0.0, kLargestLight_m);
+  params.that(light.min_radius_m <= light.radius_m,
+              "light/min_radius must not be greater than light/radius");
   params.number("light/half_height", light.half_height_m, 0.0, kLargestLight_m);
   params.number("light/brightness_spread", light.brightness_spread, 0.0, 1.0);
   params.number("light/max_height", light.max_height_m, 0.0, kFarthest_m);
@@ -118,7 +122,9 @@ void DetectorConfig::declare(Parameters& params) {
                 kLargestLevel);
   params.number("threshold/spreads", threshold.spreads, 0.0, kMostSigmas);
   params.integer("gates/max_pixels", gates.max_pixels, 1.0, kMaxPixels);
-  params.integer("gates/min_pixels", gates.min_pixels, 1.0, gates.max_pixels);
+  params.integer("gates/min_pixels", gates.min_pixels, 1.0, kMaxPixels);
+  params.that(gates.min_pixels <= gates.max_pixels,
+              "gates/min_pixels must not be greater than gates/max_pixels");
   params.number("gates/min_probability", gates.min_probability, 0.0, 1.0);
   params.integer("gates/max_candidates", max_candidates, 1.0, kMaxCandidates);
   params.number("defocus/sigma", defocus_sigma_px, 0.0, kMaxDefocus_px);

@@ -22,6 +22,8 @@ class LightDetectionParametersTest(RefusedParameters):
         (lambda c: c['mask'].update(posts=[[0.1]]), 'mask/posts must be a list of lists of 2'),
         (lambda c: c['mask'].update(inner_radius=300.0),
          'mask/inner_radius must be less than mask/outer_radius'),
+        (lambda c: c['mask'].update(first_row=479, last_row=478), 'mask/first_row must not be greater than mask/last_row'),
+        (lambda c: c['light'].update(min_radius=0.03), 'light/min_radius must not be greater than light/radius'),
         (lambda c: c['gates'].update(min_fil=0.9), 'min_fil is not known'),
         (lambda c: c['mirror'].update(kind='hyperbola'),
          "mirror/kind must be one of (cone, other, none), but is 'hyperbola'"),

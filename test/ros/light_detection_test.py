@@ -412,7 +412,8 @@ class LightDetectionTest(unittest.TestCase):
         spot = Spot(azimuth=0.7)
         thresholds = self.thresholds()
         for wrong, sentence in (
-                ({'min_pixels': 50, 'max_pixels': 40, 'spreads': 3.0}, 'gates/min_pixels must lie in'),
+                ({'min_pixels': 50, 'max_pixels': 40, 'spreads': 3.0},
+                 'gates/min_pixels must not be greater than gates/max_pixels'),
                 ({'min_probability': -0.1}, 'gates/min_probability must lie in'),
                 ({'min_contrast': float('nan'), 'min_probability': 2.0},
                  'gates/min_probability must lie in')):
@@ -423,6 +424,16 @@ class LightDetectionTest(unittest.TestCase):
                 self.assertEqual(answer[name], before[name], 'taken: %s' % name)
             self.assert_said('thresholds refused', sentence)
             self.assert_seen(self.managed.answer_to(image_of([spot], rospy.Time.now())), [spot])
+
+    def test_clients_know_the_thresholds_bounds_beyond_which_they_are_refused(self):
+        thresholds = self.thresholds()
+        told = {each['name']: (each['min'], each['max'])
+                for each in thresholds.get_parameter_descriptions(timeout=DEADLINE_S) if each['name'] != 'refusal'}
+        self.assertEqual(set(told), set(thresholds.get_configuration()) - {'groups', 'refusal'})
+        for name, (least, most) in told.items():
+            for beyond in (least - 1, most + 1):
+                refusal = thresholds.update_configuration({name: beyond})['refusal']
+                self.assertIn('/%s must lie in [%.10g, %.10g], but is %.10g' % (name, least, most, beyond), refusal)
 
     def said(self, *pieces):
         return [log for log in self.logs if log.level == Log.WARN and

@@ -108,8 +108,9 @@ class Run(CopyOfTheScripts):
                                  (['--to-use'], [], PROGRAMS + [program]))
 
     def testSoIsTheOneOfAScriptThatMeasures(self):
-        self.assertEqual(self.whatItTakes('echo tools/study/gallery.py doc/images'),
-                         ([], [], PROGRAMS + ['gallery_data']))
+        for script, program in (('tools/study/gallery.py', 'gallery_data'),
+                                ('scripts/reference_pages.py', 'parameter_bounds')):
+            self.assertEqual(self.whatItTakes('echo ' + script), ([], [], PROGRAMS + [program]))
 
     def testTestsAndBenchesAreAddedToTheBuildThatIsThere(self):
         for command, target in (('rostest bearing_calibration simulation.test', 'rostests'),

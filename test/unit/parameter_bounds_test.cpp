@@ -1,10 +1,16 @@
 // Every number of every shipped parameter file, those of the simulated robot where the file has
 // none, is set to what no robot has, one after the other: it is refused, and the sentence names it.
+// The bounds that are declared, which the reference page and the thresholds' clients show, are
+// where values begin to be refused.
+
+#include "bearing_calibration/common/parameter_bounds.h"
 
 #include <gtest/gtest.h>
 #include <ros/time.h>
 
+#include <algorithm>
 #include <climits>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <map>
@@ -13,8 +19,10 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration_ros/adapter_params.h"
 #include "bearing_calibration_ros/calibrator_params.h"
 #include "bearing_calibration_ros/detection_params.h"
@@ -49,13 +57,22 @@ struct Node {
   std::string name;
   std::vector<std::string> files;
   std::function<void(const ParameterMap&)> read;
+  core::Bounds bounds;
 };
 
 void PrintTo(const Node& node, std::ostream* stream) { *stream << node.name; }
 
 template <typename Config>
-void readAs(const ParameterMap& parameters) {
-  readConfig<Config>(ParamReader(parameters));
+Node nodeWith(const std::string& name, const std::vector<std::string>& files) {
+  return {name, files,
+          [](const ParameterMap& parameters) { readConfig<Config>(ParamReader(parameters)); },
+          core::Bounds(Config())};
+}
+
+/// As an integer where it is one, which a parameter of either kind takes.
+XmlRpcValue numberOf(double value) {
+  const bool is_integer = value == std::floor(value) && std::abs(value) <= INT_MAX;
+  return is_integer ? XmlRpcValue(static_cast<int>(value)) : XmlRpcValue(value);
 }
 
 class ShippedNumbers : public testing::TestWithParam<Node> {
@@ -114,6 +131,32 @@ class ShippedNumbers : public testing::TestWithParam<Node> {
     }
   }
 
+  /// What is said when a parameter has this value, all others as they are shipped.
+  std::string errorsWith(const std::string& name, const XmlRpcValue& value) {
+    const XmlRpcValue shipped = std::exchange(parameters_.at(name), value);
+    std::string errors;
+    try {
+      GetParam().read(parameters_);
+    } catch (const std::runtime_error& error) {
+      errors = error.what();
+    }
+    parameters_.at(name) = shipped;
+    return errors;
+  }
+
+  /// @param side  -1 for the least, 1 for the most that is allowed
+  void expectToBeginAt(const std::string& name, double bound, int side) {
+    constexpr double kBeyond = 1e-6;         // of the bound
+    constexpr double kSmallestBound = 1e-9;  // of those that are not 0
+    const bool is_integer = parameters_.at(name).getType() == XmlRpcValue::TypeInt;
+    const double step = is_integer ? 1.0 : kBeyond * std::max(std::abs(bound), kSmallestBound);
+    const std::string refused = name + " must lie in";
+    EXPECT_EQ(errorsWith(name, numberOf(bound)).find(refused), std::string::npos) << bound;
+    if (bound == INT_MAX) return;
+    EXPECT_NE(errorsWith(name, numberOf(bound + side * step)).find(refused), std::string::npos)
+        << name << " beyond " << bound;
+  }
+
   /// Every number in a value, those of lists in lists, too.
   void expectEachRefused(const std::string& name, XmlRpcValue* value) {
     switch (value->getType()) {
@@ -143,13 +186,36 @@ TEST_P(ShippedNumbers, AreRefusedByNameBeyondWhatARobotHas) {
   EXPECT_GE(numbers_, kLeast);
 }
 
+TEST_P(ShippedNumbers, AreBoundedAsDeclaredWhateverTheOthersAre) {
+  int found = 0;
+  for (const auto& [name, range] : GetParam().bounds.ranges()) {
+    if (std::count(names_.begin(), names_.end(), name) == 0) continue;  // of another file
+    ++found;
+    expectToBeginAt(name, range.least, -1);
+    expectToBeginAt(name, range.most, 1);
+  }
+  constexpr int kLeast = 6;
+  EXPECT_GE(found, kLeast);
+}
+
+TEST_P(ShippedNumbers, ChoicesAreThoseThatAreDeclared) {
+  for (const auto& [name, names] : GetParam().bounds.choices()) {
+    if (std::count(names_.begin(), names_.end(), name) == 0) continue;
+    const std::string refused = name + " must be one of (" + core::joined(names, ", ") + ")";
+    EXPECT_NE(errorsWith(name, XmlRpcValue("none of them")).find(refused), std::string::npos);
+    for (const std::string& each : names) {
+      EXPECT_EQ(errorsWith(name, XmlRpcValue(each)).find(refused), std::string::npos) << each;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Nodes, ShippedNumbers,
-    testing::Values(Node{"adapter", {"adapter.yaml"}, readAs<AdapterNodeConfig>},
-                    Node{"calibration", {"calibration.yaml"}, readAs<CalibrationNodeConfig>},
-                    Node{"detection", {"detection.yaml"}, readAs<DetectionNodeConfig>},
-                    Node{"drive", {"calibration.yaml", "drive.yaml"}, readAs<DriveNodeConfig>},
-                    Node{"simulation", {"simulation.yaml"}, readAs<SimulationNodeConfig>}),
+    testing::Values(nodeWith<AdapterNodeConfig>("adapter", {"adapter.yaml"}),
+                    nodeWith<CalibrationNodeConfig>("calibration", {"calibration.yaml"}),
+                    nodeWith<DetectionNodeConfig>("detection", {"detection.yaml"}),
+                    nodeWith<DriveNodeConfig>("drive", {"calibration.yaml", "drive.yaml"}),
+                    nodeWith<SimulationNodeConfig>("simulation", {"simulation.yaml"})),
     [](const auto& node) { return node.param.name; });
 
 }  // namespace

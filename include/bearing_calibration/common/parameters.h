@@ -56,7 +56,7 @@ class Parameters {
 
   virtual ~Parameters() = default;
 
-  /// A finite number in [least, most].
+  /// A finite number in [least, most], whatever the other parameters are.
   void number(const std::string& name, double& value, double least, double most) {
     read(name, value);
     between(name, value, least, most);
@@ -68,12 +68,11 @@ class Parameters {
   /// One of `names`, which are those of the enumeration in its order.
   template <typename Enumeration>
   void choice(const std::string& name, const std::vector<std::string>& names, Enumeration& value) {
-    std::string chosen;
-    if (!read(name, chosen)) return;
+    std::string chosen = names.at(static_cast<std::size_t>(value));
+    read(name, chosen);
+    oneOf(name, chosen, names);
     const auto found = std::find(names.begin(), names.end(), chosen);
     if (found != names.end()) value = static_cast<Enumeration>(found - names.begin());
-    that(found != names.end(),
-         name + " must be one of (" + joined(names, ", ") + "), but is '" + chosen + "'");
   }
   /// A list of items of `row_size` finite numbers each.
   template <typename Item, typename ItemFrom>
@@ -109,10 +108,15 @@ class Parameters {
     that(std::isfinite(value) && value >= 0.0,
          name + " must not be negative, but is " + textOf(value));
   }
-  void between(const std::string& name, double value, double least, double most) {
+  virtual void between(const std::string& name, double value, double least, double most) {
     that(std::isfinite(value) && value >= least && value <= most,
          name + " must lie in [" + textOf(least) + ", " + textOf(most) + "], but is " +
              textOf(value));
+  }
+  virtual void oneOf(const std::string& name, const std::string& value,
+                     const std::vector<std::string>& names) {
+    that(std::find(names.begin(), names.end(), value) != names.end(),
+         name + " must be one of (" + joined(names, ", ") + "), but is '" + value + "'");
   }
   void notEmpty(const std::string& name, const std::string& value) {
     that(!value.empty(), name + " must not be empty");
@@ -123,7 +127,7 @@ class Parameters {
 
  private:
   virtual bool readInto(const std::string& /*name*/, const Target& /*target*/) { return false; }
-  static std::string textOf(double value) { return formatted("%.9g", value); }
+  static std::string textOf(double value) { return formatted("%.10g", value); }
 
   std::vector<std::string> errors_;
 };
