@@ -194,7 +194,10 @@ void MountCalibration::refineAndJudge() {
   }
   if (!settled) return;
   const auto part = record_fit_.oldestPart(observations, *settled, surplus());
-  if (part) initializer_.cut(*part);
+  if (!part) return;
+  noise_told_before_.give(
+      static_cast<double>(part->count) / static_cast<double>(observations.size()), noise_told_);
+  initializer_.cut(*part);
 }
 
 /// Of several lights each record is as long as the one that they share.
@@ -215,8 +218,9 @@ StateEstimate MountCalibration::withItsNoise(const SlipAverage& settled) {
   const InitializerConfig& config = config_.initializer;
   correlation_time_ = correlationTime(observations, settled.best.correlation);
   if (!config.noise.any()) return settled.estimate;
-  const NoiseReview review =
-      reviewNoise(observations, settled.best, config.batch.errors, config.noise, noise_);
+  const NoiseReview review = reviewNoise(observations, settled.best, config.batch.errors,
+                                         config.noise, noise_, noise_told_before_);
+  noise_told_ = review.told;
   noise_ = most_noise_ ? atMost(review.levels, *most_noise_) : review.levels;
   return ::bearing_calibration::core::withItsNoise(settled.estimate, settled.best, review);
 }

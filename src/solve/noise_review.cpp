@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "bearing_calibration/common/symmetric.h"
-#include "bearing_calibration/solve/noise_record.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -20,7 +19,8 @@ constexpr double kLogitStddev = 1.5;
 struct Likeliest {
   NoiseUnknowns unknowns;
   NoiseUnknownsMatrix covariance;
-  double cost;  ///< minus the logarithm of the likelihood
+  double cost;            ///< minus the logarithm of the likelihood
+  NoiseInformation told;  ///< by the innovations alone
 };
 
 /// A cost at some levels.
@@ -34,9 +34,10 @@ struct Score {
 class Levels {
  public:
   /// @param least_log_bearing  lower limit of that unknown
-  Levels(const NoiseRecord& record, const NoisePriors& priors, double least_log_bearing,
-         bool gives_up_slips)
+  Levels(const NoiseRecord& record, const NoisePriors& priors, const NoiseInformation& told_before,
+         double least_log_bearing, bool gives_up_slips)
       : record_(record),
+        told_before_(told_before),
         mean_(0.0, 0.0, kShareMean, kCorrelationMean),
         stddev_(priors.bearing_stddev, priors.wheel_stddev, kLogitStddev, kLogitStddev),
         least_log_bearing_(least_log_bearing),
@@ -48,10 +49,16 @@ class Levels {
     constexpr double kSettled = 0.02;
     constexpr double kLeastSigmas = 3.0;  // no robot's wheels are better
     Likeliest likeliest{unknowns, NoiseUnknownsMatrix::Zero(),
-                        std::numeric_limits<double>::infinity()};
+                        std::numeric_limits<double>::infinity(), NoiseInformation()};
     for (int i = 0; i < kMostSteps; ++i) {
-      const Score here = scoreAt(unknowns);
-      if (here.cost < likeliest.cost) likeliest = {unknowns, covarianceOf(here), here.cost};
+      const Score told = scoreOfInnovations(unknowns);
+      const Score here = withWhatIsKnown(told, unknowns);
+      if (here.cost < likeliest.cost) {
+        likeliest = {unknowns,
+                     covarianceOf(here),
+                     here.cost,
+                     {told.information, told.information * unknowns - told.gradient}};
+      }
       const NoiseUnknowns step = NoiseUnknowns(-solved(here.information, here.gradient))
                                      .cwiseMax(-kLongestStep)
                                      .cwiseMin(kLongestStep);
@@ -100,8 +107,10 @@ class Levels {
   }
 
   /// The same with what was known beforehand; an unknown that is not looked for stays.
-  Score scoreAt(const NoiseUnknowns& unknowns) const {
-    Score score = scoreOfInnovations(unknowns);
+  Score withWhatIsKnown(Score score, const NoiseUnknowns& unknowns) const {
+    score.cost += unknowns.dot(0.5 * told_before_.matrix * unknowns - told_before_.times_mean);
+    score.gradient += told_before_.matrix * unknowns - told_before_.times_mean;
+    score.information += told_before_.matrix;
     for (int k = 0; k < kNoiseUnknowns; ++k) {
       if (!looksFor(k)) {
         score.information(k, k) = 1.0;
@@ -124,6 +133,7 @@ class Levels {
   }
 
   const NoiseRecord& record_;
+  const NoiseInformation& told_before_;
   NoiseUnknowns mean_;
   NoiseUnknowns stddev_;
   double least_log_bearing_;
@@ -168,7 +178,7 @@ double leastBearingLevel(const std::vector<Observation>& observations, const Err
 
 NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
                         const ErrorPriors& errors, const NoisePriors& priors,
-                        const NoiseLevels& used) {
+                        const NoiseLevels& used, const NoiseInformation& told_before) {
   constexpr double kCostOfSlip = 10.0;  // half the chi-square for which a fit gives a motion up
   const NoiseRecord record(observations, fit, errors);
   NoiseUnknowns start;
@@ -176,10 +186,13 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
   const double least_log_bearing = priors.bearing_stddev > 0.0
                                        ? std::log(leastBearingLevel(observations, errors))
                                        : start(kBearingLevel);
+  const auto findLevels = [&](bool gives_up_slips) {
+    return Levels(record, priors, told_before, least_log_bearing, gives_up_slips).find(start);
+  };
   bool gives_up_slips = true;
-  Likeliest likeliest = Levels(record, priors, least_log_bearing, gives_up_slips).find(start);
+  Likeliest likeliest = findLevels(gives_up_slips);
   if (!fit.slips.empty()) {
-    const Likeliest noisier = Levels(record, priors, least_log_bearing, false).find(start);
+    const Likeliest noisier = findLevels(false);
     const double cost = likeliest.cost + kCostOfSlip * static_cast<double>(fit.slips.size());
     if (noisier.cost < cost) {
       gives_up_slips = false;
@@ -189,7 +202,8 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
   const NoiseUnknowns stddev = likeliest.covariance.diagonal().cwiseSqrt();
   return {{{std::exp(likeliest.unknowns(kBearingLevel)), stddev(kBearingLevel)},
            {std::exp(likeliest.unknowns(kWheelLevel)), stddev(kWheelLevel)}},
-          averageOver(record, likeliest, gives_up_slips)};
+          averageOver(record, likeliest, gives_up_slips),
+          likeliest.told};
 }
 
 StateEstimate withItsNoise(StateEstimate estimate, const BatchEstimate& fit,

@@ -82,6 +82,38 @@ TEST(NoiseLevels, AreFoundAsWellAsTheySay) { expectFoundAsWellAsTheySay(0.0); }
 
 TEST(NoiseLevels, AreFoundBesideACorrelationOfTheBearings) { expectFoundAsWellAsTheySay(0.7); }
 
+// A record that is cut still tells of the noise: two drives tell as much as they do one by one.
+TEST(NoiseLevels, AreFoundBetterWithWhatWasGivenAway) {
+  double bearing_nees = 0.0, wheel_nees = 0.0;
+  double bearing_precision = 0.0, bearing_precision_of_both = 0.0;
+  double wheel_precision = 0.0, wheel_precision_alone = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const Record given_away = recordOf(seed, 50.0, kStatedTooSmall);
+    const Record record = recordOf(kRuns + seed, 50.0, kStatedTooSmall);
+    const NoiseReview before =
+        reviewNoise(given_away.observations, given_away.fit, {}, kPriors, {});
+    NoiseInformation told_before;
+    told_before.give(1.0, before.told);
+    const NoiseLevels alone = found(record);
+    const NoiseLevels levels =
+        reviewNoise(record.observations, record.fit, {}, kPriors, {}, told_before).levels;
+    bearing_nees += std::pow(std::log(2.0 / levels.bearing.value) / levels.bearing.log_stddev, 2);
+    wheel_nees += std::pow(std::log(4.0 / levels.wheel.value) / levels.wheel.log_stddev, 2);
+    const auto precision = [](const NoiseFactor& factor) {
+      return 1.0 / (factor.log_stddev * factor.log_stddev);
+    };
+    bearing_precision += precision(levels.bearing);
+    bearing_precision_of_both += precision(alone.bearing) + precision(before.levels.bearing) -
+                                 1.0 / (kPriors.bearing_stddev * kPriors.bearing_stddev);
+    wheel_precision += precision(levels.wheel);
+    wheel_precision_alone += precision(alone.wheel);
+  }
+  EXPECT_NEAR(bearing_precision / bearing_precision_of_both, 1.0, 0.2);
+  EXPECT_GT(wheel_precision, 1.3 * wheel_precision_alone);
+  expectInBand(bearing_nees, kRuns);
+  expectInBand(wheel_nees, kRuns);
+}
+
 // Levels drawn from their prior: then the mount must be as sure as it says.
 TEST(NoiseLevels, WidenTheMountByWhatIsNotKnownOfThem) {
   const NoisePriors priors{1.0, 2.0};

@@ -15,6 +15,19 @@ enum NoiseIndex : int { kBearingLevel, kWheelLevel, kLastingShare, kLasting, kNo
 using NoiseUnknowns = Eigen::Matrix<double, kNoiseUnknowns, 1>;
 using NoiseUnknownsMatrix = Eigen::Matrix<double, kNoiseUnknowns, kNoiseUnknowns>;
 
+/// What innovations tell of the unknowns, as a normal distribution that may be improper.
+struct NoiseInformation {
+  NoiseUnknownsMatrix matrix = NoiseUnknownsMatrix::Zero();
+  NoiseUnknowns times_mean = NoiseUnknowns::Zero();  ///< the matrix times the likeliest unknowns
+
+  /// As so large a share of what told `other` is given away: never more than a whole record tells,
+  /// because noise changes on the way.
+  void give(double share, const NoiseInformation& other) {
+    matrix += share * (other.matrix - matrix);
+    times_mean += share * (other.times_mean - times_mean);
+  }
+};
+
 /// Innovations of a record, and what it says of the robot in the end.
 struct FilteredRecord {
   std::vector<Innovation> innovations;
