@@ -187,7 +187,7 @@ void MountCalibration::refineAndJudge() {
                        settled->best.correlation);
     }
   }
-  judge_->judge(*tracker_, observations, settled);
+  judge_->judge(*tracker_, observations, settled, noise_);
   if (config_.max_lights > 1) noteSolution(settled, estimate);
   if (judge_->last().state == CalibrationState::kConverged) {
     most_noise_ = most_noise_ ? atMost(noise_.atMost(), *most_noise_) : noise_.atMost();
@@ -251,6 +251,9 @@ void MountCalibration::diagnose() {
   diagnoses_.begin(initializer_.record(), kDiagnoses);
   diagnosis_ = findFault(initializer_.record().observations(), config_.drive.wheel_separation_m,
                          config_.initializer);
+  // A light that moves is given up like a slip: a jump of the mount that remains is not due to it.
+  const bool has_moved = judge_ && judge_->last().cause == Fault::kMountMoved;
+  if (has_moved && diagnosis_.fault == Fault::kLightMoved) diagnosis_ = {};
 }
 
 /// Keeps an observation: for the initialiser before the start, for batch and judge after it.

@@ -55,16 +55,17 @@ double wayOf(const std::vector<Observation>& record, const BatchEstimate& fit) {
   return way_m;
 }
 
-/// The jump of the mount that the record tells, if any.
-std::optional<DisplacementTest> findDisplacement(const BatchEstimate& fit, double way_m) {
+/// The jump of the mount that the record tells, if any, with so many times the noise's variance.
+std::optional<DisplacementTest> findDisplacement(const BatchEstimate& fit, double way_m,
+                                                 double more_variance = 1.0) {
   DisplacementTest most;
   for (const MountDisplacement& jump : fit.mount_displacements)
     most = larger(most, testDisplacement(jump));
-  if (most.gain > largestGainByChance(way_m)) return most;
+  if (most.gain > more_variance * largestGainByChance(way_m)) return most;
   most = {};
   for (std::size_t slip : fit.slips)
     most = larger(most, testDisplacement(fit.mount_displacements[slip]));
-  if (most.gain > largestGainAtSlip()) return most;
+  if (most.gain > more_variance * largestGainAtSlip()) return most;
   return std::nullopt;
 }
 
@@ -150,8 +151,8 @@ bool ConvergenceJudge::isDoubted(const MountTracker& tracker) {
 }
 
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Observation>& record,
-                             const std::optional<SlipAverage>& settled) {
-  last_ = decide(tracker, record, settled);
+                             const std::optional<SlipAverage>& settled, const NoiseLevels& noise) {
+  last_ = decide(tracker, record, settled, noise);
   if (last_.state != CalibrationState::kConverged) {
     if (!confirmed_) good_since_m_.reset();
     return;
@@ -192,7 +193,8 @@ bool ConvergenceJudge::staysWhereItWas(const MountEstimate& mount, double motion
 
 Judgement ConvergenceJudge::decide(const MountTracker& tracker,
                                    const std::vector<Observation>& record,
-                                   const std::optional<SlipAverage>& settled) {
+                                   const std::optional<SlipAverage>& settled,
+                                   const NoiseLevels& noise) {
   if (const auto why = inconsistency(tracker.consistency())) {
     return {CalibrationState::kInconsistent, *why, Fault::kScatter};
   }
@@ -202,13 +204,21 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   // What comes after the light was lost may be another light for a while, or the light after a
   // displacement.
   const bool sure_of_light = !tracker.isSearching();
+  const double way_m = wayOf(record, settled->best);
   const std::optional<DisplacementTest> jump =
-      sure_of_light ? findDisplacement(settled->best, wayOf(record, settled->best)) : std::nullopt;
-  if (jump && confirmed_) {
+      sure_of_light ? findDisplacement(settled->best, way_m) : std::nullopt;
+  const bool beats_noise =
+      jump && findDisplacement(settled->best, way_m, noise.mostVarianceFactor());
+  if (beats_noise && confirmed_) {
     mount_moved_ = mountMoved(*jump);
     return *mount_moved_;
   }
   if (!meetsTargets(estimate.mount(), config_)) return stillConverging(estimate);
+  if (jump && !beats_noise) {
+    return {CalibrationState::kConverging,
+            "accurate enough, but two parts of the drive give different mounts, unless the noise "
+            "is more than it seems: drive straight and turn once more"};
+  }
   if (jump) {
     return {CalibrationState::kInconsistent,
             "two parts of the drive give different mounts: check the latency and the wheels' "

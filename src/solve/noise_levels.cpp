@@ -18,6 +18,12 @@ NoiseLevels NoiseLevels::atMost() const {
   return {above(bearing), above(wheel)};
 }
 
+double NoiseLevels::mostVarianceFactor() const {
+  const NoiseLevels most = atMost();
+  return std::max(std::pow(most.bearing.value / bearing.value, 2),
+                  most.wheel.value / wheel.value);
+}
+
 NoiseLevels atMost(NoiseLevels levels, const NoiseLevels& limit) {
   levels.bearing.value = std::min(levels.bearing.value, limit.bearing.value);
   levels.wheel.value = std::min(levels.wheel.value, limit.wheel.value);

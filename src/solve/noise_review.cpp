@@ -28,6 +28,48 @@ struct Score {
   double cost = 0.0;
   NoiseUnknowns gradient = NoiseUnknowns::Zero();
   NoiseUnknownsMatrix information = NoiseUnknownsMatrix::Zero();
+  NoiseUnknowns scatter = NoiseUnknowns::Ones();  ///< of the gradient, over the information
+
+  /// What innovations tell that scatter so.
+  NoiseInformation told(const NoiseUnknowns& at) const {
+    const NoiseUnknowns part = scatter.cwiseInverse();
+    const NoiseUnknowns root = part.cwiseSqrt();
+    const NoiseUnknownsMatrix matrix = root.asDiagonal() * information * root.asDiagonal();
+    return {matrix, matrix * at - part.cwiseProduct(gradient)};
+  }
+};
+
+/// Gradients of parts of a record scatter as the information says where the noise is the same in
+/// all of them; else the record tells so much less.
+class GradientScatter {
+ public:
+  explicit GradientScatter(std::size_t innovations) : innovations_(innovations) {
+    parts_.fill(NoiseUnknowns::Zero());
+  }
+
+  void add(std::size_t innovation, const NoiseUnknowns& gradient) {
+    parts_.at(innovation * kParts / innovations_) += gradient;
+  }
+
+  /// Variances of the gradient over those that the information says, each at least 1.
+  NoiseUnknowns over(const NoiseUnknownsMatrix& information) const {
+    NoiseUnknowns mean = NoiseUnknowns::Zero();
+    for (const NoiseUnknowns& part : parts_) mean += part / kParts;
+    NoiseUnknowns variance = NoiseUnknowns::Zero();
+    for (const NoiseUnknowns& part : parts_) {
+      variance += kParts / (kParts - 1.0) * (part - mean).cwiseAbs2();
+    }
+    NoiseUnknowns ratio = NoiseUnknowns::Ones();
+    for (int k = 0; k < kNoiseUnknowns; ++k) {
+      if (information(k, k) > 0.0) ratio(k) = std::max(1.0, variance(k) / information(k, k));
+    }
+    return ratio;
+  }
+
+ private:
+  static constexpr std::size_t kParts = 20;
+  std::size_t innovations_;
+  std::array<NoiseUnknowns, kParts> parts_;
 };
 
 /// Fisher's scoring: derivatives of the innovations by small differences, their expected curvature.
@@ -51,13 +93,13 @@ class Levels {
     Likeliest likeliest{unknowns, NoiseUnknownsMatrix::Zero(),
                         std::numeric_limits<double>::infinity(), NoiseInformation()};
     for (int i = 0; i < kMostSteps; ++i) {
-      const Score told = scoreOfInnovations(unknowns);
-      const Score here = withWhatIsKnown(told, unknowns);
+      const Score innovations = scoreOfInnovations(unknowns);
+      const Score here = withWhatIsKnown(innovations, unknowns);
       if (here.cost < likeliest.cost) {
+        const NoiseInformation told = innovations.told(unknowns);
         likeliest = {unknowns,
-                     covarianceOf(here),
-                     here.cost,
-                     {told.information, told.information * unknowns - told.gradient}};
+                     covarianceOf(here.information - innovations.information + told.matrix),
+                     here.cost, told};
       }
       const NoiseUnknowns step = NoiseUnknowns(-solved(here.information, here.gradient))
                                      .cwiseMax(-kLongestStep)
@@ -89,6 +131,7 @@ class Levels {
           looksFor(k) ? innovationsAt(unknowns + kDifference * NoiseUnknowns::Unit(k)) : here;
     }
     Score score;
+    GradientScatter scatter(here.size());
     for (std::size_t i = 0; i < here.size(); ++i) {
       const auto& [residual, variance] = here[i];
       const double stddev = std::sqrt(variance);
@@ -99,10 +142,14 @@ class Levels {
         by_residual(k) = (other.residual - residual) / (stddev * kDifference);
       }
       score.cost += 0.5 * (std::log(variance) + here[i].nis());
-      score.gradient += 0.5 * (1.0 - here[i].nis()) * by_variance + residual / stddev * by_residual;
+      const NoiseUnknowns gradient =
+          0.5 * (1.0 - here[i].nis()) * by_variance + residual / stddev * by_residual;
+      scatter.add(i, gradient);
+      score.gradient += gradient;
       score.information +=
           0.5 * by_variance * by_variance.transpose() + by_residual * by_residual.transpose();
     }
+    score.scatter = scatter.over(score.information);
     return score;
   }
 
@@ -124,8 +171,8 @@ class Levels {
     return score;
   }
 
-  NoiseUnknownsMatrix covarianceOf(const Score& score) const {
-    NoiseUnknownsMatrix covariance = inverseOf(score.information);
+  NoiseUnknownsMatrix covarianceOf(const NoiseUnknownsMatrix& information) const {
+    NoiseUnknownsMatrix covariance = inverseOf(information);
     for (int k = 0; k < kNoiseUnknowns; ++k) {
       if (!looksFor(k)) covariance(k, k) = 0.0;
     }

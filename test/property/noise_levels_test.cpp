@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/output/quality.h"
@@ -81,6 +82,29 @@ void expectFoundAsWellAsTheySay(double correlation) {
 TEST(NoiseLevels, AreFoundAsWellAsTheySay) { expectFoundAsWellAsTheySay(0.0); }
 
 TEST(NoiseLevels, AreFoundBesideACorrelationOfTheBearings) { expectFoundAsWellAsTheySay(0.7); }
+
+// Noise that changes on the way tells less of its level than as many bearings of one level.
+TEST(NoiseLevels, AreNoSurerThanTheyScatterWhereNoiseChanges) {
+  constexpr double kChange = 0.35;                // of the logarithm, every few seconds
+  constexpr std::size_t kBearingsPerChange = 50;  // 5 s
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  std::vector<double> logs;
+  double stated_variance = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    Record record = recordOf(seed, 100.0, {});
+    double factor = 1.0;
+    for (std::size_t i = 0; i < record.observations.size(); ++i) {
+      if (i % kBearingsPerChange == 0) factor = std::exp(kChange * normal(engine));
+      record.observations[i].azimuth_variance_rad2 /= factor * factor;
+    }
+    const NoiseLevels levels = found(record);
+    logs.push_back(std::log(levels.bearing.value));
+    stated_variance += std::pow(levels.bearing.log_stddev, 2) / kRuns;
+  }
+  const Eigen::Map<const Eigen::VectorXd> log(logs.data(), kRuns);
+  expectInBand((log.array() - log.mean()).matrix().squaredNorm() / stated_variance, kRuns - 1);
+}
 
 // A record that is cut still tells of the noise: two drives tell as much as they do one by one.
 TEST(NoiseLevels, AreFoundBetterWithWhatWasGivenAway) {

@@ -8,6 +8,7 @@
 #include "bearing_calibration/judge/convergence_config.h"
 #include "bearing_calibration/judge/fault.h"
 #include "bearing_calibration/solve/batch_estimator.h"
+#include "bearing_calibration/solve/noise_levels.h"
 #include "bearing_calibration/solve/slip_hypotheses.h"
 #include "bearing_calibration/track/mount_tracker.h"
 
@@ -52,15 +53,17 @@ class ConvergenceJudge {
   /// @param record  the observations so far, thinned or not, or the latest of them
   /// @param settled  the batch over them with its rivals, which the tracker has just taken up; none
   ///   when it did not settle: nothing is called converged then
+  /// @param noise  of the observations, as far as it is estimated: a jump of the mount is named
+  ///   when the most noise that it allows does not explain it
   void judge(const MountTracker& tracker, const std::vector<Observation>& record,
-             const std::optional<SlipAverage>& settled);
+             const std::optional<SlipAverage>& settled, const NoiseLevels& noise = {});
   const Judgement& last() const { return last_; }
   /// Whether what was fused lately speaks against the filter.
   static bool isDoubted(const MountTracker& tracker);
 
  private:
   Judgement decide(const MountTracker& tracker, const std::vector<Observation>& record,
-                   const std::optional<SlipAverage>& settled);
+                   const std::optional<SlipAverage>& settled, const NoiseLevels& noise);
   static Judgement mountMoved(const DisplacementTest& jump);
   static Judgement stillConverging(const StateEstimate& estimate);
   bool staysWhereItWas(const MountEstimate& mount, double motion_m);

@@ -21,6 +21,8 @@ struct NoiseLevels {
 
   /// What they are hardly above.
   NoiseLevels atMost() const;
+  /// Factor of the variance of bearings or wheels, the larger one, that is hardly exceeded.
+  double mostVarianceFactor() const;
 };
 /// The lower ones of both.
 NoiseLevels atMost(NoiseLevels levels, const NoiseLevels& limit);
