@@ -20,8 +20,7 @@ NoiseLevels NoiseLevels::atMost() const {
 
 double NoiseLevels::mostVarianceFactor() const {
   const NoiseLevels most = atMost();
-  return std::max(std::pow(most.bearing.value / bearing.value, 2),
-                  most.wheel.value / wheel.value);
+  return std::max(std::pow(most.bearing.value / bearing.value, 2), most.wheel.value / wheel.value);
 }
 
 NoiseLevels atMost(NoiseLevels levels, const NoiseLevels& limit) {

@@ -73,8 +73,7 @@ SimulatedRecord simulateDisplacement(const RobotConfig& robot, const Pose2& disp
 
 /// The same drive with another light in the images from `from_s` to `to_s`.
 SimulatedRecord simulateAnotherLight(const RobotConfig& robot, double from_s, double to_s,
-                                     double duration_s,
-                                     const Light& another = {{-1.5, 2.0}}) {
+                                     double duration_s, const Light& another = {{-1.5, 2.0}}) {
   RobotSimulator simulator(
       robot, {another},
       makeTrajectory(TrajectoryConfig(), robot.encoders.drive.wheel_separation_m));
@@ -117,8 +116,8 @@ TEST(States, AMovedLightLeavesTheMountConverged) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const RobotConfig robot = paperRobot(seed);
     Calibrator calibrator(calibratorConfig());
-    const Story story = tell(
-        simulateAnotherLight(robot, kMoved_s, kDuration_s, kDuration_s, moved), &calibrator);
+    const Story story =
+        tell(simulateAnotherLight(robot, kMoved_s, kDuration_s, kDuration_s, moved), &calibrator);
     EXPECT_EQ(story.causes.count(Fault::kMountMoved), 0U) << seed;
     EXPECT_EQ(story.last.state, CalibrationState::kConverged) << seed << ": " << story.last.advice;
     EXPECT_LT(mountChiSquare(*story.last.base_from_sensor, robot.base_from_sensor),
