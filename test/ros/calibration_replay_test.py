@@ -12,7 +12,9 @@ import unittest
 import rosbag
 import rospy
 import rostest
+from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Clock
+from tf2_msgs.msg import TFMessage
 
 from calibration_world import (DEADLINE_S, Node, SIMULATED_ROBOT, World, errors_in_stddevs,
                                wait_until)
@@ -20,13 +22,18 @@ from calibration_world import (DEADLINE_S, Node, SIMULATED_ROBOT, World, errors_
 SECONDS = 40.0
 START_STAMP_S = 1.0e6
 DELAY_S = 10.0  # until the bag begins, so that the nodes are there on a slow machine too
+CAMERA = TransformStamped(child_frame_id='camera_optical_frame')
+CAMERA.header.frame_id = 'camera'
+CAMERA.transform.rotation.w = 1.0
 OVERRIDES = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'calibration_overrides.yaml')
 
 
 def record(path):
-    """A bag of the robot's drive; with a clock of another time in it, which must not be played."""
+    """A bag of the robot's drive; with a clock of another time in it, which must not be played, and
+    a static transform, which is played where the owner wants it."""
     world = World(START_STAMP_S)
     with rosbag.Bag(path, 'w') as bag:
+        bag.write('/tf_static', TFMessage([CAMERA]), world.stamp())
         for _ in range(round(SECONDS * World.TICK_RATE)):
             world.advance()
             stamp = world.stamp()
@@ -45,6 +52,13 @@ class CalibrationReplayTest(unittest.TestCase):
         cls.folder = tempfile.mkdtemp(prefix='calibration_replay_test.')
         cls.bag = os.path.join(cls.folder, 'drive.bag')
         cls.world = record(cls.bag)
+
+    def setUp(self):
+        self.static_frames = []
+        subscriber = rospy.Subscriber(
+            '/tf_static', TFMessage,
+            lambda message: self.static_frames.extend(t.child_frame_id for t in message.transforms))
+        self.addCleanup(subscriber.unregister)
 
     @classmethod
     def tearDownClass(cls):
@@ -72,6 +86,7 @@ class CalibrationReplayTest(unittest.TestCase):
                                  e.bearings_used + e.bearings_gated == 10 * SECONDS,
                                  'everything is played')
         self.assertEqual(estimate.rejections, '')
+        self.assertEqual(self.static_frames, [])
         self.assertEqual(estimate.header.stamp, self.world.stamp(), 'the time of the bag')
         for quantity, error in zip(('x', 'y', 'yaw'), errors_in_stddevs(estimate, self.world)):
             self.assertLess(error, 3.0, '%s\n%s' % (quantity, estimate))
@@ -92,8 +107,9 @@ class CalibrationReplayTest(unittest.TestCase):
         node.wait_for(lambda e: e.bearings_used > 300, 'the second time')
 
     def test_quit_ends_with_the_bag(self):
-        process = self.replay('detect:=false', 'quit:=true')
+        process = self.replay('detect:=false', 'quit:=true', 'tf_static:=true')
         process.wait(timeout=2.0 * DEADLINE_S)
+        self.assertEqual(self.static_frames, [CAMERA.child_frame_id])
 
 
 if __name__ == '__main__':
