@@ -92,14 +92,29 @@ bool BatchFit::step() {
   const StateVector change =
       (pass.path.stateAt(layout, end) - path_.stateAt(layout, end))(places).eval();
   const StateMatrix covariance = pass.last.covariance(places, places);
-  const Eigen::Vector3d mount_change = change.head<kMountSize>();
+  if (goesBack(change, covariance)) stride_ *= 0.5;
+  last_change_ = change;
+  if (stride_ < 1.0) {
+    pass.path = path_.towards(pass.path, stride_);
+    pass.last.mean = pass.path.stateAt(layout, end);
+  }
+  const Eigen::Vector3d mount_change = stride_ * change.head<kMountSize>();
   const Eigen::Matrix3d mount_covariance = covariance.topLeftCorner<kMountSize, kMountSize>();
-  last_step_ = chiSquareOf(change, covariance);
+  last_step_ = chiSquareOf(StateVector(stride_ * change), covariance);
   last_mount_step_ = chiSquareOf(mount_change, mount_covariance);
   cost_ = cost;
   path_ = pass.path;
   pass_ = std::move(pass);
   return true;
+}
+
+/// Whether a step takes most of the one before it back. The cost has a crease where a time offset
+/// meets a sample of the wheels' travel, and whole steps go to and fro over it for ever.
+bool BatchFit::goesBack(const StateVector& change, const StateMatrix& covariance) const {
+  constexpr double kMost = 0.5;
+  if (!last_change_) return false;
+  const StateVector before = solved(covariance, *last_change_);
+  return -change.dot(before) > kMost * last_change_->dot(before);
 }
 
 bool BatchFit::hasSettled() const {
@@ -109,9 +124,16 @@ bool BatchFit::hasSettled() const {
   return !weights_.slips().empty() && last_mount_step_ < limit && last_step_ < kNearlySettledStep;
 }
 
+/// With other weights than those of the last step.
+void BatchFit::weighAnew() {
+  cost_ = kInfinity;
+  last_change_.reset();
+  stride_ = 1.0;
+}
+
 /// What to do when the fit has settled.
 void BatchFit::nextStage() {
-  cost_ = kInfinity;
+  weighAnew();
   if (stage_ == Stage::kHuber && config_.reject_sigmas > 0.0) {
     stage_ = Stage::kRejecting;
     weights_.endHuber(path_);
@@ -163,7 +185,7 @@ BatchEstimate BatchFit::run() {
     failures_ = std::max(0, failures_ - 1);
     near_ = near_ || last_step_ < kNearlySettledStep || estimate.iterations >= kNearAfterIterations;
     if (free && near_ && weights_.giveUpSlip(pass_)) {
-      cost_ = kInfinity;
+      weighAnew();
     } else if (free && hasSettled()) {
       nextStage();
     } else if (stage_ == Stage::kHuber) {

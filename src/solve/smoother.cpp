@@ -224,6 +224,18 @@ StateVector RecordPath::stateAt(const StateLayout& layout, std::size_t observati
   return state;
 }
 
+RecordPath RecordPath::towards(const RecordPath& other, double share) const {
+  RecordPath between = *this;
+  between.mount += share * (other.mount - mount);
+  between.errors += share * (other.errors - errors);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    PathPoint& point = between.points[i];
+    point.lights_in_base += share * (other.points[i].lights_in_base - points[i].lights_in_base);
+    point.motion_error += share * (other.points[i].motion_error - points[i].motion_error);
+  }
+  return between;
+}
+
 StateEstimate knownBeforehand(const StateLayout& layout, const RecordPath& path,
                               const SmootherPrior& prior, const ErrorPriors& errors,
                               const StateEstimate* beginning) {

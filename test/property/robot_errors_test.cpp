@@ -191,6 +191,25 @@ TEST(RobotErrors, ThePlainModelIsWrongAboutALateRobot) {
   EXPECT_LT(mountChiSquare(full.last.cartesian(), run.truth.back()), chiSquareQuantile(0.999, 3.0));
 }
 
+// There the cost has a crease: the wheels' travel between two samples is linear.
+TEST(RobotErrors, AnOffsetOnASampleOfTheWheelsSettles) {
+  constexpr int kRuns = 100;
+  constexpr double kOffset_s = 2.0 * OdometryWindow::kStep_s;
+  double nees = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    SimulatedCase simulated = paperCase(seed);
+    makeImperfect(simulated, {kOffset_s, 0.0, 0.0, 0.0, 0.0, 0.0}, seed);
+    const ObservationRun run = simulate(simulated);
+    BatchConfig config;
+    config.errors = usualErrors();
+    const BatchEstimate fit = BatchEstimator(config).estimate(
+        run.observations, {run.truth.back(), run.observations.size() - 1});
+    EXPECT_TRUE(fit.converged) << seed;
+    nees += mountChiSquare(fit.last.cartesian(), run.truth.back());
+  }
+  EXPECT_LT(nees, chiSquareQuantile(0.999, 3.0 * kRuns));
+}
+
 // The separation is what lengths are measured by: data alone do not tell it, and the report says
 // so; time offset and scales are told.
 TEST(RobotErrors, ReportSaysWhatTheDataTell) {

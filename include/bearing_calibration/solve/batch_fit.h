@@ -24,6 +24,8 @@ class BatchFit {
   enum class Stage { kHuber, kRejecting, kWidening, kDone };
 
   bool step();
+  bool goesBack(const StateVector& change, const StateMatrix& covariance) const;
+  void weighAnew();
   double costOf(const SmootherPass& pass, const RecordPath& path) const;
   bool hasLikelyErrors() const;
   bool hasSettled() const;
@@ -43,7 +45,9 @@ class BatchFit {
   double last_step_ = std::numeric_limits<double>::infinity();  ///< of mount and lights at the end,
                                                                 ///< squared over its covariance
   double last_mount_step_ = std::numeric_limits<double>::infinity();
-  bool near_ = false;  ///< so near the end that slips can be told
+  std::optional<StateVector> last_change_;  ///< that a whole step would have made
+  double stride_ = 1.0;                     ///< share of a step that is gone
+  bool near_ = false;                       ///< so near the end that slips can be told
   int failures_ = 0;
 };
 

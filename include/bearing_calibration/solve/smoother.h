@@ -46,6 +46,8 @@ struct RecordPath {
   Vector5 state(std::size_t observation, int light = 0) const;
   /// Mount, errors and all lights at an observation.
   StateVector stateAt(const StateLayout& layout, std::size_t observation) const;
+  /// So large a share of the way to another path of the same observations.
+  RecordPath towards(const RecordPath& other, double share) const;
 };
 
 /// One observation seen from all others of the record.
