@@ -37,7 +37,7 @@ const char* adviceFor(CalibrationState state) {
     case CalibrationState::kConverged:
       return "the calibration is done: save it";
     case CalibrationState::kDegenerateMotion:
-      return "the mount is not observable with this motion: vary it";
+      return "the mount is not observable with this motion: drive straight lines and turns";
     case CalibrationState::kInconsistent:
       return "the bearings do not fit the wheels' motion";
     case CalibrationState::kPaused:

@@ -217,7 +217,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   if (jump && !beats_noise) {
     return {CalibrationState::kConverging,
             "accurate enough, but two parts of the drive give different mounts, unless the noise "
-            "is more than it seems: drive straight and turn once more"};
+            "is larger than estimated: drive straight and turn once more"};
   }
   if (jump) {
     return {CalibrationState::kInconsistent,
@@ -231,8 +231,8 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   }
   if (settled->rival.isOpen()) {
     return {CalibrationState::kConverging,
-            "accurate enough, but another mount explains the bearings nearly as well, as where a "
-            "wheel may have slipped: drive straight and turn once more"};
+            "accurate enough, but another mount explains the bearings nearly as well, for instance "
+            "one with a wheel slip: drive straight and turn once more"};
   }
   if (!bothHalvesTell(record, settled->best)) {
     return {CalibrationState::kConverging,

@@ -67,7 +67,7 @@ std::optional<Refusal> CameraRays::refusalOf(const sensor_msgs::Image& image) co
     return Refusal{"no camera_info", "mirror/kind none needs it, but nothing came on " + topic_};
   const DeliveredImage delivered = deliveredImage(*info_);
   if (delivered.width_px != image.width || delivered.height_px != image.height) {
-    return Refusal{"wrong imager", formatted("%s speaks of images of %ux%u", topic_.c_str(),
+    return Refusal{"wrong imager", formatted("%s is for images of %ux%u", topic_.c_str(),
                                              delivered.width_px, delivered.height_px)};
   }
   if (auto refusal = bearing_calibration_ros::refusalOf(*info_)) {

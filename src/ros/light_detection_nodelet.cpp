@@ -189,7 +189,7 @@ class LightDetectionNodelet : public GuardedNodelet {
   }
 
   bool onFindMirror(msg::FindMirror::Request& request, msg::FindMirror::Response& response) {
-    response = noMirror(last_image_ ? "the newest image cannot be looked at: see the log"
+    response = noMirror(last_image_ ? "the newest image cannot be read: see the log"
                                     : "no image has come yet on " + image_topic_);
     guarded("find_mirror", [&] {
       GreyConverter converter;

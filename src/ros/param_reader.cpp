@@ -153,7 +153,7 @@ std::string describe(XmlRpcValue& value, const Target&) {
   const bool is_number = std::isfinite(std::strtod(text.c_str(), &end)) && *end == '\0';
   const bool looks_like_number = is_number && !text.empty();
   return "is the string '" + text + "'" +
-         (looks_like_number ? " (YAML wants a point and no quotes: 1.0e-6)" : "");
+         (looks_like_number ? " (YAML needs a point and no quotes: 1.0e-6)" : "");
 }
 
 std::string describe(XmlRpcValue& value, const Parameters::Rows& target) {

@@ -29,7 +29,7 @@ std::string contradiction(const DeliveredImage& image, const core::DetectorConfi
   const core::ImageSensor& sensor = detector.sensor;
   if (image.isSaid() && !image.isOf(sensor)) {
     return core::formatted(
-        "it speaks of images of %ux%u, sensor/width and sensor/height of %dx%d: what is "
+        "it is for images of %ux%u, sensor/width and sensor/height of %dx%d: what is "
         "measured in one does not fit the other",
         image.width_px, image.height_px, sensor.width_px, sensor.height_px);
   }

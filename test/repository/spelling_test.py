@@ -49,7 +49,7 @@ class Spelling(unittest.TestCase):
         self.assertEqual(own, sorted({word.lower() for word in wrong}), 'unused, twice or not sorted')
 
     def testWhatIsRead(self):
-        self.assertEqual(wordsOf('a.md', 'One `two`, three.md and ./four: the robot\'s own.'),
+        self.assertEqual(wordsOf('README.md', 'One `two`, README.md and ./four: the robot\'s own.'),
                          ['One', 'and', 'the', 'robot', 'own'])
         self.assertEqual(wordsOf('a.yaml', 'one: 2  # the three\n'), ['the', 'three'])
         self.assertEqual(wordsOf('a.cpp', 'wheels/one is %.1fdeg off'), ['is', 'off'])

@@ -238,7 +238,7 @@ TEST_F(NodesFiles, SaysAWrongKindAsANodeDoes) {
   valueOf<double>(robot, "wheels/radius");
   expectSaid(errorOf([&] { robot.throwIfAnyError(); }),
              "parameter wheels/radius must be a finite number, but is the string '0.1' (YAML "
-             "wants a point and no quotes: 1.0e-6)");
+             "needs a point and no quotes: 1.0e-6)");
 }
 
 TEST_F(NodesFiles, SaysAnIntegerThatDoesNotFit) {

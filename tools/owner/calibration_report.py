@@ -26,7 +26,7 @@ from report import data, plots, words  # noqa: E402  (lies beside this file)
 FIGURES = (
     (('estimates', plots.estimatesFigure, 'The estimate as the robot drove',
       'The band should shrink around the dashed line, and the line stay inside it. Strip at the '
-      'bottom: what the running calibration said.'),),
+      'bottom: the state of the running calibration.'),),
     (('sigmas', plots.sigmasFigure, 'How fast it became known',
       'Standard deviations of the running calibration. Dots, where the robot drove by a plan: what '
       'it expected to know at the end of its plan, when it chose that plan.'),),
@@ -37,7 +37,7 @@ FIGURES = (
       'Measured bearing minus what the result says. A pattern in time means that something is not '
       'as assumed: a slip, a second light, a latency. Marks at the edge lie beyond it.'),),
     (('nis', plots.nisFigure, 'Is the noise as the sensor says?',
-      'Squared surprise of each bearing over its variance. Too flat: the noise is larger than '
+      'Squared innovation of each bearing over its variance. Too flat: the noise is larger than '
       'assumed; too steep: smaller.'),),
     (('mount', plots.mountFigure, 'The camera on the robot',
       'From above, to scale; forward is up. Ellipse and lines: three standard deviations.'),

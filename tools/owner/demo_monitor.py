@@ -210,7 +210,7 @@ def freePort(candidates):
                 return port
             except OSError:
                 continue
-    raise RuntimeError('somebody listens on port %s already' % ', '.join(map(str, candidates[:1])))
+    raise RuntimeError('port %s is in use already' % ', '.join(map(str, candidates[:1])))
 
 
 def masterPorts():

@@ -70,10 +70,10 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   if (!values) return false;
   const bool has_point = values->count("principal-point") > 0;
   if (has_point && arguments->principal_point_px.size() != 2) {
-    throw options::error("--principal-point wants two numbers, u and v");
+    throw options::error("--principal-point needs two numbers, u and v");
   }
   if (arguments->light_distances_m.size() != 2) {
-    throw options::error("--light-distances wants two numbers, the least and the largest");
+    throw options::error("--light-distances needs two numbers, the least and the largest");
   }
   if (has_point != (values->count("light-height") > 0)) {
     throw options::error("--principal-point and --light-height go together");

@@ -58,7 +58,7 @@ void emitRow(YAML::Emitter& out, const std::string& name, const MountEstimate& m
 bool MountComparison::agrees() const { return p_value >= kFalseAlarm; }
 
 MountComparison compareMounts(const std::vector<NamedMount>& mounts) {
-  if (mounts.size() < 2) throw std::invalid_argument("a comparison wants two mounts at least");
+  if (mounts.size() < 2) throw std::invalid_argument("a comparison needs at least two mounts");
   const Eigen::Vector3d& origin = mounts.front().mount.mean;  // yaw is averaged about it
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d weighted = Eigen::Vector3d::Zero();

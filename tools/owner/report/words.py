@@ -101,7 +101,7 @@ def observable(record):
     if not record.details['has_estimate']:
         second = record.details['motion']['second_curvature_m']
         sentences.append('Two different curvatures are needed, a line and a turn on the spot for '
-                    'instance: beside the main one there were %.2f m of another, %.2f m are wanted.'
+                    'instance: beside the main one there were %.2f m of another, %.2f m are needed.'
                     % (second, SECOND_CURVATURE_M))
         return sentences
     return sentences + asSentences(record.result['quality'])
