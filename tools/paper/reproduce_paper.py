@@ -25,24 +25,33 @@ FIELD = re.compile(r'\{(\w+) (\w+)(?: (\w+)=([\d.]+))? (\.\d+f)\}')
 PARAMETERS = (('phi', 'deg', '$\\phi$'), ('rho', 'mm', '$\\rho$'), ('psi', 'deg', '$\\psi$'))
 # name: (title, column of the horizontal axis, its label)
 FIGURES = {
-    'fig2_literal': ('Fig. 2, steps of 2 mm with a variance of 0.01 m times 2 mm, as printed',
+    'fig2_literal': ('Fig. 2, simulated: steps of 2 mm, variance 0.01 m times 2 mm, as printed',
                      'time_s', 'time [s]'),
-    'fig2_centimetre': ('Fig. 2, steps of 2 mm with a standard deviation of 0.01 m',
+    'fig2_centimetre': ('Fig. 2, simulated: steps of 2 mm, standard deviation 0.01 m',
                         'time_s', 'time [s]'),
-    'fig2_tenth': ('Fig. 2, steps of 2 mm with a standard deviation of a tenth of it',
+    'fig2_tenth': ('Fig. 2, simulated: steps of 2 mm, standard deviation a tenth of a step',
                    'time_s', 'time [s]'),
-    'fig2_hundredth': ('Fig. 2, steps of 2 mm with a standard deviation of a hundredth of it',
+    'fig2_hundredth': ('Fig. 2, simulated: steps of 2 mm, standard deviation a hundredth of a step',
                        'time_s', 'time [s]'),
-    'fig3': ('Fig. 3, 1 m straight and 450 deg on the spot', 'time_s', 'time [s]'),
-    'fig5': ('Fig. 5, bearings found in rendered images', 'distance_m', 'distance [m]'),
+    'fig3': ('Fig. 3, simulated: 1 m straight and 450 deg on the spot', 'time_s', 'time [s]'),
+    'fig5': ('Fig. 5, simulated: bearings from rendered images (one run) or Gaussian (200 runs)',
+             'distance_m', 'distance [m]'),
 }
+# What the paper says of the errors: (column, its value, {parameter: error in its unit}).
+FIG_2_SAYS = ('time_s', 1000.0, {'phi': 2.0, 'rho': 10.0, 'psi': 2.0})
+PAPER_SAYS = {'fig2_literal': FIG_2_SAYS, 'fig2_centimetre': FIG_2_SAYS, 'fig2_tenth': FIG_2_SAYS,
+              'fig2_hundredth': FIG_2_SAYS,
+              'fig3': ('distance_m', 4.0, {'phi': 0.1, 'rho': 1.0, 'psi': 0.1})}
+STABLE_FROM = {'fig5': 3.0}  # where the paper calls an estimate stable, on the horizontal axis
+SIZE_IN = (8.3, 8.6)
+DPI = 150  # one and a half times the 830 px at which a page shows it, where 9 pt are 12 px
 LINES = (('rmse', 'RMSE', 'C0', '-'), ('median', 'median |error|', 'C2', '-'),
          ('stddev', 'as the filter says', 'C1', '--'),
          ('bound', 'bound, D and $\\theta$ known', 'black', ':'),
-         ('bound_unknown', 'bound, nothing known', '0.5', ':'))
+         ('bound_unknown', 'bound, nothing known', '0.5', '-.'))
 
-plt.rcParams.update({'svg.hashsalt': 'bearing_calibration', 'font.size': 10,
-                     'axes.grid': True, 'grid.alpha': 0.3, 'lines.linewidth': 1.3})
+plt.rcParams.update({'svg.hashsalt': 'bearing_calibration', 'font.size': 9,
+                     'axes.titlesize': 10, 'axes.grid': True, 'grid.alpha': 0.3, 'lines.linewidth': 1.3})
 
 
 class Table:
@@ -78,10 +87,10 @@ def drawTrajectory(axes, run):
     axes.plot(0.0, 0.0, '*', color='C3', markersize=11, label='light')
     axes.set_aspect('equal', adjustable='datalim')
     axes.set(xlabel='x [m]', ylabel='y [m]', title='trajectory of one run')
-    axes.legend(loc='upper right', fontsize=9)
+    axes.legend(loc='upper right')
 
 
-def drawRun(axes, run, parameter, unit, symbol, across, label):
+def drawRun(axes, run, parameter, unit, symbol, across, label, stable_from):
     def column(what):
         return run['%s_%s_%s' % (parameter, what, unit)]
     x, estimate, truth = run[across], column('estimate'), column('truth')
@@ -95,6 +104,8 @@ def drawRun(axes, run, parameter, unit, symbol, across, label):
     axes.plot(x, around(truth, bound, -3), ':', color='black')
     axes.plot(x, truth, color='C3', label='truth')
     axes.plot(x, estimate, color='C0', label='estimate')
+    if stable_from is not None:
+        axes.axvline(stable_from, color='C4', linestyle='--', label='the paper: stable')
     late = stddev[len(stddev) // 20]   # leaves out the wide beginning, not the estimate
     low = min(estimate + [truth[0] - 3 * late])
     high = max(estimate + [truth[0] + 3 * late])
@@ -103,11 +114,15 @@ def drawRun(axes, run, parameter, unit, symbol, across, label):
              title='%s, one run' % symbol)
 
 
-def drawRuns(axes, runs, parameter, unit, symbol, across, label):
+def drawRuns(axes, runs, parameter, unit, symbol, across, label, says):
     x = runs[across]
     for what, words, colour, style in LINES:
         axes.semilogy(x[1:], runs['%s_%s_%s' % (parameter, what, unit)][1:], style, color=colour,
                       label=words)
+    if says is not None:
+        column, least, errors = says
+        axes.plot(runs.value(across, column, least), errors[parameter], 'D', color='C4',
+                  label='the paper says', clip_on=False, zorder=5)
     highest = max(max(runs['%s_%s_%s' % (parameter, what, unit)]) for what in ('rmse', 'stddev'))
     axes.set(xlabel=label, ylabel='error of %s [%s]' % (symbol, unit),
              title='%s, %d runs' % (symbol, runs['runs'][0]))
@@ -121,21 +136,18 @@ def drawFigure(name, folder):
     title, across, label = FIGURES[name]
     run = Table(os.path.join(folder, name + '_run.csv'))
     runs = Table(os.path.join(folder, name + '_runs.csv'))
-    figure, axes = plt.subplots(2, 4, figsize=(16, 8), constrained_layout=True)
-    figure.suptitle(title, fontsize=13)
+    figure, axes = plt.subplots(3, 3, figsize=SIZE_IN, constrained_layout=True)
+    figure.suptitle(title, fontsize=11)
     drawTrajectory(axes[0][0], run)
-    for column, (parameter, unit, symbol) in enumerate(PARAMETERS, 1):
-        drawRun(axes[0][column], run, parameter, unit, symbol, across, label)
-        drawRuns(axes[1][column], runs, parameter, unit, symbol, across, label)
-    axes[1][0].axis('off')
-    for row, place in ((0, 'upper center'), (1, 'lower center')):
-        handles, words = axes[row][1].get_legend_handles_labels()
-        legend = axes[1][0].legend(handles, words, loc=place, fontsize=10,
-                                   title='above, one run' if row == 0 else 'right, many runs')
-        axes[1][0].add_artist(legend)
+    for column, (parameter, unit, symbol) in enumerate(PARAMETERS):
+        drawRun(axes[1][column], run, parameter, unit, symbol, across, label, STABLE_FROM.get(name))
+        drawRuns(axes[2][column], runs, parameter, unit, symbol, across, label, PAPER_SAYS.get(name))
+    for row, words in ((1, 'one run'), (2, 'many runs')):
+        axes[0][row].axis('off')
+        axes[0][row].legend(*axes[row][0].get_legend_handles_labels(), loc='center', title=words)
     path = os.path.join(folder, name)
     figure.savefig(path + '.svg', metadata={'Date': None})
-    figure.savefig(path + '.png', dpi=90, metadata={'Software': None})
+    figure.savefig(path + '.png', dpi=DPI, metadata={'Software': None})
     plt.close(figure)
 
 
