@@ -55,6 +55,11 @@ class Command(unittest.TestCase):
             for ending in ('.png', '.svg', '_run.csv', '_runs.csv'):
                 self.assertGreater(os.path.getsize(os.path.join(self.folder, figure + ending)), 0)
 
+    def testTheLightIsFoundInEveryImage(self):
+        camera = reproduce_paper.Table(os.path.join(self.folder, 'fig5_camera.csv'))
+        self.assertGreater(camera.value('images'), 50)
+        self.assertEqual(camera.value('found'), camera.value('images'))
+
     def testTheSameSeedGivesTheSameFiles(self):
         with tempfile.TemporaryDirectory() as folder:
             again = reproduce(folder, '--runs', '3', '--seconds', '10', '--draw', 'fig3')

@@ -99,6 +99,7 @@ CameraRun renderedRun(const PaperFigure& figure, const std::function<void(int)>&
   ImageRenderer renderer(rig, roomRadiance({}));
   DetectorConfig config = test::detectorOf(rig);
   config.light.radius_m = figure.simulated.lights.front().radius_m;
+  config.light.min_radius_m = config.light.radius_m;  // the ring's size is known
   config.light.half_height_m = config.light.radius_m;
   LightDetector detector(config);
 
