@@ -45,8 +45,8 @@ QUICK_TESTS = {
         'batch_estimator_test', 'robot_errors_test', 'initializer_test', 'sensor_check_test', 'sensor_tilt_test',
         'offline_report_test', 'mount_quality_test', 'rival_mount_test'),
     DETECTION: (
-        'conic_mirror_test', 'vision_test', 'coloured_lights_test', 'image_conversion_test',
-        'shipped_detector_test', 'real_images_test', 'detection_fuzz_test', 'image_advice_test',
+        'conic_mirror_test', 'camera_test', 'vision_test', 'coloured_lights_test', 'image_conversion_test',
+        'optics_learner_test', 'real_images_test', 'detection_fuzz_test', 'image_advice_test',
         'mirror_rim_test', 'bearing_variance_test'),
 }
 # For what lives then.

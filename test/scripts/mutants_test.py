@@ -63,6 +63,13 @@ class Mutants(unittest.TestCase):
         kinds = list(try_mutants.CHANGES)
         self.assertEqual([mutant.kind for mutant in first], kinds + kinds)
 
+    def testItsTestsAreThere(self):
+        programs = try_mutants.read(os.path.join(REPOSITORY, 'test', 'CMakeLists.txt'))
+        for tests in (try_mutants.QUICK_TESTS, try_mutants.SLOW_TESTS):
+            for name in sum(tests.values(), ()):
+                if not name.endswith('_fuzz_test'):  # of a loop there
+                    self.assertIn('bearing_calibration_gtest(%s' % name, programs)
+
     def testEquivalentOnesAreMutantsWithAReason(self):
         text = try_mutants.read(try_mutants.EQUIVALENT)
         mutants = set()
