@@ -7,9 +7,11 @@ assertions and includes is left alone, and what does not compile is drawn again.
 """
 
 import collections
+import json
 import os
 import random
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -167,48 +169,52 @@ def libraryOf(mutant):
 
 
 def copyTo(folder):
-    """The repository's files into a folder; what is the same there keeps its time, and its objects."""
+    """The repository's files into a folder."""
     names = subprocess.check_output(['git', 'ls-files', '-z', '--cached', '--others', '--exclude-standard'],
                                     cwd=REPOSITORY).decode().split('\0')
     for name in filter(None, names):
         source, target = os.path.join(REPOSITORY, name), os.path.join(folder, name)
         if not os.path.isfile(source):
             continue
-        with open(source, 'rb') as file:
-            content = file.read()
-        if os.path.exists(target):
-            with open(target, 'rb') as file:
-                if file.read() == content:
-                    continue
         os.makedirs(os.path.dirname(target), exist_ok=True)
         shutil.copy(source, target)
-        os.utime(target)
 
 
 class Workshop:
-    """The copy, whose libraries are built, and the tests that run with them."""
+    """The copy, where one source at a time is compiled, and the tests, which then find it before the
+    one of the package's libraries."""
 
     def __init__(self, copy):
         self.copy = copy
+        self.mutant = os.path.join(copy, 'mutant.so')
         self.seconds = {}  # that each test takes as the code stands
+        self.commands = {os.path.relpath(entry['file'], os.path.join(copy, 'source')): entry
+                         for entry in json.loads(read(os.path.join(copy, 'build', 'compile_commands.json')))}
 
-    def build(self, *libraries):
-        done = subprocess.run(['cmake', '--build', os.path.join(self.copy, 'build'), '--target', *libraries],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-        return done.returncode == 0
+    def compile(self, path):
+        """Whether a source of the copy compiles, into a library of its own."""
+        entry = self.commands[path]
+        command = shlex.split(entry['command'])
+        place = command.index('-o') + 1
+        command[place] = self.mutant + '.o'
+        link = ['c++', '-shared', '-o', self.mutant, command[place]]
+        return all(subprocess.run(each, cwd=entry['directory'], stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.DEVNULL).returncode == 0 for each in (command, link))
 
-    def run(self, test, limit_s, libraries):
+    def run(self, test, limit_s, mutant):
         """What has failed first; None when nothing has."""
-        path = ':'.join(filter(None, (libraries, os.environ.get('LD_LIBRARY_PATH'))))
+        path = ':'.join(filter(None, (os.path.join(self.copy, 'lib'), os.environ.get('LD_LIBRARY_PATH'))))
         try:
             done = subprocess.run([os.path.join(self.copy, 'tests', test), '--gtest_fail_fast', '--gtest_brief=1'],
-                                  env=dict(os.environ, LD_LIBRARY_PATH=path), cwd=self.copy,
+                                  env=dict(os.environ, LD_LIBRARY_PATH=path, LD_PRELOAD=mutant), cwd=self.copy,
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=limit_s,
                                   universal_newlines=True, errors='replace')
         except subprocess.TimeoutExpired:
             return 'no end within %.0f s' % limit_s
         if done.returncode == 0:
             return None
+        if 'symbol lookup error' in done.stdout:
+            sys.exit('%s does not run with the mutant: %s' % (test, done.stdout))
         failed = re.search(r'\[  FAILED  \] ([\w./]+)', done.stdout)
         return failed.group(1) if failed else 'ended with %d' % done.returncode
 
@@ -227,10 +233,10 @@ class Workshop:
         text = read(path)
         write(path, text[:mutant.start] + mutant.new + text[mutant.end:])
         try:
-            if not self.build(libraryOf(mutant)):
+            if not self.compile(mutant.path):
                 return 'does not compile', ''
             for test in tests:
-                failed = self.run(test, self.limitOf(test), os.path.join(self.copy, 'build', 'devel', 'lib'))
+                failed = self.run(test, self.limitOf(test), self.mutant)
                 if failed:
                     return 'killed', '%s: %s' % (test, failed)
             return 'survived', ''
@@ -244,7 +250,7 @@ def tryMutants(copy, count, seed, only):
     equivalent = equivalentMutants(read(EQUIVALENT))
     workshop = Workshop(copy)
     print('%d mutants of %d sources' % (len(mutants), len(texts)), flush=True)
-    if not workshop.build(*QUICK_TESTS):
+    if not workshop.compile(next(iter(texts))):
         sys.exit('the copy does not compile without a mutant')
 
     counts = collections.Counter()

@@ -74,6 +74,23 @@ TEST(ClosedForm, ChoosesTheTwinWithTheLightInFront) {
             1e-12);
 }
 
+// Exact bearings cost nothing at the truth, where the steps are Newton's: what remains is less than
+// the last gain, also after a start from where the first steps had to be short.
+TEST(FixedPathFit, StepsGrowAgainOnceTheyHaveBeenShort) {
+  constexpr double kSettledGain = 1e-3;
+  Record record = makeRecord(7, Kind::kDance, 20.0, false);
+  for (PosedObservation& observation : record.observations) {
+    observation.azimuth_rad -= residualAt(observation, record.truth_at_first);
+  }
+  for (const double times_as_far : {0.1, 0.3, 3.0, 10.0}) {
+    Vector5 start = record.truth_at_first;
+    start.head<2>() *= times_as_far;
+    const FixedPathFit fit =
+        fitOnFixedPath(record.observations, start, {record.observations.size() / 2});
+    EXPECT_LT(fit.cost, kSettledGain) << times_as_far;
+  }
+}
+
 // Consensus and fit reach the global minimum that a scan of all yaws finds.
 TEST(FindConsensus, FindsTheMinimumOfTheScan) {
   constexpr int kCases = 60;

@@ -142,6 +142,25 @@ TEST_P(WrongFocus, IsFoundInTheSpot) {
 
 INSTANTIATE_TEST_SUITE_P(Distances, WrongFocus, testing::Values(0.04, 0.09, 0.3, 1e6));
 
+// A spot's size is measured to 6 % (expected_spot.cpp): what the search adds must be less.
+TEST(GuessFocus, SearchesFinerThanASizeIsMeasured) {
+  constexpr double kMeasured = 0.06;
+  constexpr int kFocuses = 23;  // none of them a step of the search but the first
+  const DetectorConfig believed = knownOptics();
+  for (int i = 0; i < kFocuses; ++i) {
+    DetectorConfig actual = believed;
+    actual.mirror.focus_distance_m = kFocuses * 0.5 * believed.mirror.focus_distance_m / i;
+    for (const double radius_px : {60.0, 120.0, 200.0}) {
+      LightEllipse ellipse;
+      ellipse.centre_px = believed.view.centre_px() + Eigen::Vector2d(radius_px, 0.0);
+      ellipse.moments_px2 =
+          conicMirrorOptics(actual).sizeAt(radius_px).pointStddev_px(0.0).cwiseAbs2().asDiagonal();
+      EXPECT_LT(guessFocus(believed, ellipse).misfit, kMeasured)
+          << actual.mirror.focus_distance_m << " m, " << radius_px << " px";
+    }
+  }
+}
+
 TEST(AdviceTally, HoldsWhatMostImagesSay) {
   const Advice dim{AdviceKind::kDim, "dim"}, saturated{AdviceKind::kSaturated, "saturated"};
   AdviceTally tally;

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import itertools
+import json
 import os
 import re
 import sys
@@ -109,7 +110,11 @@ class Fates(unittest.TestCase):
                       mock.patch.dict(os.environ, PATH=os.path.join(folder.name, 'bin') + ':' + os.environ['PATH'])):
             patch.start()
             self.addCleanup(patch.stop)
-        self.program(os.path.join(folder.name, 'bin', 'cmake'), 'exit 0')
+        os.makedirs(os.path.join(self.copy, 'build'))
+        try_mutants.write(os.path.join(self.copy, 'build', 'compile_commands.json'), json.dumps(
+            [{'directory': folder.name, 'file': self.source, 'command': 'compiler -o a.o -c a.cpp'}]))
+        for name in ('compiler', 'c++'):
+            self.program(os.path.join(folder.name, 'bin', name), 'exit 0')
 
     @staticmethod
     def program(path, then):
@@ -117,10 +122,10 @@ class Fates(unittest.TestCase):
         os.chmod(path, 0o755)
 
     def tryThem(self, test, slow='exit 0', only=()):
-        """Exit code and output, with a test that does as it says with the copy's libraries."""
+        """Exit code and output, with a test that does as it says where the mutant is loaded."""
         for name, then in (('a_test', test), ('slow_test', slow)):
             self.program(os.path.join(self.copy, 'tests', name),
-                         'case "$LD_LIBRARY_PATH" in *copy/build/devel/lib*) %s ;; esac' % then)
+                         'case "$LD_PRELOAD" in *copy/mutant.so) %s ;; esac' % then)
         said = io.StringIO()
         with contextlib.redirect_stdout(said):
             code = try_mutants.tryMutants(self.copy, 9, 1, only)
@@ -161,10 +166,15 @@ class Fates(unittest.TestCase):
         self.assertRegex(said, r'%d survived \S+ \(bound\)' % number)
 
     def testWhatDoesNotCompileDoesNotCount(self):
-        path = os.path.join(os.environ['PATH'].split(':')[0], 'cmake')
+        path = os.path.join(os.environ['PATH'].split(':')[0], 'compiler')
         self.program(path, '! grep -q "x - y" "%s"' % self.source)
         _, said = self.tryThem('exit 0')
         self.assertIn('1 mutants: 0 killed, 1 survived, 0 %; beside them 0 equivalent, 1 that did not compile', said)
+
+    def testNothingIsSaidWhereTheSourceItselfDoesNotCompile(self):
+        self.program(os.path.join(os.environ['PATH'].split(':')[0], 'compiler'), 'exit 1')
+        with self.assertRaisesRegex(SystemExit, 'does not compile without a mutant'):
+            self.tryThem('exit 0')
 
     def testEquivalentOnesAreNotTried(self):
         try_mutants.write(self.equivalent, '# why\n\nsrc/filter/a.cpp\n- return x + y < 0.0 ? x : y;\n'

@@ -142,6 +142,25 @@ TEST(ColourIdentifier, ADarkOrAFullSpotHasNoColour) {
   }
 }
 
+// Only its ends are not full, and lie farther from its middle than it is wide.
+TEST(ColourIdentifier, TheEndsOfALongSpotTellItsColour) {
+  Detection spot;
+  spot.ellipse.centre_px = {450.0, 240.0};
+  spot.ellipse.moments_px2 << 4.0, 0.0, 0.0, 64.0;
+  const cv::Scalar background = cv::Scalar::all(20.0);
+  cv::Mat bgr(480, 640, CV_8UC3, background);
+  const auto fill = [&bgr](int half_length_px, const cv::Scalar& level) {
+    constexpr int kHalfWidth_px = 4;
+    bgr(cv::Rect(450 - half_length_px, 240 - kHalfWidth_px, 2 * half_length_px + 1,
+                 2 * kHalfWidth_px + 1)) = level;
+  };
+  fill(17, background + 200.0 * cv::Scalar(kAmber[2], kAmber[1], kAmber[0]));
+  fill(9, cv::Scalar::all(255.0));
+  const auto colour = coloursOf(bgr, {spot}, test::defaultDetector()).at(0);
+  ASSERT_TRUE(colour);
+  EXPECT_LT((*colour - kAmber / kAmber.sum()).norm(), 1e-12);
+}
+
 TEST(ColourIdentifier, ValidateNamesEveryWrongValue) {
   EXPECT_TRUE(errorsOf(amberAndBlue()).empty());
   ColourConfig config;
