@@ -259,6 +259,17 @@ TEST(CircleThrough, PointsOfACircleAndOfALine) {
   EXPECT_FALSE(fitCircle({{0.0, 0.0}, {1.0, 0.0}, {2.0, 0.0}, {3.0, 0.0}}, {{0.0, 0.0}, 1.0}));
 }
 
+// The shorter side bounds what an image holds of a mirror: a longer one beside it changes nothing.
+TEST(RimSearch, IsOfTheShorterSide) {
+  const RimSearch square = rimSearchIn(cv::Mat::zeros(480, 480, CV_8U));
+  for (const cv::Size& size : {cv::Size(854, 480), cv::Size(480, 854)}) {
+    const RimSearch search = rimSearchIn(cv::Mat::zeros(size, CV_8U));
+    EXPECT_EQ(search.radius_px.low, square.radius_px.low) << size;
+    EXPECT_EQ(search.radius_px.high, square.radius_px.high) << size;
+    EXPECT_EQ(search.max_centre_error_px, square.max_centre_error_px) << size;
+  }
+}
+
 /// Two pictures of one parabolic mirror: the same rim, found apart. Its place was read off by eye.
 TEST(PhotographedRim, OfAParabolicMirrorIsTheSameInBothPictures) {
   std::vector<MirrorRim> rims;
