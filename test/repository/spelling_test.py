@@ -18,7 +18,7 @@ WORD = re.compile(r"(?<![\w./:~$%@\\<&=-])[A-Za-z]?[a-z]{2,}(?:'(?!s\b)[a-z]+)?(
 
 def wordsOf(place, text):
     if place.endswith('.md'):
-        text = re.sub(r'`[^`]*`|<[^>]*>', '', prose(text))
+        text = re.sub(r'`[^`]*`|<[a-z/!][^>]*>', '', prose(text))
     elif place.endswith(('.yaml', '.msg', '.srv', '.action')):
         text = '\n'.join(re.findall(r'#(.*)', text))
     elif text.count(' ') < 2 or not place.endswith(('.cpp', '.h', '.py')):
