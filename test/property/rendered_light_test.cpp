@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <string>
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
 #include "support/rendered_series.h"
+#include "support/synthetic_spot.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -65,6 +67,35 @@ INSTANTIATE_TEST_SUITE_P(
                         1.0},
                     Aim{"bgr8", 40, 0.01, kUnbounded, 0.0, kUnbounded, 1.0},
                     Aim{"1280x1024", 20, 0.01, 0.001, 0.0, kUnbounded, 1.0}));
+
+/// Part of the images in which a lamp of this radius is found, at one distance.
+double foundOf(const DetectorConfig& detector, double radius_m, double distance_m) {
+  constexpr int kImages = 10;
+  RenderedSeries series = test::renderedSeries("point");
+  series.detector = detector;
+  std::vector<test::Observation> observations =
+      test::observationsAt(distance_m, kImages, 1.0, kSeed);
+  for (test::Observation& observation : observations) observation.radius_m = radius_m;
+  return static_cast<double>(test::errorsOf(series, observations).found) / kImages;
+}
+
+// A lamp that is large beside the lens' opening looks like a lamp or a window of the room, unless
+// its size is known.
+TEST(LargeLamp, IsFoundWhereItsSizeIsStated) {
+  std::printf("| radius [mm] | distance [m] | found as shipped %% | with its size stated %% |\n");
+  for (double radius_m : {0.004, 0.01, 0.02, 0.03}) {
+    DetectorConfig stated = test::shippedDetector();
+    stated.light.min_radius_m = 0.9 * radius_m;
+    stated.light.radius_m = 1.1 * radius_m;
+    stated.light.half_height_m = stated.light.radius_m;
+    for (double distance_m : {0.4, 0.7, 1.0, 2.0, 4.0}) {
+      const double found = foundOf(stated, radius_m, distance_m);
+      EXPECT_EQ(found, 1.0) << radius_m << " m, at " << distance_m << " m";
+      std::printf("| %.0f | %.1f | %.0f | %.0f |\n", 1e3 * radius_m, distance_m,
+                  100.0 * foundOf(test::shippedDetector(), radius_m, distance_m), 100.0 * found);
+    }
+  }
+}
 
 TEST(PointLight, IsReadNearlyAsWellAsThePhotonsAllow) {
   const BearingErrors errors = expectAim({"point", 200, 0.01, 0.001, 0.4, 1.3, 1.0});

@@ -45,6 +45,7 @@ Light Observation::light() const {
   Light light;
   light.height_m = kDefaultLightHeight_m;
   light.brightness = brightness * distance_m * distance_m;
+  light.radius_m = radius_m;
   return light;
 }
 

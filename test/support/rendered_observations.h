@@ -26,6 +26,7 @@ struct Observation {
   double distance_m = 0.0;
   double azimuth_rad = 0.0;
   double brightness = 1.0;  ///< times what gives the renderer's reference value
+  double radius_m = 0.0;    ///< of the light
 
   Light light() const;
   Pose2 worldFromSensor() const;
