@@ -79,7 +79,7 @@ double foundOf(const DetectorConfig& detector, double radius_m, double distance_
   return static_cast<double>(test::errorsOf(series, observations).found) / kImages;
 }
 
-// A lamp that is large beside the lens' opening looks like a lamp or a window of the room, unless
+// A lamp that is large beside the aperture looks like a lamp or a window of the room, unless
 // its size is known.
 TEST(LargeLamp, IsFoundWhereItsSizeIsStated) {
   std::printf("| radius [mm] | distance [m] | found as shipped %% | with its size stated %% |\n");
