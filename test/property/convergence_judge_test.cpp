@@ -50,5 +50,27 @@ TEST(DriverAdvice, NamesWhatIsKnownLeast) {
       << advice;
 }
 
+// Half of the bearings from a mount that is turned by 6 deg: a fault where the noise is known.
+TEST(ConvergenceJudge, PartsThatMoreNoiseExplainsAreNoFault) {
+  ObservationRun run = simulate(paperCase(3));
+  for (std::size_t i = run.observations.size() / 2; i < run.observations.size(); ++i)
+    run.observations[i].azimuth_rad += radiansFromDegrees(6.0);
+  const std::size_t last = run.observations.size() - 1;
+  const BatchEstimate fit =
+      BatchEstimator(BatchConfig()).estimate(run.observations, {run.truth[last], last});
+  ASSERT_TRUE(fit.converged);
+  const SlipAverage settled{fit, fit, fit.last, {}};
+  const MountTracker tracker(FilterConfig(), fit.last, 0.0);
+  const auto judgementWith = [&](const NoiseLevels& noise) {
+    ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);
+    judge.judge(tracker, run.observations, settled, noise);
+    return judge.last();
+  };
+  EXPECT_EQ(judgementWith({}).cause, Fault::kPartsDisagree);
+  const Judgement doubtful = judgementWith({{1.0, 0.0}, {1.0, 2.0}});
+  EXPECT_EQ(doubtful.state, CalibrationState::kConverging);
+  EXPECT_NE(doubtful.advice.find("noise"), std::string::npos) << doubtful.advice;
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core
