@@ -77,7 +77,7 @@ double BatchFit::costOf(const SmootherPass& pass, const RecordPath& path) const 
 }
 
 /// One Gauss-Newton step; false when it would not lower the cost.
-bool BatchFit::step() {
+bool BatchFit::step(int iteration) {
   SmootherPass pass = smooth(observations_, weights_.observations(), path_, dampedPrior(failures_),
                              config_.errors, beginning_ ? &beginning_->known : nullptr);
   const double cost = costOf(pass, pass.path);
@@ -92,15 +92,20 @@ bool BatchFit::step() {
   const StateVector change =
       (pass.path.stateAt(layout, end) - path_.stateAt(layout, end))(places).eval();
   const StateMatrix covariance = pass.last.covariance(places, places);
-  if (goesBack(change, covariance)) stride_ *= 0.5;
+  // Most fits settle before, some of them to and fro.
+  constexpr int kUsualIterations = 20;
+  const bool goes_back = iteration > kUsualIterations && goesBack(change, covariance);
+  if (goes_back) stride_ *= 0.5;
   last_change_ = change;
   if (stride_ < 1.0) {
     pass.path = path_.towards(pass.path, stride_);
     pass.last.mean = pass.path.stateAt(layout, end);
   }
-  const Eigen::Vector3d mount_change = stride_ * change.head<kMountSize>();
+  // On a crease what is left is what is gone; elsewhere it is the whole step.
+  const double left = goes_back ? stride_ : 1.0;
+  const Eigen::Vector3d mount_change = left * change.head<kMountSize>();
   const Eigen::Matrix3d mount_covariance = covariance.topLeftCorner<kMountSize, kMountSize>();
-  last_step_ = chiSquareOf(StateVector(stride_ * change), covariance);
+  last_step_ = chiSquareOf(StateVector(left * change), covariance);
   last_mount_step_ = chiSquareOf(mount_change, mount_covariance);
   cost_ = cost;
   path_ = pass.path;
@@ -177,7 +182,7 @@ BatchEstimate BatchFit::run() {
   while (stage_ != Stage::kDone && estimate.iterations < kMostIterations) {
     endIfCancelled();
     ++estimate.iterations;
-    if (!step()) {
+    if (!step(estimate.iterations)) {
       if (++failures_ > kMaxFailures || beginning_) break;  // a beginning cannot be damped
       continue;
     }

@@ -23,7 +23,7 @@ class BatchFit {
  private:
   enum class Stage { kHuber, kRejecting, kWidening, kDone };
 
-  bool step();
+  bool step(int iteration);
   bool goesBack(const StateVector& change, const StateMatrix& covariance) const;
   void weighAnew();
   double costOf(const SmootherPass& pass, const RecordPath& path) const;
