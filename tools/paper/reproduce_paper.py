@@ -121,8 +121,9 @@ def drawRuns(axes, runs, parameter, unit, symbol, across, label, says):
                       label=words)
     if says is not None:
         column, least, errors = says
-        axes.plot(runs.value(across, column, least), errors[parameter], 'D', color='C4',
-                  label='the paper says', clip_on=False, zorder=5)
+        if runs[column][-1] >= least:  # short runs end before
+            axes.plot(runs.value(across, column, least), errors[parameter], 'D', color='C4',
+                      label='the paper says', clip_on=False, zorder=5)
     highest = max(max(runs['%s_%s_%s' % (parameter, what, unit)]) for what in ('rmse', 'stddev'))
     axes.set(xlabel=label, ylabel='error of %s [%s]' % (symbol, unit),
              title='%s, %d runs' % (symbol, runs['runs'][0]))
