@@ -6,7 +6,13 @@ repository="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # Hidden from rospack by the leading dot: the repository is the package, and the build folder holds
 # things that look like packages too.
 build_folder="$repository/.build/${sanitize:-release}"
-noetic_setup=/opt/ros/noetic/setup.bash
+# Where ROS is not the distribution's own: ROS-O, or Noetic.
+ros_setup=
+for ros_name in noetic one; do
+  if [[ -f "${ros_folder:=/opt/ros}/$ros_name/setup.bash" ]]; then
+    ros_setup="$ros_folder/$ros_name/setup.bash"
+  fi
+done
 
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }
@@ -57,4 +63,4 @@ source_setup() {
   set -u
 }
 
-if [[ -f "$noetic_setup" ]]; then source_setup "$noetic_setup"; fi
+if [[ -n "$ros_setup" ]]; then source_setup "$ros_setup"; fi

@@ -6,6 +6,7 @@ import glob
 import os
 import re
 import subprocess
+import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
 
@@ -116,8 +117,9 @@ class Workflows(unittest.TestCase):
                         self.assertTrue(os.access(os.path.join(REPOSITORY, script), os.X_OK), script)
 
     def testDebianRunsEveryTestInItsOwnContainer(self):
-        self.assertEqual(self.jobs['debian-12']['container'], 'debian:12')
-        self.assertIn('./scripts/test', self.commandsOf('debian-12'))
+        self.assertEqual(self.jobs['debian']['container'], 'debian:${{ matrix.release }}')
+        self.assertEqual(self.jobs['debian']['strategy']['matrix'], {'release': [12, 13]})
+        self.assertIn('./scripts/test', self.commandsOf('debian'))
         self.assertEqual(self.jobs['debian-package']['container']['image'], 'debian:12')
         self.assertIn('./scripts/package --test', self.commandsOf('debian-package'))
 
@@ -126,6 +128,32 @@ class Workflows(unittest.TestCase):
         self.assertEqual(noetic['env']['ROS_DISTRO'], 'noetic')
         self.assertTrue(any(step.get('uses', '').startswith('ros-industrial/industrial_ci@')
                             for step in noetic['steps']))
+
+    def testRosOIsBuilt(self):
+        self.assertEqual(self.jobs['ros-o']['container'], 'ubuntu:24.04')
+        self.assertIn('./scripts/build', self.commandsOf('ros-o'))
+
+
+class Environment(unittest.TestCase):
+
+    def setupOf(self, *names):
+        """The one that the scripts take where these are there; each says its own name."""
+        with tempfile.TemporaryDirectory() as folder:
+            for name in names:
+                os.mkdir(os.path.join(folder, name))
+                with open(os.path.join(folder, name, 'setup.bash'), 'w') as file:
+                    file.write('said="$said %s"\n' % name)
+            return subprocess.run(
+                ['bash', '-euc', 'said=; source scripts/environment.sh; echo "$said"'],
+                cwd=REPOSITORY, env=dict(os.environ, ros_folder=folder), check=True,
+                stdout=subprocess.PIPE, universal_newlines=True).stdout.split()
+
+    def testTakesTheRosThatIsThere(self):
+        self.assertEqual(self.setupOf(), [])
+        self.assertEqual(self.setupOf('noetic'), ['noetic'])
+        self.assertEqual(self.setupOf('one'), ['one'])
+        self.assertEqual(self.setupOf('noetic', 'one'), ['one'])
+        self.assertEqual(self.setupOf('humble'), [])
 
 
 if __name__ == '__main__':

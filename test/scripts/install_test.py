@@ -17,7 +17,7 @@ import demo_monitor  # noqa: E402  (lies in tools)
 
 TRUTH = {'x': 0.1 * math.cos(math.radians(30)), 'y': 0.1 * math.sin(math.radians(30)),
          'yaw': math.radians(60)}  # of the simulated camera, config/simulation.yaml
-NOETIC_SETUP = '/opt/ros/noetic/setup.bash'
+ROS_SETUPS = ['/opt/ros/noetic/setup.bash', '/opt/ros/one/setup.bash']
 
 
 def buildFolder():
@@ -44,8 +44,9 @@ class Install(unittest.TestCase):
     @classmethod
     def run_(cls, *command, status=0):
         """In an environment that knows of the installation only, not of this build."""
-        shell = ('[ ! -f {0} ] || source {0}; source {1}/local_setup.bash; exec "$@"'
-                 .format(NOETIC_SETUP, cls.prefix))
+        setups = [setup for setup in ROS_SETUPS if os.path.isfile(setup)]
+        setups.append(os.path.join(cls.prefix, 'local_setup.bash'))
+        shell = ' '.join('source %s;' % setup for setup in setups) + ' exec "$@"'
         done = subprocess.run(
             ['bash', '-c', shell, 'bash', *command], stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=600,
