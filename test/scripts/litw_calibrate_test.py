@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import unittest
 
+import numpy
 import rosbag
 import roslib.packages
 import yaml
@@ -56,6 +57,53 @@ def writeAsOdometry(ticks_bag, odometry_bag):
             odometry.pose.pose.orientation.z = math.sin(0.5 * heading)
             odometry.pose.pose.orientation.w = math.cos(0.5 * heading)
             target.write('odom', odometry, received)
+
+
+def table(name):
+    return numpy.genfromtxt(os.path.join(DATA, 'litw', name), delimiter=',', names=True)
+
+
+def scannerSweep():
+    """Seconds by which the scanner sees what is a radian further to the left later, and their standard
+    deviation: least squares over the true motion, with mount and latency."""
+    latency_s, half_s, largest_rad = 0.11, 0.15, 0.08
+    path, landmarks, bearings = map(table, ('groundtruth_vicon.csv', 'landmarks_vicon.csv', 'bearings.csv'))
+
+    def at(moments, values):
+        return numpy.interp(moments, path['t_s'], values)
+
+    moments = bearings['t_s'] - latency_s
+    seen = (moments > half_s) & (moments < path['t_s'][-1] - half_s) & (at(moments, path['valid']) == 1.0)
+    moments, azimuths, ids = moments[seen], bearings['bearing_rad'][seen], bearings['landmark_id'][seen]
+    place = {landmark['landmark_id']: complex(landmark['x_m'], landmark['y_m']) for landmark in landmarks}
+    yaws = numpy.unwrap(path['theta_rad'])
+    turn_rate = (at(moments + half_s, yaws) - at(moments - half_s, yaws)) / (2.0 * half_s)
+    base = at(moments, path['x_m']) + 1j * at(moments, path['y_m'])
+    landmark_in_base = (numpy.array([place[i] for i in ids]) - base) * numpy.exp(-1j * at(moments, yaws))
+    unknowns = numpy.zeros(5)  # x, y, yaw, latency beyond the above, sweep
+    for _ in range(8):
+        x, y, yaw, further_s, sweep = unknowns
+        landmark = landmark_in_base - complex(x, y)
+        expected = numpy.angle(landmark) - yaw + turn_rate * (further_s - sweep * azimuths)
+        residuals = numpy.angle(numpy.exp(1j * (azimuths - expected)))
+        used = abs(residuals) < largest_rad
+        J = numpy.column_stack([(landmark / abs(landmark) ** 2).imag, -(landmark / abs(landmark) ** 2).real,
+                                -numpy.ones_like(azimuths), turn_rate, -turn_rate * azimuths])[used]
+        unknowns += numpy.linalg.lstsq(J, residuals[used], rcond=None)[0]
+    covariance = numpy.var(residuals[used]) * numpy.linalg.inv(J.T @ J)
+    return unknowns[4], math.sqrt(covariance[4, 4])
+
+
+@unittest.skipUnless(DATA, NO_DATA)
+class Recording(unittest.TestCase):
+
+    def testItsScannerSeesOneDirectionAfterTheOther(self):
+        sweep_s, stddev_s = scannerSweep()
+        self.assertGreater(sweep_s, 5.0 * stddev_s)
+        with open(DOCUMENT) as file:
+            said = re.search(r'sees what is a radian further to the left (\d+) ms later',
+                             ' '.join(file.read().split()))
+        self.assertEqual(int(said.group(1)), round(1e3 * sweep_s))
 
 
 @unittest.skipUnless(DATA, NO_DATA)
