@@ -6,7 +6,6 @@
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/judge/fault_finder.h"
 #include "bearing_calibration/solve/mount_displacement.h"
-#include "bearing_calibration/solve/noise_review.h"
 #include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/track/light_start.h"
 
@@ -79,6 +78,7 @@ void MountCalibration::attemptStart() {
   if (search_.isInVain()) diagnose();
   if (!attempt.ready()) return;
   noise_ = attempt.noise;
+  noise_start_ = unknownsWith(noise_);
   if (isNoiseSurprising()) {
     if (!diagnoses_.isDue(initializer_.record())) return;  // not before a fault was looked for
     diagnose();
@@ -178,10 +178,14 @@ void MountCalibration::refineAndJudge() {
   const std::vector<Observation> observations = withNoise(record.observations(), noise_);
   const std::optional<SlipAverage> settled =
       record_fit_.fit(observations, tracker_->filter().estimate(), record.beginning());
+  const std::size_t cut = settled ? RecordFit::cutOf(*settled, surplus()) : 0;
+  std::optional<NoiseReview> review;
   StateEstimate estimate;
   if (settled) {
     rival_ = settled->rival;
-    estimate = withItsNoise(*settled);
+    review = reviewNoiseOf(*settled, cut);
+    estimate = review ? changedAs(settled->estimate, settled->best.last, review->average)
+                      : settled->estimate;
     if (!tracker_->isSearching()) {
       tracker_->rebase(withEarlier(widened(estimate, settled->best.scatter().widening())),
                        settled->best.correlation);
@@ -193,11 +197,13 @@ void MountCalibration::refineAndJudge() {
     most_noise_ = most_noise_ ? atMost(noise_.atMost(), *most_noise_) : noise_.atMost();
   }
   if (!settled) return;
-  const auto part = record_fit_.oldestPart(observations, *settled, surplus());
-  if (!part) return;
-  noise_told_before_.give(
-      static_cast<double>(part->count) / static_cast<double>(observations.size()), noise_told_);
-  initializer_.cut(*part);
+  if (cut == 0) return;
+  if (review) {
+    noise_told_before_.give(static_cast<double>(cut) / static_cast<double>(observations.size()),
+                            review->told);
+  }
+  initializer_.cut(record_fit_.oldestPart(observations, *settled, cut,
+                                          review ? review->average_at_cut : std::nullopt));
 }
 
 /// Of several lights each record is as long as the one that they share.
@@ -213,16 +219,18 @@ std::size_t MountCalibration::surplus() const {
 
 /// What a fit says when nobody knows the noise. The levels are for the next fit: all hypotheses of
 /// one must be weighed alike.
-StateEstimate MountCalibration::withItsNoise(const SlipAverage& settled) {
+/// @param cut  so many observations are to be given away
+std::optional<NoiseReview> MountCalibration::reviewNoiseOf(const SlipAverage& settled,
+                                                           std::size_t cut) {
   const std::vector<Observation>& observations = initializer_.record().observations();
   const InitializerConfig& config = config_.initializer;
   correlation_time_ = correlationTime(observations, settled.best.correlation);
-  if (!config.noise.any()) return settled.estimate;
-  const NoiseReview review = reviewNoise(observations, settled.best, config.batch.errors,
-                                         config.noise, noise_, noise_told_before_);
-  noise_told_ = review.told;
+  if (!config.noise.any()) return std::nullopt;
+  NoiseReview review = reviewNoise(observations, settled.best, config.batch.errors, config.noise,
+                                   noise_start_, noise_told_before_, cut);
+  noise_start_ = review.likeliest;
   noise_ = most_noise_ ? atMost(review.levels, *most_noise_) : review.levels;
-  return ::bearing_calibration::core::withItsNoise(settled.estimate, settled.best, review);
+  return review;
 }
 
 /// An estimate from the observations, with the earlier calibration unless they contradict it: then

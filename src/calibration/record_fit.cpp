@@ -4,6 +4,7 @@
 
 #include "bearing_calibration/init/other_answers.h"
 #include "bearing_calibration/init/start_candidates.h"
+#include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/mount_displacement.h"
 
 namespace bearing_calibration::core {
@@ -60,17 +61,27 @@ bool RecordFit::hasSettled(const BatchEstimate& batch) const {
   return batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
 }
 
-std::optional<RecordPart> RecordFit::oldestPart(const std::vector<Observation>& observations,
-                                                const SlipAverage& settled,
-                                                std::size_t most) const {
-  if (settled.rival.isOpen()) return std::nullopt;
-  const BatchEstimate& fit = settled.trusting;
+std::size_t RecordFit::cutOf(const SlipAverage& settled, std::size_t most) {
+  if (settled.rival.isOpen()) return 0;
+  const std::vector<ObservationWeight>& weights = settled.trusting.weights;
   std::size_t count = most;
   // not within a slip, which nobody could look for any more
-  while (count > 1 && (fit.weights[count - 1].slipped || fit.weights[count].slipped)) --count;
-  if (count <= 1) return std::nullopt;
-  return RecordPart{count, batch_.knownAt(count - 1, observations, fit),
-                    scatterOf(fit.mount_displacements, 0, count)};
+  while (count > 1 && (weights[count - 1].slipped || weights[count].slipped)) --count;
+  return count > 1 ? count : 0;
+}
+
+RecordPart RecordFit::oldestPart(const std::vector<Observation>& observations,
+                                 const SlipAverage& settled, std::size_t count,
+                                 const std::optional<StateEstimate>& average) const {
+  const BatchEstimate& fit = settled.trusting;
+  StateEstimate known = batch_.filteredAt(count - 1, observations, fit);
+  if (average) {
+    known = changedAs(known, batch_.filteredAt(count - 1, observations, settled.best), *average);
+  }
+  return {
+      count,
+      withoutLearntScale(known, fit.path.stateAt(known.layout, count - 1), config_.batch.errors),
+      scatterOf(fit.mount_displacements, 0, count)};
 }
 
 }  // namespace bearing_calibration::core

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/symmetric.h"
 
 namespace bearing_calibration::core {
 
@@ -120,6 +121,22 @@ StateEstimate widened(StateEstimate estimate, double widening) {
   StateVector scale = StateVector::Constant(estimate.layout.size(), std::sqrt(widening));
   scale.segment(kMountSize, estimate.layout.errors).setOnes();
   estimate.covariance = (scale.asDiagonal() * estimate.covariance * scale.asDiagonal()).eval();
+  return estimate;
+}
+
+StateEstimate changedAs(StateEstimate estimate, const StateEstimate& from,
+                        const StateEstimate& to) {
+  const StateMatrix& before = from.covariance;
+  // in standard deviations, so that metres and radians can be compared
+  const StateVector unit = before.diagonal().cwiseSqrt();
+  const StateVector per_unit = (unit.array() > 0.0).select(unit.cwiseInverse(), 0.0);
+  const SymmetricEigen axes =
+      eigenOf(per_unit.asDiagonal() * (to.covariance - before) * per_unit.asDiagonal());
+  const StateMatrix directions = unit.asDiagonal() * axes.vectors;
+  estimate.mean += to.mean - from.mean;
+  estimate.wrapYaw();
+  estimate.covariance +=
+      directions * axes.values.cwiseMax(0.0).asDiagonal() * directions.transpose();
   return estimate;
 }
 

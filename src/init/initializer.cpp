@@ -177,8 +177,8 @@ StartAttempt findStart(const std::vector<Observation>& observations,
   Answer answer = findAnswer(weighed, config);
   std::optional<NoiseReview> review;
   for (int searches = 1; answer.fit && config.noise.any(); ++searches) {
-    review =
-        reviewNoise(observations, *answer.fit, config.batch.errors, config.noise, attempt.noise);
+    review = reviewNoise(observations, *answer.fit, config.batch.errors, config.noise,
+                         unknownsWith(attempt.noise));
     const bool is_found = areAlike(review->levels, attempt.noise) || searches == kMostSearches;
     attempt.noise = review->levels;
     weighed = withNoise(observations, attempt.noise);
@@ -191,7 +191,7 @@ StartAttempt findStart(const std::vector<Observation>& observations,
   attempt.obstacle = StartObstacle::kNoSolution;
   if (!answer.fit) return attempt;
   const auto reviewed = [&](const StateEstimate& estimate) {
-    return review ? withItsNoise(estimate, *answer.fit, *review) : estimate;
+    return review ? changedAs(estimate, answer.fit->last, review->average) : estimate;
   };
   describe(answer, &attempt);
   describe(reviewed(answer.fit->last), &attempt);

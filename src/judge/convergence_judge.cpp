@@ -92,8 +92,9 @@ double largestNisMean(int count) {
   return std::max(kLargestNisMean, chiSquareQuantile(1.0 - kNisFalseAlarm, count) / count);
 }
 
-/// What the latest images say against the filter, if anything.
-std::optional<std::string> inconsistency(const Consistency& recent) {
+/// What the latest images say against the filter, if anything, with so many times the noise's
+/// variance.
+std::optional<std::string> inconsistency(const Consistency& recent, double more_variance = 1.0) {
   const int images = recent.fused + recent.not_fused;
   if (images < kFewestImages) return std::nullopt;
   if (recent.fused < kSmallestFusedShare * images) {
@@ -102,7 +103,7 @@ std::optional<std::string> inconsistency(const Consistency& recent) {
         "move, does a wheel slip, are the wheels' parameters right?",
         recent.not_fused, images);
   }
-  if (recent.fused > 0 && recent.nis_mean > largestNisMean(recent.fused)) {
+  if (recent.fused > 0 && recent.nis_mean > more_variance * largestNisMean(recent.fused)) {
     return formatted(
         "the bearings scatter %.1f times as much as they should: check the latency, the "
         "wheels' parameters, or raise bearings/extra_stddev",
@@ -195,8 +196,9 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
                                    const std::vector<Observation>& record,
                                    const std::optional<SlipAverage>& settled,
                                    const NoiseLevels& noise) {
-  if (const auto why = inconsistency(tracker.consistency())) {
-    return {CalibrationState::kInconsistent, *why, Fault::kScatter};
+  const auto doubt = inconsistency(tracker.consistency());
+  if (doubt && inconsistency(tracker.consistency(), noise.mostVarianceFactor())) {
+    return {CalibrationState::kInconsistent, *doubt, Fault::kScatter};
   }
   const StateEstimate estimate = withNearness(tracker.filter().estimate(), nearness_stddev_m_);
   if (mount_moved_) return *mount_moved_;
@@ -214,6 +216,12 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
     return *mount_moved_;
   }
   if (!meetsTargets(estimate.mount(), config_)) return stillConverging(estimate);
+  if (doubt) {
+    return {
+        CalibrationState::kConverging,
+        "accurate enough, but the bearings scatter more than the noise that was estimated: drive "
+        "on until it is estimated anew"};
+  }
   if (jump && !beats_noise) {
     return {CalibrationState::kConverging,
             "accurate enough, but two parts of the drive give different mounts, unless the noise "

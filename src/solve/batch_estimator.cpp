@@ -106,16 +106,23 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
   return BatchFit(observations, track, config_, slips, beginning).run();
 }
 
-StateEstimate BatchEstimator::knownAt(std::size_t observation,
-                                      const std::vector<Observation>& observations,
-                                      const BatchEstimate& fit) const {
+StateEstimate BatchEstimator::filteredAt(std::size_t observation,
+                                         const std::vector<Observation>& observations,
+                                         const BatchEstimate& fit) const {
   const auto until = [observation](const auto& all) {
     return std::vector(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(observation + 1));
   };
   const RecordPath path{until(fit.path.points), fit.path.mount, fit.path.errors};
-  const SmootherPass pass =
-      smooth(until(observations), until(fit.weights), path, kFreePass, config_.errors, fit.known());
-  return withoutLearntScale(pass.last, fit.path.stateAt(pass.last.layout, observation),
+  return smooth(until(observations), until(fit.weights), path, kFreePass, config_.errors,
+                fit.known())
+      .last;
+}
+
+StateEstimate BatchEstimator::knownAt(std::size_t observation,
+                                      const std::vector<Observation>& observations,
+                                      const BatchEstimate& fit) const {
+  const StateEstimate filtered = filteredAt(observation, observations, fit);
+  return withoutLearntScale(filtered, fit.path.stateAt(filtered.layout, observation),
                             config_.errors);
 }
 

@@ -42,14 +42,15 @@ NoiseRecord::NoiseRecord(const std::vector<Observation>& observations, const Bat
   before_ = knownBeforehand(layout, path, kFreePass, errors, fit.known());
 }
 
-FilteredRecord NoiseRecord::filter(const NoiseUnknowns& unknowns, bool gives_up_slips) const {
+FilteredRecord NoiseRecord::filter(const NoiseUnknowns& unknowns, bool gives_up_slips,
+                                   std::size_t count) const {
   endIfCancelled();
   const double bearing_factor = std::exp(unknowns(kBearingLevel));
   const double wheel_factor = std::exp(unknowns(kWheelLevel));
   const double correlation = fromLogit(unknowns(kLasting));
   const double share = fromLogit(unknowns(kLastingShare));
   FilteredRecord filtered{{}, before_};
-  filtered.innovations.reserve(steps_.size());
+  filtered.innovations.reserve(count);
   StateEstimate& estimate = filtered.last;
   const int errors = estimate.layout.errors;
   // What lasts of the present bearing's noise, over its standard deviation, and its covariance with
@@ -73,7 +74,8 @@ FilteredRecord NoiseRecord::filter(const NoiseUnknowns& unknowns, bool gives_up_
     noise_variance -= noise_PHt * noise_PHt / innovation.variance;
     return innovation;
   };
-  for (const Step& step : steps_) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Step& step = steps_[i];
     if (step.moves) {
       LinearMotion motion = step.motion;
       motion.covariance *= wheel_factor;

@@ -11,9 +11,9 @@ namespace bearing_calibration::core {
 namespace {
 
 /// What is known of the correlation beforehand: of any share and any length.
-constexpr double kShareMean = -1.0;
+constexpr double kShareMean = 0.0;
 constexpr double kCorrelationMean = 1.0;
-constexpr double kLogitStddev = 1.5;
+constexpr double kLogitStddev = 2.5;
 
 /// The levels that are likeliest under one supposition about slips.
 struct Likeliest {
@@ -118,7 +118,7 @@ class Levels {
   bool looksFor(int unknown) const { return stddev_(unknown) > 0.0; }
 
   std::vector<Innovation> innovationsAt(const NoiseUnknowns& unknowns) const {
-    return record_.filter(unknowns, gives_up_slips_).innovations;
+    return record_.filter(unknowns, gives_up_slips_, record_.size()).innovations;
   }
 
   /// What the innovations alone say: their cost, its gradient and expected curvature.
@@ -187,18 +187,29 @@ class Levels {
   bool gives_up_slips_;
 };
 
-/// Mean and covariance over the levels, by two points of them for each unknown.
-StateEstimate averageOver(const NoiseRecord& record, const Likeliest& levels, bool gives_up_slips) {
+/// Noise of the bearings that lasts and noise of the wheels resemble each other: the likelihood has
+/// a maximum where it is the one, and another one where it is the other.
+NoiseUnknowns startForTheOther(const NoiseUnknowns& found) {
+  const NoiseUnknowns lasting(0.0, 0.0, 2.0, 3.0);  // most of it, for twenty bearings
+  const NoiseUnknowns wheels(found(kBearingLevel), found(kWheelLevel), kShareMean,
+                             kCorrelationMean);
+  return found(kLastingShare) < 0.5 * (lasting + wheels)(kLastingShare) ? lasting : wheels;
+}
+
+/// Mean and covariance over the levels after so many observations, by two points of them for each
+/// unknown.
+StateEstimate averageOver(const NoiseRecord& record, const Likeliest& levels, bool gives_up_slips,
+                          std::size_t count) {
   constexpr int kPoints = 2 * kNoiseUnknowns;
   const SymmetricEigen axes = eigenOf(kNoiseUnknowns * levels.covariance);
   const NoiseUnknownsMatrix root =
       axes.vectors * axes.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * axes.vectors.transpose();
-  const StateEstimate middle = record.filter(levels.unknowns, gives_up_slips).last;
+  const StateEstimate middle = record.filter(levels.unknowns, gives_up_slips, count).last;
   StateEstimate average = StateEstimate::zero(middle.layout);
   for (int i = 0; i < kPoints; ++i) {
     const double sign = i < kNoiseUnknowns ? 1.0 : -1.0;
-    const StateEstimate point =
-        record.filter(levels.unknowns + sign * root.col(i % kNoiseUnknowns), gives_up_slips).last;
+    const NoiseUnknowns unknowns = levels.unknowns + sign * root.col(i % kNoiseUnknowns);
+    const StateEstimate point = record.filter(unknowns, gives_up_slips, count).last;
     const StateVector off = point.mean - middle.mean;
     average.mean += off / kPoints;
     average.covariance += (point.covariance + off * off.transpose()) / kPoints;
@@ -223,18 +234,25 @@ double leastBearingLevel(const std::vector<Observation>& observations, const Err
 
 }  // namespace
 
+NoiseUnknowns unknownsWith(const NoiseLevels& levels) {
+  return {std::log(levels.bearing.value), std::log(levels.wheel.value), kShareMean,
+          kCorrelationMean};
+}
+
 NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
                         const ErrorPriors& errors, const NoisePriors& priors,
-                        const NoiseLevels& used, const NoiseInformation& told_before) {
+                        const NoiseUnknowns& start, const NoiseInformation& told_before,
+                        std::size_t cut) {
   constexpr double kCostOfSlip = 10.0;  // half the chi-square for which a fit gives a motion up
   const NoiseRecord record(observations, fit, errors);
-  NoiseUnknowns start;
-  start << std::log(used.bearing.value), std::log(used.wheel.value), kShareMean, kCorrelationMean;
   const double least_log_bearing = priors.bearing_stddev > 0.0
                                        ? std::log(leastBearingLevel(observations, errors))
                                        : start(kBearingLevel);
   const auto findLevels = [&](bool gives_up_slips) {
-    return Levels(record, priors, told_before, least_log_bearing, gives_up_slips).find(start);
+    const Levels levels(record, priors, told_before, least_log_bearing, gives_up_slips);
+    const Likeliest one = levels.find(start);
+    const Likeliest other = levels.find(startForTheOther(one.unknowns));
+    return other.cost < one.cost ? other : one;
   };
   bool gives_up_slips = true;
   Likeliest likeliest = findLevels(gives_up_slips);
@@ -247,26 +265,14 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
     }
   }
   const NoiseUnknowns stddev = likeliest.covariance.diagonal().cwiseSqrt();
-  return {{{std::exp(likeliest.unknowns(kBearingLevel)), stddev(kBearingLevel)},
-           {std::exp(likeliest.unknowns(kWheelLevel)), stddev(kWheelLevel)}},
-          averageOver(record, likeliest, gives_up_slips),
-          likeliest.told};
-}
-
-StateEstimate withItsNoise(StateEstimate estimate, const BatchEstimate& fit,
-                           const NoiseReview& review) {
-  const StateMatrix& before = fit.last.covariance;
-  // in standard deviations of the fit, so that metres and radians can be compared
-  const StateVector unit = before.diagonal().cwiseSqrt();
-  const StateVector per_unit = (unit.array() > 0.0).select(unit.cwiseInverse(), 0.0);
-  const SymmetricEigen axes =
-      eigenOf(per_unit.asDiagonal() * (review.average.covariance - before) * per_unit.asDiagonal());
-  const StateMatrix directions = unit.asDiagonal() * axes.vectors;
-  estimate.mean += review.average.mean - fit.last.mean;
-  estimate.wrapYaw();
-  estimate.covariance +=
-      directions * axes.values.cwiseMax(0.0).asDiagonal() * directions.transpose();
-  return estimate;
+  NoiseReview review{likeliest.unknowns,
+                     {{std::exp(likeliest.unknowns(kBearingLevel)), stddev(kBearingLevel)},
+                      {std::exp(likeliest.unknowns(kWheelLevel)), stddev(kWheelLevel)}},
+                     averageOver(record, likeliest, gives_up_slips, record.size()),
+                     std::nullopt,
+                     likeliest.told};
+  if (cut > 0) review.average_at_cut = averageOver(record, likeliest, gives_up_slips, cut);
+  return review;
 }
 
 }  // namespace bearing_calibration::core

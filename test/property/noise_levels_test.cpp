@@ -53,7 +53,7 @@ Record recordOf(std::uint64_t seed, double duration_s, const NoiseLevels& stated
 }
 
 NoiseLevels found(const Record& record, const NoisePriors& priors = kPriors) {
-  return reviewNoise(record.observations, record.fit, {}, priors, {}).levels;
+  return reviewNoise(record.observations, record.fit, {}, priors, unknownsWith({})).levels;
 }
 
 constexpr int kRuns = 20;
@@ -82,6 +82,20 @@ void expectFoundAsWellAsTheySay(double correlation) {
 TEST(NoiseLevels, AreFoundAsWellAsTheySay) { expectFoundAsWellAsTheySay(0.0); }
 
 TEST(NoiseLevels, AreFoundBesideACorrelationOfTheBearings) { expectFoundAsWellAsTheySay(0.7); }
+
+// A bearing's noise that lasts for 3 s is much like noise of the wheels in a short record.
+TEST(NoiseLevels, OfBearingsThatLastAreNotLaidToTheWheels) {
+  const double correlation = std::exp(-0.1 / 3.0);  // of bearings at 10 Hz
+  double bearing_nees = 0.0;
+  double wheel_nees = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const NoiseLevels levels = found(recordOf(seed, 200.0, {}, correlation));
+    bearing_nees += std::pow(std::log(levels.bearing.value) / levels.bearing.log_stddev, 2);
+    wheel_nees += std::pow(std::log(levels.wheel.value) / levels.wheel.log_stddev, 2);
+  }
+  EXPECT_LT(bearing_nees, chiSquareQuantile(1.0 - kFalseAlarm, kRuns));
+  EXPECT_LT(wheel_nees, chiSquareQuantile(1.0 - kFalseAlarm, kRuns));
+}
 
 // Noise that changes on the way tells less of its level than as many bearings of one level.
 TEST(NoiseLevels, AreNoSurerThanTheyScatterWhereNoiseChanges) {
@@ -115,12 +129,13 @@ TEST(NoiseLevels, AreFoundBetterWithWhatWasGivenAway) {
     const Record given_away = recordOf(seed, 50.0, kStatedTooSmall);
     const Record record = recordOf(kRuns + seed, 50.0, kStatedTooSmall);
     const NoiseReview before =
-        reviewNoise(given_away.observations, given_away.fit, {}, kPriors, {});
+        reviewNoise(given_away.observations, given_away.fit, {}, kPriors, unknownsWith({}));
     NoiseInformation told_before;
     told_before.give(1.0, before.told);
     const NoiseLevels alone = found(record);
     const NoiseLevels levels =
-        reviewNoise(record.observations, record.fit, {}, kPriors, {}, told_before).levels;
+        reviewNoise(record.observations, record.fit, {}, kPriors, unknownsWith({}), told_before)
+            .levels;
     bearing_nees += std::pow(std::log(2.0 / levels.bearing.value) / levels.bearing.log_stddev, 2);
     wheel_nees += std::pow(std::log(4.0 / levels.wheel.value) / levels.wheel.log_stddev, 2);
     const auto precision = [](const NoiseFactor& factor) {
@@ -151,10 +166,11 @@ TEST(NoiseLevels, WidenTheMountByWhatIsNotKnownOfThem) {
     const NoiseLevels levels = found(record, priors);
     record.fit = BatchEstimator({}).estimate(withNoise(record.observations, levels),
                                              surestStart(record.fit));
-    const NoiseReview review = reviewNoise(record.observations, record.fit, {}, priors, levels);
+    const NoiseReview review =
+        reviewNoise(record.observations, record.fit, {}, priors, unknownsWith(levels));
     const CartesianEstimate fit = record.fit.last.cartesian();
     const CartesianEstimate estimate =
-        withItsNoise(record.fit.last, record.fit, review).cartesian();
+        changedAs(record.fit.last, record.fit.last, review.average).cartesian();
     EXPECT_GE(Eigen::SelfAdjointEigenSolver<Matrix5>(estimate.covariance - fit.covariance)
                   .eigenvalues()
                   .minCoeff(),
@@ -206,10 +222,32 @@ TEST(NoiseLevels, ThatAreKnownLeaveTheFitAlone) {
   config.errors.setLightHeight(0.4, 0.1);
   const Record record = recordOf(simulated, {}, config);
   const NoiseReview review =
-      reviewNoise(record.observations, record.fit, config.errors, {1e-4, 1e-4}, {});
+      reviewNoise(record.observations, record.fit, config.errors, {1e-4, 1e-4}, unknownsWith({}));
   const CartesianEstimate fit = record.fit.last.cartesian();
   const CartesianEstimate average = review.average.cartesian();
   for (int i = 0; i < 5; ++i) {
+    const double stddev = std::sqrt(fit.covariance(i, i));
+    EXPECT_NEAR(std::sqrt(average.covariance(i, i)), stddev, 0.1 * stddev) << i;
+    EXPECT_NEAR(average.mean(i), fit.mean(i), 0.2 * stddev) << i;
+  }
+}
+
+// What is given away of a record is averaged like the rest of it.
+TEST(NoiseLevels, AreAveragedOverWhereARecordIsCut) {
+  const Record record = recordOf(1, 60.0, {});
+  const auto reviewWith = [&](const NoisePriors& priors, std::size_t cut) {
+    return reviewNoise(record.observations, record.fit, {}, priors, unknownsWith({}), {}, cut);
+  };
+  const std::size_t all = record.observations.size();
+  EXPECT_FALSE(reviewWith(kPriors, 0).average_at_cut);
+  const NoiseReview whole = reviewWith(kPriors, all);
+  EXPECT_EQ(whole.average_at_cut->mean, whole.average.mean);
+  EXPECT_EQ(whole.average_at_cut->covariance, whole.average.covariance);
+  const std::size_t half = all / 2;
+  const StateEstimate fit =
+      BatchEstimator({}).filteredAt(half - 1, record.observations, record.fit);
+  const StateEstimate average = *reviewWith({1e-4, 1e-4}, half).average_at_cut;
+  for (int i = 0; i < fit.layout.size(); ++i) {
     const double stddev = std::sqrt(fit.covariance(i, i));
     EXPECT_NEAR(std::sqrt(average.covariance(i, i)), stddev, 0.1 * stddev) << i;
     EXPECT_NEAR(average.mean(i), fit.mean(i), 0.2 * stddev) << i;
@@ -255,7 +293,7 @@ TEST(NoiseLevels, OfBearingsAreNotBelowWhatTheMirrorsLawLeavesOut) {
   config.errors.setGeometry({kLeftOut * kStated_rad / 0.03, 0.0, 0.0});
   const Record record = recordOf(simulated, {{1.0 / kScatter, 0.0}, {1.0, 0.0}}, config);
   const NoiseLevels levels =
-      reviewNoise(record.observations, record.fit, config.errors, kPriors, {}).levels;
+      reviewNoise(record.observations, record.fit, config.errors, kPriors, unknownsWith({})).levels;
   EXPECT_NEAR(levels.bearing.value, kLeftOut, 1e-6);
 }
 

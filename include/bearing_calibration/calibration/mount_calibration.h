@@ -15,7 +15,7 @@
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/output/result.h"
 #include "bearing_calibration/solve/joint_record.h"
-#include "bearing_calibration/solve/noise_record.h"
+#include "bearing_calibration/solve/noise_review.h"
 #include "bearing_calibration/track/association_outcome.h"
 #include "bearing_calibration/track/light_picker.h"
 #include "bearing_calibration/track/mount_tracker.h"
@@ -93,7 +93,7 @@ class MountCalibration {
   void refineAndJudge();
   std::size_t surplus() const;
   void noteSolution(const std::optional<SlipAverage>& settled, const StateEstimate& estimate);
-  StateEstimate withItsNoise(const SlipAverage& settled);
+  std::optional<NoiseReview> reviewNoiseOf(const SlipAverage& settled, std::size_t cut);
   bool isNoiseSurprising() const;
   bool wantsDiagnosis() const;
   void diagnose();
@@ -122,11 +122,11 @@ class MountCalibration {
   double way_m_ = 0.0;                      ///< of the robot, its turns counted
   std::optional<double> mount_moved_at_m_;  ///< way_m_ when the judge said so first
   Stamp last_seen_;
-  bool started_ = false;                ///< tracker_ carries on from the initialiser
-  bool restarted_ = false;              ///< since the mount has moved
-  NoiseLevels noise_;                   ///< against the stated one, as the drive has it
-  NoiseInformation noise_told_;         ///< by the record at the last fit
-  NoiseInformation noise_told_before_;  ///< by what has been given away of it
+  bool started_ = false;    ///< tracker_ carries on from the initialiser
+  bool restarted_ = false;  ///< since the mount has moved
+  NoiseLevels noise_;       ///< against the stated one, as the drive has it
+  NoiseUnknowns noise_start_ = NoiseUnknowns::Zero();  ///< where the next search for it begins
+  NoiseInformation noise_told_before_;                 ///< by what has been given away of it
   /// Once CONVERGED: what would take more is not noise, but a change.
   std::optional<NoiseLevels> most_noise_;
   CorrelationTime correlation_time_;

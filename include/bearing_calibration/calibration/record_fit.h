@@ -26,12 +26,18 @@ class RecordFit {
                                  const StateEstimate& running,
                                  const std::optional<RecordBeginning>& beginning);
 
-  /// What the record's oldest observations say, to be given away for it: none while a rival is
-  /// open. So much is weighed with hindsight.
-  /// @param settled  the last fit, of all `observations`
-  /// @param most  of them
-  std::optional<RecordPart> oldestPart(const std::vector<Observation>& observations,
-                                       const SlipAverage& settled, std::size_t most) const;
+  /// How many of the record's oldest observations are to be given away: none while a rival is open.
+  /// @param settled  the last fit
+  /// @param most  of its observations
+  static std::size_t cutOf(const SlipAverage& settled, std::size_t most);
+  /// What they say. So much is weighed with hindsight.
+  /// @param observations  of the fit
+  /// @param count  of them, by cutOf()
+  /// @param average  of what settled.best says of them, over all noise that there may be; none
+  /// where
+  ///   that is known
+  RecordPart oldestPart(const std::vector<Observation>& observations, const SlipAverage& settled,
+                        std::size_t count, const std::optional<StateEstimate>& average) const;
 
  private:
   BatchEstimate fitOnce(const std::vector<Observation>& observations, const StateEstimate& running,

@@ -98,6 +98,10 @@ StateEstimate partOf(const StateEstimate& estimate, int errors,
 /// theirs, which an earlier calibration may be subtracted from, and all correlations.
 StateEstimate widened(StateEstimate estimate, double widening);
 
+/// An estimate moved as `to` lies against `from`, and with the covariance that `to` has beyond that
+/// of `from`.
+StateEstimate changedAs(StateEstimate estimate, const StateEstimate& from, const StateEstimate& to);
+
 /// Rounding makes the two halves of a covariance differ a little, and updates make the difference
 /// grow: both become their mean.
 void symmetrise(StateMatrix* covariance);

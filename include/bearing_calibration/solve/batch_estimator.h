@@ -98,8 +98,11 @@ class BatchEstimator {
                          const std::optional<RecordBeginning>& beginning = std::nullopt) const;
 
   /// The estimate at an observation from everything until there, linearised and weighed as a fit of
-  /// the whole record is: what a record that is cut after it begins with.
+  /// the whole record is.
   /// @param observations,fit  a record and its fit
+  StateEstimate filteredAt(std::size_t observation, const std::vector<Observation>& observations,
+                           const BatchEstimate& fit) const;
+  /// The same as what a record that is cut after it begins with (withoutLearntScale()).
   StateEstimate knownAt(std::size_t observation, const std::vector<Observation>& observations,
                         const BatchEstimate& fit) const;
 

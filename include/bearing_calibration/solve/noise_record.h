@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -41,8 +42,12 @@ class NoiseRecord {
   NoiseRecord(const std::vector<Observation>& observations, const BatchEstimate& fit,
               const ErrorPriors& errors);
 
+  std::size_t size() const { return steps_.size(); }  ///< observations
+
   /// @param gives_up_slips  that the fit gave up; else their motions are as good as all others
-  FilteredRecord filter(const NoiseUnknowns& unknowns, bool gives_up_slips) const;
+  /// @param count  of the observations, from the first one on
+  FilteredRecord filter(const NoiseUnknowns& unknowns, bool gives_up_slips,
+                        std::size_t count) const;
 
  private:
   struct Step {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "bearing_calibration/filter/robot_errors.h"
@@ -11,26 +13,30 @@ namespace bearing_calibration::core {
 
 /// What a record says when nobody knows its noise.
 struct NoiseReview {
-  NoiseLevels levels;
+  NoiseUnknowns likeliest;
+  NoiseLevels levels;  ///< the same, as factors
   /// At the last observation, over all levels that the record allows: at least as wide as with the
   /// likeliest of them.
   StateEstimate average;
+  /// The same at the last of those that are to be given away, if any.
+  std::optional<StateEstimate> average_at_cut;
   NoiseInformation told;  ///< by these observations alone, of all unknowns
 };
 
+/// Where the search for the unknowns begins when these levels were the last ones.
+NoiseUnknowns unknownsWith(const NoiseLevels& levels);
+
 /// The levels that make the innovations of a settled fit most likely, priors and all, beside a
 /// correlation of neighbouring bearings that is unknown, too (model.md, eq. 22). What the fit
-/// left out stays out. A slip competes with more noise.
+/// left out stays out. A slip competes with more noise, and noise of the bearings that lasts with
+/// noise of the wheels.
 /// @param observations  of one light, as stated, those of the fit
-/// @param used  the levels with which the fit was made
+/// @param start  where the search begins
 /// @param told_before  by the observations that have been given away
+/// @param cut  so many of them are to be given away
 NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
                         const ErrorPriors& errors, const NoisePriors& priors,
-                        const NoiseLevels& used, const NoiseInformation& told_before = {});
-
-/// An estimate that rests on a fit, moved as the average lies against the fit, and with the
-/// covariance that the average has beyond the fit's own.
-StateEstimate withItsNoise(StateEstimate estimate, const BatchEstimate& fit,
-                           const NoiseReview& review);
+                        const NoiseUnknowns& start, const NoiseInformation& told_before = {},
+                        std::size_t cut = 0);
 
 }  // namespace bearing_calibration::core
