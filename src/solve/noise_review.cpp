@@ -12,8 +12,9 @@ namespace {
 
 /// What is known of the correlation beforehand: of any share and any length.
 constexpr double kShareMean = 0.0;
+constexpr double kShareStddev = 1.8;  // uniform from 0 to 1
 constexpr double kCorrelationMean = 1.0;
-constexpr double kLogitStddev = 2.5;
+constexpr double kCorrelationStddev = 1.5;
 
 /// The levels that are likeliest under one supposition about slips.
 struct Likeliest {
@@ -74,6 +75,9 @@ class GradientScatter {
 
 /// Fisher's scoring: derivatives of the innovations by small differences, their expected curvature.
 class Levels {
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  static constexpr double kLeastSigmas = 3.0;  // no robot's wheels are better
+
  public:
   /// @param least_log_bearing  lower limit of that unknown
   Levels(const NoiseRecord& record, const NoisePriors& priors, const NoiseInformation& told_before,
@@ -81,15 +85,15 @@ class Levels {
       : record_(record),
         told_before_(told_before),
         mean_(0.0, 0.0, kShareMean, kCorrelationMean),
-        stddev_(priors.bearing_stddev, priors.wheel_stddev, kLogitStddev, kLogitStddev),
-        least_log_bearing_(least_log_bearing),
+        stddev_(priors.bearing_stddev, priors.wheel_stddev, kShareStddev, kCorrelationStddev),
+        least_(least_log_bearing, -kLeastSigmas * priors.wheel_stddev, -kInfinity, -kInfinity),
         gives_up_slips_(gives_up_slips) {}
 
   Likeliest find(NoiseUnknowns unknowns) const {
     constexpr int kMostSteps = 12;
     constexpr double kLongestStep = 1.0;
     constexpr double kSettled = 0.02;
-    constexpr double kLeastSigmas = 3.0;  // no robot's wheels are better
+    unknowns = unknowns.cwiseMax(least_);
     Likeliest likeliest{unknowns, NoiseUnknownsMatrix::Zero(),
                         std::numeric_limits<double>::infinity(), NoiseInformation()};
     for (int i = 0; i < kMostSteps; ++i) {
@@ -101,21 +105,33 @@ class Levels {
                      covarianceOf(here.information - innovations.information + told.matrix),
                      here.cost, told};
       }
-      const NoiseUnknowns step = NoiseUnknowns(-solved(here.information, here.gradient))
-                                     .cwiseMax(-kLongestStep)
-                                     .cwiseMin(kLongestStep);
+      const NoiseUnknowns step =
+          stepFrom(here, unknowns).cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
       if (!(step.cwiseAbs().maxCoeff() >= kSettled)) break;
       // back to the best, where the last step was too long
       unknowns = here.cost > likeliest.cost ? NoiseUnknowns(0.5 * (unknowns + likeliest.unknowns))
                                             : NoiseUnknowns(unknowns + step);
-      unknowns(kBearingLevel) = std::max(unknowns(kBearingLevel), least_log_bearing_);
-      unknowns(kWheelLevel) = std::max(unknowns(kWheelLevel), -kLeastSigmas * stddev_(kWheelLevel));
+      unknowns = unknowns.cwiseMax(least_);
     }
     return likeliest;
   }
 
  private:
   bool looksFor(int unknown) const { return stddev_(unknown) > 0.0; }
+
+  /// To the minimum, but for those at their lower limit that would go beyond it.
+  NoiseUnknowns stepFrom(Score score, const NoiseUnknowns& unknowns) const {
+    NoiseUnknowns step = -solved(score.information, score.gradient);
+    for (int k = 0; k < kNoiseUnknowns; ++k) {
+      if (unknowns(k) > least_(k) || step(k) >= 0.0) continue;
+      score.information.row(k).setZero();
+      score.information.col(k).setZero();
+      score.information(k, k) = 1.0;
+      score.gradient(k) = 0.0;
+      step = -solved(score.information, score.gradient);
+    }
+    return step;
+  }
 
   std::vector<Innovation> innovationsAt(const NoiseUnknowns& unknowns) const {
     return record_.filter(unknowns, gives_up_slips_, record_.size()).innovations;
@@ -183,7 +199,7 @@ class Levels {
   const NoiseInformation& told_before_;
   NoiseUnknowns mean_;
   NoiseUnknowns stddev_;
-  double least_log_bearing_;
+  NoiseUnknowns least_;  ///< lower limits
   bool gives_up_slips_;
 };
 

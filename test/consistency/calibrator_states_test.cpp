@@ -2,6 +2,7 @@
 // a miswired robot, motions that cannot tell the mount.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <random>
 #include <set>
@@ -57,18 +58,23 @@ SimulatedRecord simulateMotion(const RobotConfig& robot, TrajectoryConfig::Kind 
   return record(&simulator, duration_s);
 }
 
-/// The same drive twice, with the mount of the second one from `displaced_s` on.
+/// The same drive twice, with the bearings of the second one from `from_s` on.
+SimulatedRecord simulateChange(const RobotConfig& before, const RobotConfig& after, double from_s,
+                               double duration_s) {
+  SimulatedRecord record = simulate(before, duration_s);
+  const SimulatedRecord later = simulate(after, duration_s);
+  for (std::size_t i = 0; i < record.bearings.size(); ++i) {
+    const double time_s = secondsFromDuration(record.bearings[i].stamp - before.start);
+    if (time_s >= from_s) record.bearings[i] = later.bearings[i];
+  }
+  return record;
+}
+
 SimulatedRecord simulateDisplacement(const RobotConfig& robot, const Pose2& displaced,
                                      double displaced_s, double duration_s) {
   RobotConfig after = robot;
   after.base_from_sensor = displaced;
-  SimulatedRecord record = simulate(robot, duration_s);
-  const SimulatedRecord later = simulate(after, duration_s);
-  for (std::size_t i = 0; i < record.bearings.size(); ++i) {
-    const double time_s = secondsFromDuration(record.bearings[i].stamp - robot.start);
-    if (time_s >= displaced_s) record.bearings[i] = later.bearings[i];
-  }
-  return record;
+  return simulateChange(robot, after, displaced_s, duration_s);
 }
 
 /// The same drive with another light in the images from `from_s` to `to_s`.
@@ -331,6 +337,27 @@ TEST(UnknownNoise, ADisplacedMountIsNotLaidToIt) {
     Calibrator calibrator(unknownNoise());
     const Story story = tell(simulateDisplacement(robot, displaced, 100.0, 200.0), &calibrator);
     EXPECT_EQ(story.last.cause, Fault::kMountMoved) << "seed " << seed << ": " << story.last.advice;
+  }
+}
+
+// A scatter of four times the variance is a fault where the noise is known, and may be noise where
+// it is not.
+TEST(UnknownNoise, BearingsThatScatterSomewhatMoreAreNoFault) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const RobotConfig robot = paperRobot(seed);
+    RobotConfig after = robot;
+    after.sensor.stddev_rad *= 2.0;
+    SimulatedRecord record = simulateChange(robot, after, 60.0, 120.0);
+    for (BearingSet& image : record.bearings) {
+      for (Bearing& light : image.candidates) {
+        light.azimuth_variance_rad2 = std::pow(robot.sensor.stddev_rad, 2);
+      }
+    }
+    Calibrator with_unknown_noise(unknownNoise());
+    EXPECT_EQ(tell(record, &with_unknown_noise).states.count(CalibrationState::kInconsistent), 0U)
+        << "seed " << seed;
+    Calibrator with_known_noise(calibratorConfig());
+    EXPECT_EQ(tell(record, &with_known_noise).causes.count(Fault::kScatter), 1U) << "seed " << seed;
   }
 }
 
