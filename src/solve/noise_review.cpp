@@ -91,7 +91,7 @@ class Levels {
 
   Likeliest find(NoiseUnknowns unknowns) const {
     constexpr int kMostSteps = 12;
-    constexpr double kLongestStep = 1.0;
+    constexpr double kLongestStep = 2.0;
     constexpr double kSettled = 0.02;
     unknowns = unknowns.cwiseMax(least_);
     Likeliest likeliest{unknowns, NoiseUnknownsMatrix::Zero(),
@@ -105,9 +105,10 @@ class Levels {
                      covarianceOf(here.information - innovations.information + told.matrix),
                      here.cost, told};
       }
-      const NoiseUnknowns step =
-          stepFrom(here, unknowns).cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
-      if (!(step.cwiseAbs().maxCoeff() >= kSettled)) break;
+      NoiseUnknowns step = stepFrom(here, unknowns);
+      const double length = step.cwiseAbs().maxCoeff();
+      if (!(length >= kSettled)) break;
+      step *= std::min(1.0, kLongestStep / length);  // still downhill
       // back to the best, where the last step was too long
       unknowns = here.cost > likeliest.cost ? NoiseUnknowns(0.5 * (unknowns + likeliest.unknowns))
                                             : NoiseUnknowns(unknowns + step);
@@ -203,15 +204,6 @@ class Levels {
   bool gives_up_slips_;
 };
 
-/// Noise of the bearings that lasts and noise of the wheels resemble each other: the likelihood has
-/// a maximum where it is the one, and another one where it is the other.
-NoiseUnknowns startForTheOther(const NoiseUnknowns& found) {
-  const NoiseUnknowns lasting(0.0, 0.0, 2.0, 3.0);  // most of it, for twenty bearings
-  const NoiseUnknowns wheels(found(kBearingLevel), found(kWheelLevel), kShareMean,
-                             kCorrelationMean);
-  return found(kLastingShare) < 0.5 * (lasting + wheels)(kLastingShare) ? lasting : wheels;
-}
-
 /// Mean and covariance over the levels after so many observations, by two points of them for each
 /// unknown.
 StateEstimate averageOver(const NoiseRecord& record, const Likeliest& levels, bool gives_up_slips,
@@ -265,10 +257,7 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
                                        ? std::log(leastBearingLevel(observations, errors))
                                        : start(kBearingLevel);
   const auto findLevels = [&](bool gives_up_slips) {
-    const Levels levels(record, priors, told_before, least_log_bearing, gives_up_slips);
-    const Likeliest one = levels.find(start);
-    const Likeliest other = levels.find(startForTheOther(one.unknowns));
-    return other.cost < one.cost ? other : one;
+    return Levels(record, priors, told_before, least_log_bearing, gives_up_slips).find(start);
   };
   bool gives_up_slips = true;
   Likeliest likeliest = findLevels(gives_up_slips);

@@ -28,8 +28,7 @@ NoiseUnknowns unknownsWith(const NoiseLevels& levels);
 
 /// The levels that make the innovations of a settled fit most likely, priors and all, beside a
 /// correlation of neighbouring bearings that is unknown, too (model.md, eq. 22). What the fit
-/// left out stays out. A slip competes with more noise, and noise of the bearings that lasts with
-/// noise of the wheels.
+/// left out stays out. A slip competes with more noise.
 /// @param observations  of one light, as stated, those of the fit
 /// @param start  where the search begins
 /// @param told_before  by the observations that have been given away
