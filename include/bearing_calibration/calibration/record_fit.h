@@ -33,9 +33,7 @@ class RecordFit {
   /// What they say. So much is weighed with hindsight.
   /// @param observations  of the fit
   /// @param count  of them, by cutOf()
-  /// @param average  of what settled.best says of them, over all noise that there may be; none
-  /// where
-  ///   that is known
+  /// @param average  of what settled.best says of them, over all noise; none where that is known
   RecordPart oldestPart(const std::vector<Observation>& observations, const SlipAverage& settled,
                         std::size_t count, const std::optional<StateEstimate>& average) const;
 
