@@ -178,12 +178,11 @@ void MountCalibration::refineAndJudge() {
   const std::vector<Observation> observations = withNoise(record.observations(), noise_);
   const std::optional<SlipAverage> settled =
       record_fit_.fit(observations, tracker_->filter().estimate(), record.beginning());
-  const std::size_t cut = settled ? RecordFit::cutOf(*settled, surplus()) : 0;
   std::optional<NoiseReview> review;
   StateEstimate estimate;
   if (settled) {
     rival_ = settled->rival;
-    review = reviewNoiseOf(*settled, cut);
+    review = reviewNoiseOf(*settled);
     estimate = review ? changedAs(settled->estimate, settled->best.last, review->average)
                       : settled->estimate;
     if (!tracker_->isSearching()) {
@@ -196,14 +195,16 @@ void MountCalibration::refineAndJudge() {
   if (judge_->last().state == CalibrationState::kConverged) {
     most_noise_ = most_noise_ ? atMost(noise_.atMost(), *most_noise_) : noise_.atMost();
   }
-  if (!settled) return;
+  const std::size_t cut = settled ? RecordFit::cutOf(*settled, surplus()) : 0;
   if (cut == 0) return;
+  std::optional<StateEstimate> average;
   if (review) {
+    average = averageAfter(cut, record.observations(), settled->trusting,
+                           config_.initializer.batch.errors, *review);
     noise_told_before_.give(static_cast<double>(cut) / static_cast<double>(observations.size()),
                             review->told);
   }
-  initializer_.cut(record_fit_.oldestPart(observations, *settled, cut,
-                                          review ? review->average_at_cut : std::nullopt));
+  initializer_.cut(record_fit_.oldestPart(observations, settled->trusting, cut, average));
 }
 
 /// Of several lights each record is as long as the one that they share.
@@ -219,15 +220,13 @@ std::size_t MountCalibration::surplus() const {
 
 /// What a fit says when nobody knows the noise. The levels are for the next fit: all hypotheses of
 /// one must be weighed alike.
-/// @param cut  so many observations are to be given away
-std::optional<NoiseReview> MountCalibration::reviewNoiseOf(const SlipAverage& settled,
-                                                           std::size_t cut) {
+std::optional<NoiseReview> MountCalibration::reviewNoiseOf(const SlipAverage& settled) {
   const std::vector<Observation>& observations = initializer_.record().observations();
   const InitializerConfig& config = config_.initializer;
   correlation_time_ = correlationTime(observations, settled.best.correlation);
   if (!config.noise.any()) return std::nullopt;
   NoiseReview review = reviewNoise(observations, settled.best, config.batch.errors, config.noise,
-                                   noise_start_, noise_told_before_, cut);
+                                   noise_start_, noise_told_before_);
   noise_start_ = review.likeliest;
   noise_ = most_noise_ ? atMost(review.levels, *most_noise_) : review.levels;
   return review;

@@ -71,13 +71,10 @@ std::size_t RecordFit::cutOf(const SlipAverage& settled, std::size_t most) {
 }
 
 RecordPart RecordFit::oldestPart(const std::vector<Observation>& observations,
-                                 const SlipAverage& settled, std::size_t count,
+                                 const BatchEstimate& fit, std::size_t count,
                                  const std::optional<StateEstimate>& average) const {
-  const BatchEstimate& fit = settled.trusting;
   StateEstimate known = batch_.filteredAt(count - 1, observations, fit);
-  if (average) {
-    known = changedAs(known, batch_.filteredAt(count - 1, observations, settled.best), *average);
-  }
+  if (average) known = changedAs(known, known, *average);
   return {
       count,
       withoutLearntScale(known, fit.path.stateAt(known.layout, count - 1), config_.batch.errors),

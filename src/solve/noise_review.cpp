@@ -206,18 +206,19 @@ class Levels {
 
 /// Mean and covariance over the levels after so many observations, by two points of them for each
 /// unknown.
-StateEstimate averageOver(const NoiseRecord& record, const Likeliest& levels, bool gives_up_slips,
-                          std::size_t count) {
+StateEstimate averageOver(const NoiseRecord& record, const NoiseReview& review, std::size_t count) {
   constexpr int kPoints = 2 * kNoiseUnknowns;
-  const SymmetricEigen axes = eigenOf(kNoiseUnknowns * levels.covariance);
+  const SymmetricEigen axes = eigenOf(kNoiseUnknowns * review.covariance);
   const NoiseUnknownsMatrix root =
       axes.vectors * axes.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * axes.vectors.transpose();
-  const StateEstimate middle = record.filter(levels.unknowns, gives_up_slips, count).last;
+  const auto filtered = [&](const NoiseUnknowns& unknowns) {
+    return record.filter(unknowns, review.gives_up_slips, count).last;
+  };
+  const StateEstimate middle = filtered(review.likeliest);
   StateEstimate average = StateEstimate::zero(middle.layout);
   for (int i = 0; i < kPoints; ++i) {
     const double sign = i < kNoiseUnknowns ? 1.0 : -1.0;
-    const NoiseUnknowns unknowns = levels.unknowns + sign * root.col(i % kNoiseUnknowns);
-    const StateEstimate point = record.filter(unknowns, gives_up_slips, count).last;
+    const StateEstimate point = filtered(review.likeliest + sign * root.col(i % kNoiseUnknowns));
     const StateVector off = point.mean - middle.mean;
     average.mean += off / kPoints;
     average.covariance += (point.covariance + off * off.transpose()) / kPoints;
@@ -249,8 +250,7 @@ NoiseUnknowns unknownsWith(const NoiseLevels& levels) {
 
 NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
                         const ErrorPriors& errors, const NoisePriors& priors,
-                        const NoiseUnknowns& start, const NoiseInformation& told_before,
-                        std::size_t cut) {
+                        const NoiseUnknowns& start, const NoiseInformation& told_before) {
   constexpr double kCostOfSlip = 10.0;  // half the chi-square for which a fit gives a motion up
   const NoiseRecord record(observations, fit, errors);
   const double least_log_bearing = priors.bearing_stddev > 0.0
@@ -271,13 +271,20 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
   }
   const NoiseUnknowns stddev = likeliest.covariance.diagonal().cwiseSqrt();
   NoiseReview review{likeliest.unknowns,
+                     likeliest.covariance,
                      {{std::exp(likeliest.unknowns(kBearingLevel)), stddev(kBearingLevel)},
                       {std::exp(likeliest.unknowns(kWheelLevel)), stddev(kWheelLevel)}},
-                     averageOver(record, likeliest, gives_up_slips, record.size()),
-                     std::nullopt,
+                     gives_up_slips,
+                     {},
                      likeliest.told};
-  if (cut > 0) review.average_at_cut = averageOver(record, likeliest, gives_up_slips, cut);
+  review.average = averageOver(record, review, record.size());
   return review;
+}
+
+StateEstimate averageAfter(std::size_t count, const std::vector<Observation>& observations,
+                           const BatchEstimate& fit, const ErrorPriors& errors,
+                           const NoiseReview& review) {
+  return averageOver(NoiseRecord(observations, fit, errors), review, count);
 }
 
 }  // namespace bearing_calibration::core

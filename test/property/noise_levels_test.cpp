@@ -8,7 +8,9 @@
 #include <random>
 #include <vector>
 
+#include "bearing_calibration/calibration/record_fit.h"
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/noise_review.h"
 #include "tools/study/simulated_case.h"
@@ -239,22 +241,46 @@ TEST(NoiseLevels, ThatAreKnownLeaveTheFitAlone) {
 // What is given away of a record is averaged like the rest of it.
 TEST(NoiseLevels, AreAveragedOverWhereARecordIsCut) {
   const Record record = recordOf(1, 60.0, {});
-  const auto reviewWith = [&](const NoisePriors& priors, std::size_t cut) {
-    return reviewNoise(record.observations, record.fit, {}, priors, unknownsWith({}), {}, cut);
+  const auto averageWith = [&](const NoiseReview& review, std::size_t cut) {
+    return averageAfter(cut, record.observations, record.fit, {}, review);
+  };
+  const auto reviewWith = [&](const NoisePriors& priors) {
+    return reviewNoise(record.observations, record.fit, {}, priors, unknownsWith({}));
   };
   const std::size_t all = record.observations.size();
-  EXPECT_FALSE(reviewWith(kPriors, 0).average_at_cut);
-  const NoiseReview whole = reviewWith(kPriors, all);
-  EXPECT_EQ(whole.average_at_cut->mean, whole.average.mean);
-  EXPECT_EQ(whole.average_at_cut->covariance, whole.average.covariance);
+  const NoiseReview unknown = reviewWith(kPriors);
+  EXPECT_EQ(averageWith(unknown, all).mean, unknown.average.mean);
+  EXPECT_EQ(averageWith(unknown, all).covariance, unknown.average.covariance);
   const std::size_t half = all / 2;
   const StateEstimate fit =
       BatchEstimator({}).filteredAt(half - 1, record.observations, record.fit);
-  const StateEstimate average = *reviewWith({1e-4, 1e-4}, half).average_at_cut;
+  const StateEstimate average = averageWith(reviewWith({1e-4, 1e-4}), half);
   for (int i = 0; i < fit.layout.size(); ++i) {
     const double stddev = std::sqrt(fit.covariance(i, i));
     EXPECT_NEAR(std::sqrt(average.covariance(i, i)), stddev, 0.1 * stddev) << i;
     EXPECT_NEAR(average.mean(i), fit.mean(i), 0.2 * stddev) << i;
+  }
+}
+
+// The mount of a part that is given away is the average's own, and at least as uncertain. A fit
+// with other slips than those of the part's own fit would move it twice.
+TEST(NoiseLevels, MoveWhatIsGivenAwayToItsOwnAverage) {
+  const Record record = recordOf(1, 60.0, {{2.0, 0.0}, {0.25, 0.0}});
+  const NoiseReview review =
+      reviewNoise(record.observations, record.fit, {}, kPriors, unknownsWith({}));
+  const std::size_t half = record.observations.size() / 2;
+  const StateEstimate fit =
+      BatchEstimator({}).filteredAt(half - 1, record.observations, record.fit);
+  const StateEstimate average = averageAfter(half, record.observations, record.fit, {}, review);
+  const RecordPart part =
+      RecordFit(InitializerConfig()).oldestPart(record.observations, record.fit, half, average);
+  ASSERT_EQ(part.count, half);
+  const double stddev_m = std::sqrt(fit.covariance(0, 0));
+  EXPECT_GT(std::abs(average.mean(0) - fit.mean(0)), 0.05 * stddev_m) << "nothing to move";
+  EXPECT_TRUE(part.known.mean.isApprox(average.mean, 1e-9)) << part.known.mean.transpose();
+  for (const StateEstimate& least : {fit, average}) {
+    const StateMatrix beyond = part.known.covariance - least.covariance;
+    EXPECT_GT(eigenOf(beyond).values.minCoeff(), -1e-9);
   }
 }
 

@@ -93,7 +93,7 @@ class MountCalibration {
   void refineAndJudge();
   std::size_t surplus() const;
   void noteSolution(const std::optional<SlipAverage>& settled, const StateEstimate& estimate);
-  std::optional<NoiseReview> reviewNoiseOf(const SlipAverage& settled, std::size_t cut);
+  std::optional<NoiseReview> reviewNoiseOf(const SlipAverage& settled);
   bool isNoiseSurprising() const;
   bool wantsDiagnosis() const;
   void diagnose();

@@ -31,10 +31,10 @@ class RecordFit {
   /// @param most  of its observations
   static std::size_t cutOf(const SlipAverage& settled, std::size_t most);
   /// What they say. So much is weighed with hindsight.
-  /// @param observations  of the fit
-  /// @param count  of them, by cutOf()
-  /// @param average  of what settled.best says of them, over all noise; none where that is known
-  RecordPart oldestPart(const std::vector<Observation>& observations, const SlipAverage& settled,
+  /// @param observations,fit  all of them, and SlipAverage::trusting
+  /// @param count  of those, by cutOf()
+  /// @param average  of what the fit says of them, over all noise; none where that is known
+  RecordPart oldestPart(const std::vector<Observation>& observations, const BatchEstimate& fit,
                         std::size_t count, const std::optional<StateEstimate>& average) const;
 
  private:

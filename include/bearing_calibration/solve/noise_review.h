@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "bearing_calibration/filter/robot_errors.h"
@@ -14,12 +13,10 @@ namespace bearing_calibration::core {
 /// What a record says when nobody knows its noise.
 struct NoiseReview {
   NoiseUnknowns likeliest;
-  NoiseLevels levels;  ///< the same, as factors
-  /// At the last observation, over all levels that the record allows: at least as wide as with the
-  /// likeliest of them.
-  StateEstimate average;
-  /// The same at the last of those that are to be given away, if any.
-  std::optional<StateEstimate> average_at_cut;
+  NoiseUnknownsMatrix covariance;
+  NoiseLevels levels;     ///< the same, as factors
+  bool gives_up_slips;    ///< else the motions of the fit's slips are as good as all others
+  StateEstimate average;  ///< averageAfter() all observations
   NoiseInformation told;  ///< by these observations alone, of all unknowns
 };
 
@@ -32,10 +29,14 @@ NoiseUnknowns unknownsWith(const NoiseLevels& levels);
 /// @param observations  of one light, as stated, those of the fit
 /// @param start  where the search begins
 /// @param told_before  by the observations that have been given away
-/// @param cut  so many of them are to be given away
 NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
                         const ErrorPriors& errors, const NoisePriors& priors,
-                        const NoiseUnknowns& start, const NoiseInformation& told_before = {},
-                        std::size_t cut = 0);
+                        const NoiseUnknowns& start, const NoiseInformation& told_before = {});
+
+/// What a fit says after so many observations, over all levels that a review of the same ones
+/// allows: at least as wide as with the likeliest of them.
+StateEstimate averageAfter(std::size_t count, const std::vector<Observation>& observations,
+                           const BatchEstimate& fit, const ErrorPriors& errors,
+                           const NoiseReview& review);
 
 }  // namespace bearing_calibration::core
