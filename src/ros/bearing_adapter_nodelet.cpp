@@ -101,7 +101,7 @@ class BearingAdapterNodelet : public GuardedNodelet {
 
   template <class Message, class Take>
   ros::Subscriber subscribeTo(const std::string& topic, Take take) {
-    constexpr std::uint32_t kQueue = 100;
+    constexpr std::uint32_t kQueue = 1000;  // a busy /tf for seconds, as a player sends it at once
     const boost::function<void(const boost::shared_ptr<const Message>&)> callback =
         [this, topic, take](const boost::shared_ptr<const Message>& message) {
           guarded(topic, [&] { take(*message); });
