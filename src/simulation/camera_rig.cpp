@@ -116,9 +116,9 @@ ConeTracer::ConeTracer(const CameraRig& rig)
       sin_tau_(std::sin(rig.cone_half_angle_rad)),
       cos_tau_(std::cos(rig.cone_half_angle_rad)),
       apex_(rig.apex_offset_m.x(), rig.apex_offset_m.y(), 0.0) {
-  const Vector3d axis(rig.axis_lean.x(), rig.axis_lean.y(), 1.0);
+  const Vector3d turn(-rig.axis_lean.y(), rig.axis_lean.x(), 0.0);  // of the axis from upright
   sensor_from_mirror_rotation_ =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix();
+      Eigen::AngleAxisd(std::atan(turn.norm()), turn.normalized()).toRotationMatrix();
 }
 
 Vector3d ConeTracer::along(const Vector3d& outward) const {

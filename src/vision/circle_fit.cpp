@@ -102,7 +102,7 @@ std::optional<CircleFit> fitCircle(const std::vector<Vector2d>& points_px, const
     if (!(std::abs(normal.determinant()) > kLeastInformation)) return std::nullopt;
     const Vector3d right =
         residuals.gradients.transpose() * (residuals.weights * residuals.values_px).matrix();
-    const Vector3d step = -normal.fullPivLu().solve(right);
+    const Vector3d step = -normal.inverse() * right;
     fit.circle.centre_px += step.head<2>();
     fit.circle.radius_px += step.z();
     if (step.norm() < kSettled_px) break;
