@@ -165,9 +165,11 @@ class Build(CopyOfTheScripts):
         for library in ['core', 'vision', 'simulation', 'nodelets']:
             folder = 'CMakeFiles/bearing_calibration_%s.dir/' % library
             self.assertTrue([name for name in to_use if name.startswith(folder)], library)
-        for program in ['calibrate_bag', 'csv_to_bag', 'find_mirror', 'render_scene', 'simulate_bag']:
-            folder = 'tools/CMakeFiles/%s.dir/' % program
-            self.assertTrue([name for name in to_use if name.startswith(folder)], program)
+        for target in ['calibrate_bag', 'calibrate_bag_parts', 'command_line', 'csv_to_bag',
+                       'drive_instructions', 'find_mirror', 'recording_csv', 'render_scene',
+                       'simulate_bag', 'simulated_scene']:
+            folder = 'tools/CMakeFiles/%s.dir/' % target
+            self.assertTrue([name for name in to_use if name.startswith(folder)], target)
         calls = self.call(self.path('scripts', 'build'), '--werror', 'all', 'tests')
         self.assertEqual([call[0:2] for call in calls], [['cmake', '-S'], ['cmake', '--build']])
         self.assertEqual(self.commandsOfThePrograms(), to_use)
