@@ -25,7 +25,9 @@ sys.path.insert(0, os.path.join(HERE, '..', 'owner'))
 import demo_monitor  # noqa: E402  (not on the path)
 
 CONFIGURATION = os.path.join(HERE, '..', '..', 'rviz', 'calibration.rviz')
-SCREEN = '1280x800x24'
+# As wide as a page shows it, so that what is written can be read: without RViz' panels.
+WIDTH, HEIGHT = 830, 620
+SHRUNK = 0.78  # the scene, which has a larger window with the panels
 # Name of the picture: saved view and fixed frame.
 PICTURES = {'rviz_room': ('Room', 'calibration_start'), 'rviz_mount': ('Mount', 'base_link')}
 # Taken while the ellipses are large enough to be seen.
@@ -42,13 +44,17 @@ LIKE = 0.06  # largest difference of a channel
 
 
 def configurationWith(view, fixed_frame, folder):
-    """A copy of the configuration that begins with one of its saved views."""
+    """A copy of the configuration that begins with one of its saved views, in a window without panels."""
     with open(CONFIGURATION) as file:
         configuration = yaml.safe_load(file)
     manager = configuration['Visualization Manager']
     manager['Global Options']['Fixed Frame'] = fixed_frame
     views = manager['Views']
     views['Current'] = next(saved for saved in views['Saved'] if saved['Name'] == view)
+    views['Current']['Scale'] *= SHRUNK
+    configuration['Panels'] = []
+    manager['Displays'] = [display for display in manager['Displays'] if display['Class'] != 'rviz/Image']
+    configuration['Window Geometry'] = {'Width': WIDTH, 'Height': HEIGHT}
     path = os.path.join(folder, view + '.rviz')
     with open(path, 'w') as file:
         yaml.safe_dump(configuration, file)
@@ -134,7 +140,7 @@ def takeOnHiddenScreen(name, options):
         environment = dict(os.environ, LIBGL_ALWAYS_SOFTWARE='1', QT_X11_NO_MITSHM='1',
                            XDG_RUNTIME_DIR=runtime, HOME=runtime)
         return subprocess.run(
-            ['xvfb-run', '-a', '-s', '-screen 0 %s +extension GLX' % SCREEN, sys.executable,
+            ['xvfb-run', '-a', '-s', '-screen 0 %dx%dx24 +extension GLX' % (WIDTH, HEIGHT), sys.executable,
              os.path.realpath(__file__), options.output, '--rate', str(options.rate),
              '--here', name], env=environment).returncode
 
