@@ -281,11 +281,11 @@ TEST(LightsAgreement, OfTwoThatContradictEachOtherTheFartherIsLeftOut) {
   EXPECT_EQ(agreement.contradicting, (std::vector<std::size_t>{2}));
 }
 
-// 9.7 mm between two lights of 1 mm each are a chi-square of 47. For the wheels' noise that they
+// 9.4 mm between two lights of 1 mm each are a chi-square of 44. For the wheels' noise that they
 // share it may be twice that of independent ones: 42 for one pair, 53 for the largest of the 15
 // pairs of six.
 TEST(LightsAgreement, TheMoreLightsTheFartherTwoMayBeApart) {
-  const MountEstimate off = mountAt(0.1097);
+  const MountEstimate off = mountAt(0.1094);
   EXPECT_EQ(compareLights({mountAt(0.1), off}).contradicting.size(), 1U);
   std::vector<MountEstimate> six(5, mountAt(0.1));
   six.push_back(off);

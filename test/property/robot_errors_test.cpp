@@ -233,6 +233,15 @@ TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   EXPECT_TRUE(reports[4].note.empty());
 }
 
+TEST(RobotErrors, WhatNearnessLeavesOpenIsThePlaceOfTheSensor) {
+  const StateEstimate known = StateEstimate::zero({0, 1});
+  const StateEstimate open = withNearness(known, 0.02);
+  const Eigen::Vector3d variance = open.mount().covariance.diagonal();
+  EXPECT_NEAR(variance.x(), 4e-4, 1e-12);
+  EXPECT_NEAR(variance.y(), 4e-4, 1e-12);
+  EXPECT_EQ(variance.z(), 0.0);
+}
+
 TEST(RobotErrors, PriorsAreNamedAndChecked) {
   ErrorPriors priors;
   EXPECT_EQ(errorsInUse(priors), 0);

@@ -95,6 +95,36 @@ TEST(Smoother, AFirstMotionHasNothingToGain) {
   EXPECT_GT(pass.observations[1].slip_gain, 0.0);
 }
 
+// The least cost of a linear problem is that of its innovations.
+TEST(Smoother, ItsCostsAddUpToThatOfTheInnovations) {
+  const ObservationRun run = shortRun(1);
+  const std::vector<ObservationWeight> weights = plainWeights(run.observations);
+  StateEstimate known = StateEstimate::zero({errorsInUse(ErrorPriors()), 1});
+  known.mean.head<kMountSize>() = run.truth.front().tail<kMountSize>();
+  known.mean.tail<2>() = run.truth.front().head<2>();
+  known.mean.array() += 0.1;
+  known.covariance.diagonal().setConstant(1e-4);
+  RecordPath path = pathOf(run);
+  SmootherPass pass;
+  constexpr int kUntilItHasSettled = 20;
+  for (int i = 0; i < kUntilItHasSettled; ++i) {
+    pass = smooth(run.observations, weights, path, kFreePass, {}, &known);
+    path = pass.path;
+  }
+  const StateLayout& layout = pass.last.layout;
+  double bearings = 0.0;
+  for (std::size_t i = 0; i < run.observations.size(); ++i) {
+    const Observation& observation = run.observations[i];
+    const double expected_rad =
+        expectAzimuth(layout, path.stateAt(layout, i), 0, observation.nearby).angle_rad;
+    bearings += std::pow(wrapAngle(observation.azimuth_rad - expected_rad), 2) /
+                observation.azimuth_variance_rad2;
+  }
+  EXPECT_GT(pass.beginning_cost, 1.0);
+  EXPECT_GT(pass.motion_cost, 1.0);
+  EXPECT_NEAR(bearings + pass.motion_cost + pass.beginning_cost, linearCost(pass, weights), 1e-4);
+}
+
 TEST(RecordWeights, SayWhetherAnObservationIsLeftOutThatWasNotOrTheOtherWayRound) {
   constexpr std::size_t kOutlier = 7;
   const ObservationRun run = shortRun(1);

@@ -125,6 +125,20 @@ TEST(AnnulusMask, TheClearanceIsTheDistanceToTheNearestPixelOutside) {
   }
 }
 
+// 35 px from the centre, with the mask's end at 50 px.
+TEST(AnnulusMask, CutsWhatReachesBeyondItsEnd) {
+  const AnnulusMask mask(smallDetector(1));
+  constexpr double kLong_px = 10.0;
+  constexpr double kShort_px = 1.0;
+  const auto ellipse = [](double stddev_u_px, double stddev_v_px) {
+    const Eigen::Vector2d stddev_px(stddev_u_px, stddev_v_px);
+    return PixelEllipse{{61.3 + 35.0, 43.8}, stddev_px.cwiseAbs2().asDiagonal(), 2.0};
+  };
+  EXPECT_FALSE(mask.cuts(ellipse(kShort_px, kShort_px)));
+  EXPECT_FALSE(mask.cuts(ellipse(kShort_px, kLong_px)));
+  EXPECT_TRUE(mask.cuts(ellipse(kLong_px, kShort_px)));
+}
+
 TEST(AnnulusMask, AHalfPlaneIsNoSector) {
   const DetectorConfig config = smallDetector(1);
   const AnnulusMask mask(config);

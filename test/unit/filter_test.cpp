@@ -243,5 +243,22 @@ TEST(PartOf, ErrorsThatAreNotThereAreNone) {
   EXPECT_EQ(part.covariance, StateMatrix(mean * mean.transpose()));
 }
 
+// What is known of the robot's errors and of the other light stays.
+TEST(StateEstimate, ANewMountAndLightHangTogetherWithNothingElse) {
+  constexpr StateLayout kLayout{2, 2};
+  StateEstimate estimate = StateEstimate::zero(kLayout);
+  estimate.covariance.setConstant(3.0);
+  CartesianEstimate cartesian;
+  cartesian.covariance.setConstant(5.0);
+  estimate.setCartesian(cartesian, 1);
+  const auto is_new = [&](int i) { return i < kMountSize || i >= kLayout.lightAt(1); };
+  for (int i = 0; i < kLayout.size(); ++i) {
+    for (int j = 0; j < kLayout.size(); ++j) {
+      const double same = is_new(i) ? 5.0 : 3.0;
+      EXPECT_EQ(estimate.covariance(i, j), is_new(i) == is_new(j) ? same : 0.0) << i << " " << j;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core

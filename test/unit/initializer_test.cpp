@@ -60,6 +60,30 @@ TEST(Initializer, APathIsOneThatNoiseDoesNotMake) {
   EXPECT_EQ(motionObstacle(StartLimits::kMinObservations, motion), StartObstacle::kNone);
 }
 
+TEST(Initializer, OnASmallPathThePlaceMustBeKnownBetter) {
+  BatchEstimate fit;
+  fit.converged = true;
+  fit.chi_square = fit.degrees_of_freedom = 100;
+  fit.nis.assign(105, 1.0);
+  const auto obstacle = [&fit](double extent_m, double position_stddev_m) {
+    CartesianEstimate light_and_mount;
+    light_and_mount.mean << 1.5, 0.0, 0.0, 0.0, 0.0;
+    light_and_mount.covariance.diagonal()
+        .segment<2>(CartesianIndex::kSensorX)
+        .setConstant(position_stddev_m * position_stddev_m);
+    StartAttempt attempt;
+    attempt.estimate = StateEstimate::of(light_and_mount);
+    attempt.motion.extent_m = extent_m;
+    attempt.motion.path_m = 1.0;
+    attempt.rival.gap = 100.0;
+    return answerObstacle(attempt, fit, InitializerConfig());
+  };
+  EXPECT_EQ(obstacle(1.0, 0.029), StartObstacle::kNone);
+  EXPECT_EQ(obstacle(1.0, 0.031), StartObstacle::kWeakDirection);
+  EXPECT_EQ(obstacle(0.2, 0.019), StartObstacle::kNone);
+  EXPECT_EQ(obstacle(0.2, 0.021), StartObstacle::kWeakDirection);
+}
+
 TEST(Initializer, IsReadyAndHonestOnThePapersDance) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const ObservationRun run = paperRun(Kind::kDance, 30.0, seed);

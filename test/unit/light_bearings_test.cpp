@@ -67,6 +67,29 @@ TEST(LightBearings, ClippingHalvesWithTwiceTheRadius) {
   EXPECT_GT(clippingOf(8.0), 0.0);
 }
 
+// Where an image shows an unevenly lit lamp in parts, its centre may be that of either.
+TEST(LightBearings, ARefusedSpotBesideTheLightMakesItLessCertain) {
+  const DetectorConfig config = test::defaultDetector();
+  constexpr double kFromCentre_px = 100.0;
+  constexpr double kStddev_px = 4.0;
+  LightEllipse light;
+  light.centre_px = config.view.centre_px() + Eigen::Vector2d(kFromCentre_px, 0.0);
+  light.moments_px2 = kStddev_px * kStddev_px * Eigen::Matrix2d::Identity();
+  Search search;
+  search.thresholds = 2;
+  const auto variance_rad2 = [&](double apart_px) {
+    Detection spot;
+    spot.ellipse = light;
+    spot.ellipse.centre_px.y() += apart_px;
+    spot.rejection = Rejection::kUnlikely;
+    return bearingOf(light, search, {spot}, nullptr, config)->azimuth_variance_rad2;
+  };
+  const double alone_rad2 = bearingOf(light, search, {}, nullptr, config)->azimuth_variance_rad2;
+  const double within_px = 1.9 * kStddev_px;
+  EXPECT_NEAR(variance_rad2(within_px) - alone_rad2, std::pow(within_px / kFromCentre_px, 2), 1e-9);
+  EXPECT_EQ(variance_rad2(2.1 * kStddev_px), alone_rad2) << "not a part of it";
+}
+
 SearchConfig search() {
   SearchConfig config;
   config.use = true;
@@ -108,8 +131,7 @@ TEST(SearchRegion, AnImageRadiusThatWasSeenMakesItAPlace) {
   EXPECT_FALSE(sector->place);
 }
 
-// A light in the mirror's very middle has an azimuth, too: that of its pixel's rounding.
-TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
+DetectorConfig mirrorInVga() {
   DetectorConfig config;
   config.sensor.width_px = 640;
   config.sensor.height_px = 480;
@@ -118,6 +140,12 @@ TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
   config.mask.outer_radius_px = 250.0;
   config.light.min_distance_m = 0.25;
   config.light.max_distance_m = 10.0;
+  return config;
+}
+
+// A light in the mirror's very middle has an azimuth, too: that of its pixel's rounding.
+TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
+  const DetectorConfig config = mirrorInVga();
   const ExpectedPlace place{{0.0, 0.5}, 0.1, 5.0};
   const cv::Rect box = boxAround(place, ExpectedSpot(conicMirrorOptics(config), config), config);
   EXPECT_GE(box.y, 0);
@@ -129,14 +157,24 @@ TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
   EXPECT_LE(box.br().x, config.sensor.width_px);
 }
 
-/// A camera whose lights are round, and wider by a tenth of a pixel for each of the image radius.
-LightOptics roundLights() {
+TEST(SearchRegion, ABoxEndsWithTheImage) {
+  const DetectorConfig config = mirrorInVga();
+  const ExpectedSpot expected(conicMirrorOptics(config), config);
+  EXPECT_EQ(boxAround({{235.0, -0.5 * kPi}, 0.1, 5.0}, expected, config).br().y, 480);
+  EXPECT_EQ(boxAround({{235.0, 0.5 * kPi}, 0.1, 5.0}, expected, config).y, 0);
+  EXPECT_EQ(boxAround({{315.0, 0.0}, 0.1, 5.0}, expected, config).br().x, 640);
+  EXPECT_EQ(boxAround({{315.0, kPi}, 0.1, 5.0}, expected, config).x, 0);
+}
+
+/// A camera whose lights are wider by a tenth of a pixel for each of the image radius; of a point,
+/// one and a half times as long as wide.
+LightOptics wideningLights() {
   LightOptics optics;
   optics.sizeAt = [](double image_radius_px) {
     SpotSize size;
     size.least_stddev_px.setConstant(1.0 + 0.1 * image_radius_px);
     size.most_stddev_px = 2.0 * size.least_stddev_px;
-    size.log_point = size.least_stddev_px.array().log();
+    size.log_point = (size.least_stddev_px.array() * Eigen::Array2d(1.0, 1.5)).log();
     size.log_covariance.setZero();
     return size;
   };
@@ -150,7 +188,7 @@ TEST(ExpectedSpot, IsThatOfAnyCamerasOptics) {
   config.view = {100.0, 50.0, 1};
   config.mask.inner_radius_px = 10.0;
   config.mask.outer_radius_px = 70.0;
-  const ExpectedSpot expected(roundLights(), config);
+  const ExpectedSpot expected(wideningLights(), config);
   EXPECT_NEAR(expected.at({100.0, 16.6}).least_stddev_px(0), 1.0 + 3.3, 1e-12);
   EXPECT_NEAR(expected.at({103.4, 54.5}).least_stddev_px(1), 1.0 + 0.6, 1e-12);
   EXPECT_NEAR(expected.at({600.0, 50.0}).least_stddev_px(0), 1.0 + 7.0, 1e-12) << "the mask's end";
@@ -158,7 +196,21 @@ TEST(ExpectedSpot, IsThatOfAnyCamerasOptics) {
   EXPECT_FALSE(expected.mayStandAt({100.0, 110.1}));
   EXPECT_NEAR(expected.area_px().low, 4.0 * kPi * std::pow(2.0, 2), 1e-9);
   EXPECT_NEAR(expected.area_px().high, 4.0 * kPi * std::pow(16.0, 2), 1e-9);
-  EXPECT_NEAR(expected.largestPointStddev_px(), 8.0, 1e-9);
+  EXPECT_NEAR(expected.largestPointStddev_px(), 1.5 * 8.0, 1e-9);
+}
+
+TEST(SearchRegion, ABoxHoldsTheLightWhereverItMayBe) {
+  DetectorConfig config = mirrorInVga();
+  config.view = {320.0, 240.0, 1};
+  const ExpectedSpot expected(wideningLights(), config);
+  const ExpectedPlace place{{50.0, 0.0}, 0.1, 5.0};
+  const double outward_px = 5.0 + 0.5 * 50.0 * 0.1 * 0.1 + 2.0 * 1.5 * 6.0 + 2.0;  // 25.25
+  const double sideways_px = 50.0 * 0.1 + 2.0 * 6.0 + 2.0;                         // 19
+  const cv::Rect box = boxAround(place, expected, config);
+  EXPECT_EQ(box.x, std::floor(370.0 - outward_px));
+  EXPECT_EQ(box.br().x, std::floor(371.0 + outward_px));
+  EXPECT_EQ(box.y, 240.0 - sideways_px);
+  EXPECT_EQ(box.br().y, 241.0 + sideways_px);
 }
 
 TEST(SearchRegion, TheRadiusIsThatOfTheCandidateNearestToThePrediction) {

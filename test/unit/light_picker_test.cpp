@@ -62,6 +62,14 @@ Followed follow(const Passing& passing) {
   return followed;
 }
 
+// Two bearings of one noise make their mean.
+TEST(LightPicker, ExpectsTheLightInTheMiddleOfWhatWasSeen) {
+  LightPicker picker;
+  picker.pick({bearingAt(0.1)}, false);
+  picker.pick({bearingAt(0.13)}, false);
+  EXPECT_EQ(picker.pick({bearingAt(0.11), bearingAt(0.125)}, false).candidate, 0U);
+}
+
 // What passes in a few images goes on at its speed.
 TEST(LightPicker, FollowsALightThatAnotherPassesQuickly) {
   const Followed followed = follow({0.05, 0.02, 80});

@@ -183,6 +183,14 @@ TEST(WheelOdometer, SaysWhenAGapMayHideAWrap) {
   EXPECT_NEAR(odometer.travel()->left_m, 0.09, 1e-12);
 }
 
+TEST(WheelOdometer, TheSmallerWheelsCounterWrapsFirst) {
+  DriveGeometry drive = geometry(8);
+  drive.left_wheel_radius_m *= 0.5;  // 64 mm to half the range
+  WheelOdometer odometer(drive);
+  odometer.add(WheelCounts{at(0.0), 0, 0});
+  EXPECT_EQ(odometer.add(WheelCounts{at(0.1), 20, 10}).status, InputStatus::kTicksGap);
+}
+
 TEST(WheelOdometer, RefusesWhatIsNotAReading) {
   WheelOdometer odometer(geometry(16));
   EXPECT_EQ(odometer.add(WheelCounts{Stamp(), 0, 0}).status, InputStatus::kNoStamp);
@@ -356,6 +364,13 @@ TEST(DriveGeometry, NamesEveryWrongValue) {
   EXPECT_NE(errors[0].find("wheels/separation"), std::string::npos);
   EXPECT_NE(errors[1].find("wheels/max_speed"), std::string::npos);
   EXPECT_NE(errors[2].find("wheels/counter_bits"), std::string::npos);
+}
+
+TEST(WheelNoise, IsOfEitherKind) {
+  for (const WheelNoise& noise : {WheelNoise{1e-6, 0.0}, {0.0, 1e-6}, {1e-6, 2e-6}, {2e-6, 1e-6}}) {
+    EXPECT_TRUE(errorsOf(noise).empty()) << noise.independent_k_m << " " << noise.common_k_m;
+  }
+  EXPECT_EQ(errorsOf(WheelNoise{0.0, 0.0}).size(), 1U);
 }
 
 }  // namespace

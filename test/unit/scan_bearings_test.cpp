@@ -146,6 +146,10 @@ TEST(Scans, ThatCannotBeUsedAreNamed) {
   expect(angles, [](LaserScan& scan) { scan.ray_spacing_rad = kNaN; });
   expect(angles, [](LaserScan& scan) { scan.ray_spacing_rad = 0.5; });  // in degrees
   expect(angles, [](LaserScan& scan) { scan.first_ray_rad = kNaN; });
+  expect(angles, [](LaserScan& scan) { scan.ray_spacing_rad *= 1.15; });
+  LaserScan overlapping = good;
+  overlapping.ray_spacing_rad *= 1.05;
+  EXPECT_EQ(whyUnusable(overlapping, kReflector), "");
   expect("scan's time_increment", [](LaserScan& scan) { scan.ray_period_s = -1e-4; });
   expect("scan's time_increment", [](LaserScan& scan) { scan.ray_period_s = kNaN; });
   expect("scan's range_min and range_max", [](LaserScan& scan) { scan.most_range_m = 0.0; });
