@@ -217,6 +217,17 @@ TEST(NoiseLevels, DifferencesOfNeighboursTellTheBearings) {
   EXPECT_EQ(bearingLevelFromDifferences({}), 1.0);
 }
 
+TEST(NoiseLevels, NeighboursMayBeUnevenlySpaced) {
+  constexpr double kFactor = 4.0;
+  Record record = recordOf(1, 60.0, {{1.0 / kFactor, 0.0}, {1.0, 0.0}});
+  std::vector<Observation>& observations = record.observations;
+  const Duration interval = observations[1].stamp - observations[0].stamp;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (i % 3 != 0) observations[i].stamp += interval / 5;  // every third interval is longer
+  }
+  EXPECT_NEAR(bearingLevelFromDifferences(observations), kFactor, 0.15 * kFactor);
+}
+
 // With levels that are known, the review is the fit once more, elevations and all.
 TEST(NoiseLevels, ThatAreKnownLeaveTheFitAlone) {
   SimulatedCase simulated = paperCaseOf(1, 60.0);

@@ -82,6 +82,20 @@ TEST(LightDetector, FindsTheLightAtEveryDistanceAndAzimuth) {
   }
 }
 
+// A core of half the diameter is full, which is a quarter of the area.
+TEST(LightDetector, SaysHowMuchOfALightIsSaturated) {
+  const DetectorConfig config = defaultDetector();
+  const SpotDrawing spot = lightAt(config, 0.5, 0.3);
+  SpotDrawing core = spot;
+  core.major_diameter_px *= 0.5;
+  core.minor_diameter_px *= 0.5;
+  core.light_levels = 200.0;
+  LightDetector detector(config);
+  const DetectionResult& result = detector.detect(exposeSpots(config, {spot, core}, 7));
+  ASSERT_EQ(result.lights.size(), 1u) << onlyRejection(result);
+  EXPECT_NEAR(result.lights.front().ellipse.saturated_fraction, 0.25, 0.05);
+}
+
 TEST(LightDetector, SixteenBitsGiveTheSameBearing) {
   const DetectorConfig config = defaultDetector();
   const cv::Mat narrow = exposeSpots(config, {lightAt(config, 1.0, 0.3)}, 6);
