@@ -71,6 +71,29 @@ TEST(ColourIdentifier, MeasuresTheRatiosOfTheLightOverItsBackground) {
   }
 }
 
+// What is left and right of a light counts alike.
+TEST(ColourIdentifier, AMirroredImageHasTheSameColours) {
+  const DetectorConfig config = test::defaultDetector();
+  constexpr int kU_px = 200;
+  constexpr int kV_px = 150;
+  Detection light;
+  light.ellipse.centre_px = {kU_px, kV_px};
+  light.ellipse.moments_px2 = 16.0 * Eigen::Matrix2d::Identity();
+  Detection mirrored = light;
+  mirrored.ellipse.centre_px.x() = config.sensor.width_px - 1 - kU_px;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    cv::Mat bgr(config.sensor.height_px, config.sensor.width_px, CV_8UC3);
+    cv::RNG(seed).fill(bgr, cv::RNG::UNIFORM, 0, 100);
+    cv::circle(bgr, {kU_px, kV_px}, 8, {50.0, 150.0, 240.0}, cv::FILLED);
+    cv::Mat flipped;
+    cv::flip(bgr, flipped, 1);
+    const auto colour = coloursOf(bgr, {light}, config).front();
+    const auto flipped_colour = coloursOf(flipped, {mirrored}, config).front();
+    ASSERT_TRUE(colour && flipped_colour);
+    EXPECT_LT((*colour - *flipped_colour).norm(), 1e-12) << seed;
+  }
+}
+
 /// Of lights whose middles are clipped: by the rim, whose pixels are lit in part.
 void expectColoursWithoutFullPixels(const cv::Mat& bgr, const DetectorConfig& config) {
   const std::vector<Detection> lights = lightsIn(test::defaultDetector(), greyOf(bgr));
