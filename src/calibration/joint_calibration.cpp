@@ -83,8 +83,14 @@ void JointCalibration::add(const LightsImage& image) {
     const Innovation innovation =
         joint_->filter.predictAzimuth(image.nearby, light)
             .innovationOf(bearing.azimuth_rad, bearing.azimuth_variance_rad2);
-    if (innovation.nis() <= kGate) joint_->filter.update(bearing, image.nearby, light);
+    if (innovation.nis() > kGate) {
+      joint_->recent.noteNotFused();
+      continue;
+    }
+    joint_->recent.noteFused(innovation.nis());
+    joint_->filter.update(bearing, image.nearby, light);
   }
+  joint_->judgement.doubt(joint_->recent.consistency());
 }
 
 void JointCalibration::forget(std::size_t light) {
@@ -225,7 +231,7 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
   StateEstimate estimate = widened(fit.last, fit.scatter().widening());
   addSpread(taken, &estimate);
-  joint_ = Joint{LiveFilter(estimate), lights, {}};
+  joint_ = Joint{LiveFilter(estimate), lights, {}, {}};
   oldest_ = oldestPart(observations, fit, lights.size());
   const double most = contradictionOf(*answers[mostContradicted(answers)]);
   return most > largestContradiction(lights.size(), kFalseAlarm) ? Outcome::kTorn : Outcome::kJoint;

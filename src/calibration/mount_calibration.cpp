@@ -113,6 +113,7 @@ void MountCalibration::follow(const Association& association, const Frame& frame
   outcome->note(association.kind, light);
   ++(found ? bearings_used_ : bearings_gated_);
   if (found) noteLight(light);
+  if (started_) judge_->doubt(tracker_->consistency());
   if (started_ && (found || !mayBeOthers())) {
     remember(light, frame);
     is_work_due_ = isFitDue() || (wantsDiagnosis() && diagnoses_.isDue(initializer_.record()));
@@ -167,7 +168,7 @@ std::string MountCalibration::obstacle() const {
 
 bool MountCalibration::isFitDue() const {
   const ObservationRecord& record = initializer_.record();
-  return fits_.isDue(record) || (fits_.isTime(record) && ConvergenceJudge::isDoubted(*tracker_));
+  return fits_.isDue(record) || (fits_.isTime(record) && doubtAbout(tracker_->consistency()));
 }
 
 /// The filter cannot take back what it has once believed: a slip that passed the gate, a bearing

@@ -92,26 +92,6 @@ double largestNisMean(int count) {
   return std::max(kLargestNisMean, chiSquareQuantile(1.0 - kNisFalseAlarm, count) / count);
 }
 
-/// What the latest images say against the filter, if anything, with so many times the noise's
-/// variance.
-std::optional<std::string> inconsistency(const Consistency& recent, double more_variance = 1.0) {
-  const int images = recent.fused + recent.not_fused;
-  if (images < kFewestImages) return std::nullopt;
-  if (recent.fused < kSmallestFusedShare * images) {
-    return formatted(
-        "%d of the last %d bearings do not fit the motion: is the light hidden, did it "
-        "move, does a wheel slip, are the wheels' parameters right?",
-        recent.not_fused, images);
-  }
-  if (recent.fused > 0 && recent.nis_mean > more_variance * largestNisMean(recent.fused)) {
-    return formatted(
-        "the bearings scatter %.1f times as much as they should: check the latency, the "
-        "wheels' parameters, or raise bearings/extra_stddev",
-        std::sqrt(recent.nis_mean));
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 void ConvergenceConfig::declare(Parameters& params) {
@@ -144,12 +124,31 @@ bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& 
          bothHalvesTell(record, settled);
 }
 
+std::optional<std::string> doubtAbout(const Consistency& recent, double more_variance) {
+  const int images = recent.fused + recent.not_fused;
+  if (images < kFewestImages) return std::nullopt;
+  if (recent.fused < kSmallestFusedShare * images) {
+    return formatted(
+        "%d of the last %d bearings do not fit the motion: is the light hidden, did it "
+        "move, does a wheel slip, are the wheels' parameters right?",
+        recent.not_fused, images);
+  }
+  if (recent.fused > 0 && recent.nis_mean > more_variance * largestNisMean(recent.fused)) {
+    return formatted(
+        "the bearings scatter %.1f times as much as they should: check the latency, the "
+        "wheels' parameters, or raise bearings/extra_stddev",
+        std::sqrt(recent.nis_mean));
+  }
+  return std::nullopt;
+}
+
+void Judgement::doubt(const Consistency& recent) {
+  if (state != CalibrationState::kConverged) return;
+  if (const auto doubt = doubtAbout(recent)) *this = {CalibrationState::kConverging, *doubt};
+}
+
 ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config, double nearness_stddev_m)
     : config_(config), nearness_stddev_m_(nearness_stddev_m) {}
-
-bool ConvergenceJudge::isDoubted(const MountTracker& tracker) {
-  return inconsistency(tracker.consistency()).has_value();
-}
 
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Observation>& record,
                              const std::optional<SlipAverage>& settled, const NoiseLevels& noise) {
@@ -196,8 +195,8 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
                                    const std::vector<Observation>& record,
                                    const std::optional<SlipAverage>& settled,
                                    const NoiseLevels& noise) {
-  const auto doubt = inconsistency(tracker.consistency());
-  if (doubt && inconsistency(tracker.consistency(), noise.mostVarianceFactor())) {
+  const auto doubt = doubtAbout(tracker.consistency());
+  if (doubt && doubtAbout(tracker.consistency(), noise.mostVarianceFactor())) {
     return {CalibrationState::kInconsistent, *doubt, Fault::kScatter};
   }
   const StateEstimate estimate = withNearness(tracker.filter().estimate(), nearness_stddev_m_);

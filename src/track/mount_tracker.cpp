@@ -13,10 +13,9 @@
 namespace bearing_calibration::core {
 namespace {
 
-constexpr double kNotFused = -1.0;
 constexpr double kLostBelowFusedShare = 0.3;
 constexpr int kGatedBeforeRecovery = 5;  // in a row
-constexpr int kLostWindow = MountTracker::kWindow / 2;
+constexpr int kLostWindow = RecentInnovations::kWindow / 2;
 
 }  // namespace
 
@@ -31,8 +30,7 @@ MountTracker::MountTracker(const FilterConfig& config, const StateEstimate& star
                            double bearing_correlation)
     : config_(config),
       fusion_{chiSquareQuantile(config.gate_probability, 1.0), wideningFor(bearing_correlation)},
-      filter_(start, config.parametrisation),
-      recent_nis_(kWindow) {}
+      filter_(start, config.parametrisation) {}
 
 void MountTracker::move(const OdometryIncrement& motion) {
   OdometryIncrement known = motion;
@@ -66,7 +64,7 @@ Association MountTracker::fuse(const std::vector<Bearing>& candidates, const Odo
     noteFused(association);
     return association;
   }
-  recent_nis_.push_back(kNotFused);
+  recent_.noteNotFused();
   if (!may_be_others && association.kind == Association::Kind::kGated &&
       ++gated_in_a_row_ >= kGatedBeforeRecovery) {
     gated_in_a_row_ = 0;
@@ -79,7 +77,7 @@ Association MountTracker::fuse(const std::vector<Bearing>& candidates, const Odo
 /// Of several nobody knows which: nothing is fused, until it has been so for too long.
 Association MountTracker::placeAnew(const std::vector<Bearing>& candidates, bool may_be_others) {
   if (candidates.size() > 1 || may_be_others) {
-    recent_nis_.push_back(kNotFused);
+    recent_.noteNotFused();
     if (!isLost()) return {};
     motion_unknown_ = false;  // in vain: it is not searched for any longer
     former_.reset();
@@ -100,7 +98,7 @@ Association MountTracker::placeAnew(const std::vector<Bearing>& candidates, bool
 
 void MountTracker::noteFused(const Association& association) {
   gated_in_a_row_ = 0;
-  recent_nis_.push_back(association.innovation.nis());
+  recent_.noteFused(association.innovation.nis());
 }
 
 /// The light has been gated too often: it is looked for near and far.
@@ -122,21 +120,6 @@ AzimuthPrediction MountTracker::predictAzimuthAfter(const OdometryIncrement& mot
   LiveFilter after = filter_;
   after.predict(motion);
   return after.predictAzimuth(nearby);
-}
-
-Consistency MountTracker::consistency() const {
-  Consistency consistency;
-  for (double nis : recent_nis_) {
-    if (nis == kNotFused) {
-      ++consistency.not_fused;
-      continue;
-    }
-    ++consistency.fused;
-    consistency.nis = nis;
-    consistency.nis_mean += nis;
-  }
-  if (consistency.fused > 0) consistency.nis_mean /= consistency.fused;
-  return consistency;
 }
 
 bool MountTracker::isLost() const {

@@ -5,19 +5,16 @@ are its own, and the next save leaves nothing behind. BEARING_CALIBRATION_KILLS 
 import os
 import random
 import shutil
-import subprocess
 import threading
 import time
 import unittest
 
-import roslib.packages
 import rospy
 import rostest
 import yaml
 from bearing_calibration.msg import CalibrationEstimate
-from nodelet.srv import NodeletLoad, NodeletLoadRequest
 
-from calibration_world import Node, World, wait_until
+from calibration_world import Manager, Node, World, wait_until
 
 KILLS = int(os.environ.get('BEARING_CALIBRATION_KILLS', '5'))
 MOST_KILLS = 20 * KILLS  # until one falls into a save, which a busy machine makes rarer
@@ -39,10 +36,8 @@ class CalibrationKilledTest(unittest.TestCase):
 
     def start(self):
         """A manager with the nodelet in it, driven until there is something to save."""
-        program = roslib.packages.find_node('nodelet', 'nodelet')[0]
-        self.manager = subprocess.Popen([program, 'manager', '__name:=manager'])
-        self.addCleanup(self.kill)
-        wait_until(self.loads, 'the nodelet is loaded', START_DEADLINE_S)
+        self.manager = Manager()
+        self.addCleanup(self.manager.kill)
         if not hasattr(self, 'node'):
             self.node = Node()
         self.node.forget()
@@ -55,20 +50,8 @@ class CalibrationKilledTest(unittest.TestCase):
         answer = self.save()
         self.assertTrue(answer.success, answer.message)
 
-    def loads(self):
-        load = rospy.ServiceProxy('manager/load_nodelet', NodeletLoad)
-        try:
-            return load(NodeletLoadRequest(name='/calibration',
-                                           type='bearing_calibration/CalibrationNodelet')).success
-        except (rospy.ServiceException, rospy.ROSException):
-            return False
-
     def save(self):
         return self.node.save_service()
-
-    def kill(self):
-        self.manager.kill()
-        self.manager.wait()
 
     def saveAndKill(self):
         """Kills the manager somewhere in a row of savings."""
@@ -84,7 +67,7 @@ class CalibrationKilledTest(unittest.TestCase):
         while not self.unfinished() and time.monotonic() < deadline:
             pass
         time.sleep(random.uniform(0.0, LONGEST_DELAY_S))
-        self.kill()
+        self.manager.kill()
         thread.join()
 
     def assertWhole(self):

@@ -7,16 +7,19 @@ bearing of a light (model.md), written a second time and independently of the pa
 import math
 import os
 import random
+import subprocess
 import threading
 import time
 
 import genpy.dynamic
 import numpy
 import rosbag
+import roslib.packages
 import rospy
 from bearing_calibration.msg import CalibrationEstimate, LightBearing, LightBearings, WheelTicks
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
+from nodelet.srv import NodeletLoad, NodeletLoadRequest
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
@@ -177,6 +180,31 @@ string frame_id
     return genpy.dynamic.generate_dynamic(name, definition)[name]
 
 
+class Manager:
+    """A nodelet manager with the calibration in it, for tests that kill it."""
+
+    def __init__(self):
+        program = roslib.packages.find_node('nodelet', 'nodelet')[0]
+        self.process = subprocess.Popen([program, 'manager', '__name:=manager'])
+        try:
+            wait_until(self.loads, 'the nodelet is loaded')
+        except AssertionError:
+            self.kill()
+            raise
+
+    def loads(self):
+        load = rospy.ServiceProxy('manager/load_nodelet', NodeletLoad)
+        try:
+            return load(NodeletLoadRequest(name='/calibration',
+                                           type='bearing_calibration/CalibrationNodelet')).success
+        except (rospy.ServiceException, rospy.ROSException):
+            return False
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+
 class Node:
     """The other end of the topics and services of one calibration node."""
 
@@ -272,13 +300,17 @@ def errors_in_stddevs(estimate, world):
             abs(wrap(estimate.yaw_rad - world.sensor[2])) / estimate.yaw_stddev_rad]
 
 
+def chi_square_of(estimate, mount):
+    """Of x, y and yaw."""
+    error = numpy.array([estimate.x_m - mount[0], estimate.y_m - mount[1],
+                         wrap(estimate.yaw_rad - mount[2])])
+    return error @ numpy.linalg.solve(numpy.array(estimate.covariance_x_y_yaw).reshape(3, 3), error)
+
+
 def assert_finds_the_mount(case, estimate, world, name):
     """Right by its own covariance, and a useful one. @param name  of what was tried, for the log"""
     case.assertIn(estimate.state, (CalibrationEstimate.CONVERGED, CalibrationEstimate.CONVERGING), estimate)
-    error = numpy.array([estimate.x_m - world.sensor[0], estimate.y_m - world.sensor[1],
-                         wrap(estimate.yaw_rad - world.sensor[2])])
-    covariance = numpy.array(estimate.covariance_x_y_yaw).reshape(3, 3)
-    chi_square = error @ numpy.linalg.solve(covariance, error)
+    chi_square = chi_square_of(estimate, world.sensor)
     print('%s: chi-square %.1f, x +- %.4f, y +- %.4f m, yaw +- %.4f rad' % (
         name, chi_square, estimate.x_stddev_m, estimate.y_stddev_m, estimate.yaw_stddev_rad))
     case.assertLess(chi_square, CHI_SQUARE_LIMIT, estimate)

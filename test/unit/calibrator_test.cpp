@@ -328,7 +328,7 @@ TEST(AnUnknownTurn, TheOnlyCandidateIsNotTakenWhereItMayBeAnotherLight) {
 TEST(AnUnknownTurn, WithSeveralCandidatesForEverIsLostInTheEnd) {
   MountTracker tracker = afterAnUnknownTurn();
   const std::vector<Bearing> both = {bearingOf(0.02), bearingOf(1.5)};
-  for (int i = 0; i < MountTracker::kWindow; ++i) {
+  for (int i = 0; i < RecentInnovations::kWindow; ++i) {
     tracker.fuse(both, {}, false);
     if (tracker.isLost()) break;
   }

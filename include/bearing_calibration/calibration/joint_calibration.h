@@ -11,6 +11,7 @@
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/record/lights_record.h"
 #include "bearing_calibration/solve/joint_record.h"
+#include "bearing_calibration/track/recent_innovations.h"
 
 namespace bearing_calibration::core {
 
@@ -44,6 +45,7 @@ class JointCalibration {
     LiveFilter filter;
     std::vector<std::size_t> lights;  ///< which ones, in the order of the filter's
     Judgement judgement;
+    RecentInnovations recent;  ///< of all its lights
   };
   const std::optional<Joint>& joint() const { return joint_; }
   /// Lights that the last review left out, because they say another mount than the others.

@@ -19,6 +19,10 @@ struct Judgement {
   CalibrationState state = CalibrationState::kConverging;
   std::string advice;
   Fault cause = Fault::kNone;  ///< of an inconsistency
+
+  /// Takes CONVERGED back when the latest bearings speak against it, until the next judgement: the
+  /// fit that it comes with tells why.
+  void doubt(const Consistency& recent);
 };
 
 /// The first verdict is given when nothing has spoken against it over so much motion, which is a
@@ -39,6 +43,10 @@ bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config);
 bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& record,
                    const BatchEstimate& settled);
 
+/// What the latest bearings say against the filter, if anything.
+/// @param more_variance  times the noise's variance that they may have
+std::optional<std::string> doubtAbout(const Consistency& recent, double more_variance = 1.0);
+
 /// Decides whether a filter that carries on from a good start has converged, and whether what it is
 /// fed still fits. Converged needs all of: standard deviations within the targets, innovations that
 /// are consistent, no slip elsewhere that would give another mount, and one mount in all of the
@@ -58,8 +66,8 @@ class ConvergenceJudge {
   void judge(const MountTracker& tracker, const std::vector<Observation>& record,
              const std::optional<SlipAverage>& settled, const NoiseLevels& noise = {});
   const Judgement& last() const { return last_; }
-  /// Whether what was fused lately speaks against the filter.
-  static bool isDoubted(const MountTracker& tracker);
+  /// The same between two judgements, with every bearing.
+  void doubt(const Consistency& recent) { last_.doubt(recent); }
 
  private:
   Judgement decide(const MountTracker& tracker, const std::vector<Observation>& record,

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/circular_buffer.hpp>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/track/association.h"
 #include "bearing_calibration/track/former_track.h"
+#include "bearing_calibration/track/recent_innovations.h"
 
 namespace bearing_calibration::core {
 
@@ -22,21 +22,10 @@ struct FilterConfig {
   void declare(Parameters& params);
 };
 
-/// What the filter made of the latest images.
-struct Consistency {
-  double nis = 0.0;  ///< of the last fused bearing
-  double nis_mean =
-      0.0;            ///< over the last images (see kWindow) that were fused; 0 before the first
-  int fused = 0;      ///< of the last images
-  int not_fused = 0;  ///< of the last images: seen, but gated or ambiguous
-};
-
 /// The filter at work: predicts by the base's motion, chooses the light among an image's
 /// candidates, updates, and finds the light again after its track was lost.
 class MountTracker {
  public:
-  static constexpr int kWindow = 100;  ///< images that Consistency looks back over
-
   /// @param bearing_correlation  of one bearing's noise with the next one's, in [0, 1): n bearings
   ///   are then worth fewer, and their variances are widened for it
   MountTracker(const FilterConfig& config, const StateEstimate& start, double bearing_correlation);
@@ -61,7 +50,7 @@ class MountTracker {
   /// Whether the light may be elsewhere than the filter says: it was looked for anew not long ago,
   /// or the base has turned by an unknown angle since it was seen.
   bool isSearching() const { return former_.has_value() || motion_unknown_; }
-  Consistency consistency() const;
+  Consistency consistency() const { return recent_.consistency(); }
   /// Whether so little fits the estimate that it is better to start anew.
   bool isLost() const;
 
@@ -76,7 +65,7 @@ class MountTracker {
   std::optional<FormerTrack> former_;  ///< while the light may turn up at its old place
   bool motion_unknown_ = false;        ///< the light's direction is lost since the last update
   int gated_in_a_row_ = 0;
-  boost::circular_buffer<double> recent_nis_;  ///< of the last images; negative where not fused
+  RecentInnovations recent_;  ///< one of each image
 };
 
 }  // namespace bearing_calibration::core
