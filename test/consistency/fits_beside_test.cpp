@@ -28,8 +28,11 @@ using testing::calibratorConfig;
 constexpr std::chrono::minutes kDeadline{5};  // of what hangs
 
 /// A robot's drive with `lights` lights that the sensor tells apart.
-SimulatedRecord danceWith(int lights, double duration_s, std::uint64_t seed = 3) {
+/// @param turned_rad  further than the sensor usually is
+SimulatedRecord danceWith(int lights, double duration_s, std::uint64_t seed = 3,
+                          double turned_rad = 0.0) {
   SimulatedCase simulated = paperCase(seed);
+  simulated.robot.base_from_sensor.yaw_rad += turned_rad;
   addLights(simulated, lights, seed);
   simulated.robot.sensor.identifies_lights = true;
   simulated.duration_s = duration_s;
@@ -297,6 +300,34 @@ TEST(FitsBeside, ADisplacedMountIsCalibratedAnewWhereTheOwnerWantsIt) {
   constexpr double kWrong = 25.0;  // chi-square(3): one honest answer in 60 000
   EXPECT_LT(testing::mountChiSquare(*result.base_from_sensor, simulated.robot.base_from_sensor),
             kWrong);
+}
+
+// A fit may take long, and what it then says is of the past.
+// Promise honest: a mount that is knocked under several lights, while a fit goes on
+TEST(FitsBeside, AreNotWaitedForWhereTheBearingsCeaseToFit) {
+  constexpr int kLights = 4;
+  constexpr double kDuration_s = 60.0;
+  constexpr std::size_t kKnocked = 550;
+  constexpr std::size_t kNoticed = 20;  // half of 100 bearings come with 13 images
+  const std::vector<Frame> before = framesOf(danceWith(kLights, kDuration_s));
+  const std::vector<Frame> after =
+      framesOf(danceWith(kLights, kDuration_s, 3, radiansFromDegrees(8.0)));
+  SeveralLights calibration(configFor(kLights), FitsRun::kBeside);
+  const auto state = [&] {
+    CalibrationResult result;
+    calibration.describe(&result);
+    return result.state;
+  };
+  for (std::size_t i = 0; i < kKnocked; ++i) {
+    calibration.process(before[i]);
+    if (calibration.isWorkDue()) calibration.work();
+  }
+  EXPECT_EQ(state(), CalibrationState::kConverged);
+  for (std::size_t i = kKnocked; i < after.size(); ++i) {
+    calibration.process(after[i]);
+    if (i < kKnocked + kNoticed) continue;
+    ASSERT_EQ(state(), CalibrationState::kConverging) << i;
+  }
 }
 
 // A fit refuses a variance below 0, which no input lets in; what follows the light does not mind

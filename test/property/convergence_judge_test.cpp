@@ -40,6 +40,25 @@ TEST(ConvergenceJudge, AnAnswerThatLeapsIsConfirmedAnew) {
   EXPECT_EQ(judgeFirst(1000, kLeap, run, &judge), CalibrationState::kConverged) << "it stays so";
 }
 
+TEST(ConvergenceJudge, TakesBackWhatTheLatestBearingsContradict) {
+  const ObservationRun run = simulate(paperCase(3));
+  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);
+  for (std::size_t count : {700, 850}) judgeFirst(count, 0.0, run, &judge);
+  ASSERT_EQ(judge.last().state, CalibrationState::kConverged);
+  RecentInnovations recent;
+  for (int i = 0; i < RecentInnovations::kWindow; ++i) recent.noteFused(1.0);
+  judge.doubt(recent.consistency());
+  EXPECT_EQ(judge.last().state, CalibrationState::kConverged);
+  for (int i = 0; i <= RecentInnovations::kWindow / 2; ++i) recent.noteNotFused();
+  judge.doubt(recent.consistency());
+  EXPECT_EQ(judge.last().state, CalibrationState::kConverging);
+  EXPECT_NE(judge.last().advice.find("do not fit the motion"), std::string::npos);
+  for (int i = 0; i < RecentInnovations::kWindow; ++i) recent.noteFused(1.0);
+  judge.doubt(recent.consistency());
+  EXPECT_EQ(judge.last().state, CalibrationState::kConverging) << "until the next fit";
+  EXPECT_EQ(judgeFirst(860, 0.0, run, &judge), CalibrationState::kConverged);
+}
+
 TEST(DriverAdvice, NamesWhatIsKnownLeast) {
   StartAttempt attempt;
   attempt.obstacle = StartObstacle::kWeakDirection;
