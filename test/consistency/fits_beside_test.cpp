@@ -303,11 +303,11 @@ TEST(FitsBeside, ADisplacedMountIsCalibratedAnewWhereTheOwnerWantsIt) {
 }
 
 // A fit may take long, and what it then says is of the past.
-// Promise honest: a mount that is knocked under several lights, while a fit goes on
+// Promise honest: a mount that is displaced under several lights, while a fit goes on
 TEST(FitsBeside, AreNotWaitedForWhereTheBearingsCeaseToFit) {
   constexpr int kLights = 4;
   constexpr double kDuration_s = 60.0;
-  constexpr std::size_t kKnocked = 550;
+  constexpr std::size_t kDisplaced = 550;
   constexpr std::size_t kNoticed = 20;  // half of 100 bearings come with 13 images
   const std::vector<Frame> before = framesOf(danceWith(kLights, kDuration_s));
   const std::vector<Frame> after =
@@ -318,14 +318,14 @@ TEST(FitsBeside, AreNotWaitedForWhereTheBearingsCeaseToFit) {
     calibration.describe(&result);
     return result.state;
   };
-  for (std::size_t i = 0; i < kKnocked; ++i) {
+  for (std::size_t i = 0; i < kDisplaced; ++i) {
     calibration.process(before[i]);
     if (calibration.isWorkDue()) calibration.work();
   }
   EXPECT_EQ(state(), CalibrationState::kConverged);
-  for (std::size_t i = kKnocked; i < after.size(); ++i) {
+  for (std::size_t i = kDisplaced; i < after.size(); ++i) {
     calibration.process(after[i]);
-    if (i < kKnocked + kNoticed) continue;
+    if (i < kDisplaced + kNoticed) continue;
     ASSERT_EQ(state(), CalibrationState::kConverging) << i;
   }
 }

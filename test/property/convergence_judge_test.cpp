@@ -46,6 +46,7 @@ TEST(ConvergenceJudge, TakesBackWhatTheLatestBearingsContradict) {
   for (std::size_t count : {700, 850}) judgeFirst(count, 0.0, run, &judge);
   ASSERT_EQ(judge.last().state, CalibrationState::kConverged);
   RecentInnovations recent;
+  EXPECT_EQ(recent.consistency().nis_mean, 0.0);
   for (int i = 0; i < RecentInnovations::kWindow; ++i) recent.noteFused(1.0);
   judge.doubt(recent.consistency());
   EXPECT_EQ(judge.last().state, CalibrationState::kConverged);

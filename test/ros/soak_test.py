@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Hours of operation, 25 times faster than they happen: every three minutes something happens to the
+"""Hours of operation, 25 times faster than they happen: every few minutes something happens to the
 robot. No CONVERGED may be wrong; memory, CPU time, log and files must not grow.
 BEARING_CALIBRATION_SOAK_HOURS says how long; without it every event happens once.
 
-In the table of hours, files are those of the result that holds: each result that a knock makes wrong,
+In the table of hours, files are those of the result that holds: each result that a displacement makes wrong,
 and each saving that is asked for, is kept beside it."""
 
 import collections
@@ -23,10 +23,10 @@ from rosgraph_msgs.msg import Clock
 from calibration_world import CHI_SQUARE_LIMIT, Manager, Node, World, chi_square_of, wait_until
 
 HOURS = float(os.environ.get('BEARING_CALIBRATION_SOAK_HOURS', '0'))
-EVENT_S = 180.0  # of the drive, from one event to the next
+EVENT_S = 180.0 if HOURS else 90.0  # of the drive, from one event to the next
 SPEED = 25.0  # times as fast as it happens
 SENSORS_LATE = rospy.Duration(0.5)  # so that none is early, however late the clock is heard
-KNOCK_NOTICED_S = 100.0  # 10 m of way (faults.md): until then no claim is judged
+DISPLACEMENT_NOTICED_S = 100.0  # 10 m of way (faults.md): until then no claim is judged
 KILL_EVERY = 36  # events, so that memory has hours to grow in
 FEWEST_HOURS = 8.0  # in which a growth would show
 MOST_GROWTH = 1.2  # of the last quarter's median over the second quarter's
@@ -35,14 +35,14 @@ Usage = collections.namedtuple('Usage', 'memory_mb cpu_s log_kb files_kb')
 
 class SoakWorld(World):
     """Several lights that the sensor tells apart, wheels that slip as much as is stated, and a mount
-    that can be knocked."""
+    that can be displaced."""
 
     WHEEL_VARIANCE_PER_M = 1.0e-6  # wheels/noise_independent
 
     def __init__(self, start_stamp_s):
         super().__init__(start_stamp_s)
         self.lights = {0: self.somewhere()}
-        self.knocked_at = -math.inf  # step
+        self.displaced_at = -math.inf  # step
 
     def somewhere(self):
         """2 to 4 m from the middle of the square that it drives."""
@@ -64,15 +64,15 @@ class SoakWorld(World):
             seen.append(self.candidate(light_id=light))
         return super().bearings(*seen)
 
-    def knock(self):
-        self.knocked_at = self.step
-        x, y, yaw = self.sensor
+    def displaceMount(self):
+        """By up to 10 cm."""
+        self.displaced_at = self.step
         away = self.random.uniform(-math.pi, math.pi)
         self.sensor = (0.15 + 0.05 * math.cos(away), 0.08 + 0.05 * math.sin(away),
-                       yaw + self.random.choice((-1.0, 1.0)) * math.radians(8.0))
+                       self.sensor[2] + self.random.choice((-1.0, 1.0)) * math.radians(8.0))
 
-    def isJustKnocked(self):
-        return self.step - self.knocked_at < KNOCK_NOTICED_S * self.TICK_RATE
+    def isJustDisplaced(self):
+        return self.step - self.displaced_at < DISPLACEMENT_NOTICED_S * self.TICK_RATE
 
 
 class SoakTest(unittest.TestCase):
@@ -124,7 +124,7 @@ class SoakTest(unittest.TestCase):
             del self.node.poses[:], self.node.transforms[:]
         self.log_bytes += sum(len(log.msg) for log in logs if log.name == '/manager')
         for estimate in estimates:
-            if estimate.state == CalibrationEstimate.CONVERGED and not self.world.isJustKnocked():
+            if estimate.state == CalibrationEstimate.CONVERGED and not self.world.isJustDisplaced():
                 self.claims += 1
                 chi_square = chi_square_of(estimate, self.world.sensor)
                 if not chi_square < CHI_SQUARE_LIMIT:
@@ -169,8 +169,8 @@ class SoakTest(unittest.TestCase):
         self.drive(30.0)
         self.assertTrue(self.node.pause_service(False).success)
 
-    def knocked(self):
-        self.world.knock()
+    def mount_displaced(self):
+        self.world.displaceMount()
 
     def saved(self):
         self.node.save_service()  # false where there is nothing to save
@@ -184,7 +184,7 @@ class SoakTest(unittest.TestCase):
         """In random order, as long as it is to last."""
         kinds = [self.nothing, self.light_hidden, self.light_moved, self.light_added,
                  self.ticks_lost, self.ticks_silent, self.clock_steps_back_a_little,
-                 self.clock_steps_forward, self.clock_jumps_back, self.paused, self.knocked,
+                 self.clock_steps_forward, self.clock_jumps_back, self.paused, self.mount_displaced,
                  self.saved]
         if not HOURS:
             yield from kinds + [self.killed]
@@ -206,7 +206,7 @@ class SoakTest(unittest.TestCase):
         return Usage(pages * os.sysconf('SC_PAGESIZE') / 1e6,
                      self.cpu_before_kills_s + cpuSeconds(pid), self.log_bytes / 1e3, files / 1e3)
 
-    # Promise bounded: hours of operation, with lights hidden, moved and added, ticks lost, clocks that step, pauses, knocks and kills
+    # Promise bounded: hours of operation, with lights hidden, moved and added, ticks lost, clocks that step, pauses, displaced mounts and kills
     def test_soak(self):
         times, ended, hourly = collections.Counter(), collections.Counter(), []
         self.due = time.monotonic()
@@ -236,7 +236,7 @@ class SoakTest(unittest.TestCase):
         for name in times:
             print('%-26s %5d %5d' % (name, times[name], ended[name]))
         self.assertGreater(self.claims, 0)
-        self.assertEqual(self.wrong, [], 'of %d claims' % self.claims)
+        self.assertEqual(self.wrong[:10], [], '%d of %d claims are wrong' % (len(self.wrong), self.claims))
         if HOURS >= FEWEST_HOURS:
             quarters = numpy.array_split(numpy.array(hourly), 4)
             growth = numpy.median(quarters[3], axis=0) / numpy.median(quarters[1], axis=0)
