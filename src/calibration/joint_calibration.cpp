@@ -110,7 +110,7 @@ void JointCalibration::review(const std::vector<const LandmarkSolution*>& answer
   std::vector<std::size_t> lights;
   std::vector<MountEstimate> mounts;
   for (std::size_t i = 0; i < answers.size(); ++i) {
-    if (answers[i] == nullptr) continue;
+    if (answers[i] == nullptr || !isInRecord(i)) continue;
     lights.push_back(i);
     mounts.push_back(answers[i]->average.mount());
   }
@@ -129,6 +129,7 @@ void JointCalibration::review(const std::vector<const LandmarkSolution*>& answer
     }
     if (agreeing.size() < 2) return;
     outcome_ = fitTogether(answers, agreeing);
+    if (outcome_ == Outcome::kTooFew) return;
     if (outcome_ == Outcome::kJoint) continue;
     const auto culprit = outcome_ == Outcome::kTorn ? std::optional(mostContradicted(answers))
                                                     : oneTooMany(answers, agreeing);
@@ -149,6 +150,14 @@ void JointCalibration::review(const std::vector<const LandmarkSolution*>& answer
   if (!is_clear || !oldest_) return;
   record_.cut(*oldest_);
   lights_given_away_ = joint_->lights;
+}
+
+/// Seen in one of its images, or known by what it has given away.
+bool JointCalibration::isInRecord(std::size_t light) const {
+  const std::vector<LightsImage>& images = record_.entries();
+  return std::count(lights_given_away_.begin(), lights_given_away_.end(), light) > 0 ||
+         std::any_of(images.begin(), images.end(),
+                     [light](const LightsImage& image) { return image.lights.at(light).isSeen(); });
 }
 
 /// What was given away, of these lights.
@@ -203,7 +212,9 @@ std::optional<RecordPart> JointCalibration::oldestPart(const std::vector<Observa
   return part;
 }
 
-/// @returns kJoint when they agree, kTorn when one of them does not, kUnfit
+/// @returns kJoint when they agree, kTorn when one of them does not, kUnfit, kTooFew when no image
+/// of
+///   the record shows one of them
 JointCalibration::Outcome JointCalibration::fitTogether(
     const std::vector<const LandmarkSolution*>& answers, const std::vector<std::size_t>& lights) {
   constexpr double kFalseAlarm = 1e-4;
@@ -217,6 +228,7 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   wheel_noise_.wheel = surestOf(taken).noise.wheel;
   const std::vector<Observation> observations =
       withNoise(observationsOf(record_.entries(), lights), taken);
+  if (observations.empty()) return Outcome::kTooFew;
   RecordStart start(surestOf(taken).fit.last, observations.size() - 1);
   start.lights_in_base = lights_in_base_(Eigen::all, lights);
   for (std::size_t i = 0; i < taken.size(); ++i) {

@@ -37,7 +37,10 @@ AssociationOutcome MountCalibration::process(const Frame& frame) {
     follow(association, frame, &outcome);
   }
   if (!started_) start(frame, &outcome);
-  if (outcome.kind == Association::Kind::kFound) last_seen_ = frame.image.stamp;
+  if (outcome.kind == Association::Kind::kFound) {
+    last_seen_ = frame.image.stamp;
+    last_seen_at_m_ = way_m_;
+  }
   return outcome;
 }
 

@@ -11,7 +11,8 @@ namespace {
 /// A light that has not been found out and not been seen for so long makes room for another.
 constexpr std::chrono::seconds kForgottenAfter{30};
 /// After so much way a light that alone says that the mount has moved has moved itself: what a
-/// displacement of 3 degrees takes the others to notice (faults.md).
+/// displacement of 3 degrees takes the others to notice (faults.md). Those that were not seen after
+/// it do not count.
 constexpr double kAloneFor_m = 10.0;
 
 bool isSame(const Bearing& bearing, const Observation& observation) {
@@ -193,22 +194,30 @@ void SeveralLights::review() {
   for (MountCalibration& light : lights_) light.shareSince(joint_.since());
 }
 
-/// A mount that has moved is noticed by all lights, though not at once; a light that was moved says
-/// the same, but alone.
+/// A mount that has moved is noticed by all lights that are in view, though not at once; a light
+/// that was moved says the same, but alone.
 std::optional<Judgement> SeveralLights::agreeOnMountMoved() const {
-  const auto found = std::count_if(lights_.begin(), lights_.end(),
-                                   [](const MountCalibration& light) { return light.isFound(); });
-  std::ptrdiff_t moved = 0;
+  std::vector<std::size_t> moved;
+  double longest_m = 0.0;
   std::optional<Judgement> alone;
   for (std::size_t i = 0; i < lights_.size(); ++i) {
     const std::optional<double> moved_for_m = lights_[i].movedFor();
     if (!moved_for_m) continue;
-    if (2 * ++moved >= found) return *lights_[i].judgement();
-    if (*moved_for_m < kAloneFor_m) {
-      alone = {CalibrationState::kConverging,
-               nameOf(i) + " reports that the mount has moved, the others do not: drive on"};
-    }
+    moved.push_back(i);
+    longest_m = std::max(longest_m, *moved_for_m);
+    if (*moved_for_m >= kAloneFor_m) continue;
+    alone = {CalibrationState::kConverging,
+             nameOf(i) + " reports that the mount has moved, the others do not: drive on"};
   }
+  if (moved.empty()) return std::nullopt;
+  const double had_to_be_seen_m = std::max(0.0, longest_m - kAloneFor_m);  // ago, at most
+  const bool is_time_up = longest_m >= kAloneFor_m;
+  const auto denying = static_cast<std::size_t>(
+      std::count_if(lights_.begin(), lights_.end(), [&](const MountCalibration& light) {
+        return light.isFound() && !light.movedFor() &&
+               (!is_time_up || light.unseenFor_m() <= had_to_be_seen_m);
+      }));
+  if (moved.size() >= denying) return *lights_[moved.back()].judgement();
   return alone;
 }
 

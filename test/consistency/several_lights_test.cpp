@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/common/chi_square.h"
@@ -149,6 +150,43 @@ TEST(SeveralLights, ForgetNothingOfALongDrive) {
     EXPECT_NEAR(short_record.mean(i), whole.mean(i), kMostOff * stddev(i)) << i;
     EXPECT_NEAR(short_stddev(i) / stddev(i), 1.0, 0.1) << i;
   }
+}
+
+/// Leaves light 0 alone in the images from one on.
+void hideOthers(std::vector<BearingSet>::iterator from, SimulatedRecord* record) {
+  const auto is_other = [](const Bearing& bearing) { return bearing.light_id != 0; };
+  for (auto image = from; image != record->bearings.end(); ++image) {
+    std::vector<Bearing>& seen = image->candidates;
+    seen.erase(std::remove_if(seen.begin(), seen.end(), is_other), seen.end());
+  }
+}
+
+// The others are out of view for longer than the record that all share, and are no witnesses.
+// Promise honest: a mount that is displaced while one of several lights is in view
+TEST(SeveralLights, OneThatIsInViewSaysThatTheMountHasMoved) {
+  constexpr double kDisplaced_s = 60.0;
+  constexpr std::ptrdiff_t kDisplaced = 600;
+  SimulatedCase simulated = danceWith(3, 8);
+  simulated.duration_s = kDisplaced_s + 500.0;
+  SimulatedRecord record = simulate(simulated).record;
+  simulated.robot.base_from_sensor.yaw_rad += radiansFromDegrees(8.0);
+  const SimulatedRecord after = simulate(simulated).record;
+  std::copy(after.bearings.begin() + kDisplaced, after.bearings.end(),
+            record.bearings.begin() + kDisplaced);
+  // seen once more in between: what is cut off ends before it
+  const BearingSet last_of_all = record.bearings[kDisplaced - 5];
+  hideOthers(record.bearings.begin() + kDisplaced - 10, &record);
+  record.bearings[kDisplaced - 5] = last_of_all;
+
+  CalibratorConfig config = testing::calibratorConfig();
+  config.max_lights = 3;
+  config.initializer.record.capacity = 300;
+  Calibrator calibrator(config);
+  testing::play(record, &calibrator, {0.0}, 0.0, kDisplaced_s);
+  ASSERT_EQ(calibrator.result().state, CalibrationState::kConverged);
+  const CalibrationResult result = testing::play(record, &calibrator, {0.0}, kDisplaced_s);
+  EXPECT_EQ(result.state, CalibrationState::kInconsistent) << result.advice;
+  EXPECT_EQ(result.cause, Fault::kMountMoved) << result.advice;
 }
 
 TEST(SeveralLights, AreToldApartWithoutNumbers) {

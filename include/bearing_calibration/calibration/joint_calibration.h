@@ -62,6 +62,7 @@ class JointCalibration {
  private:
   Outcome fitTogether(const std::vector<const LandmarkSolution*>& answers,
                       const std::vector<std::size_t>& lights);
+  bool isInRecord(std::size_t light) const;
   std::optional<RecordBeginning> beginningOf(const std::vector<std::size_t>& lights) const;
   std::optional<RecordPart> oldestPart(const std::vector<Observation>& observations,
                                        const BatchEstimate& fit, std::size_t lights) const;

@@ -48,6 +48,8 @@ class MountCalibration {
   /// What is older is no longer shared with other lights, whose record has given it away.
   void shareSince(Stamp stamp) { shared_since_ = stamp; }
   Stamp lastSeen() const { return last_seen_; }
+  /// How far the robot has gone since, its turns counted [m].
+  double unseenFor_m() const { return way_m_ - last_seen_at_m_; }
   /// Carries on from a start.
   bool isFound() const { return started_; }
   /// Its own answer has stood for as long as a verdict on it alone would have to: all that makes
@@ -122,9 +124,10 @@ class MountCalibration {
   double way_m_ = 0.0;                      ///< of the robot, its turns counted
   std::optional<double> mount_moved_at_m_;  ///< way_m_ when the judge said so first
   Stamp last_seen_;
-  bool started_ = false;    ///< tracker_ carries on from the initialiser
-  bool restarted_ = false;  ///< since the mount has moved
-  NoiseLevels noise_;       ///< against the stated one, as the drive has it
+  double last_seen_at_m_ = 0.0;  ///< way_m_
+  bool started_ = false;         ///< tracker_ carries on from the initialiser
+  bool restarted_ = false;       ///< since the mount has moved
+  NoiseLevels noise_;            ///< against the stated one, as the drive has it
   NoiseUnknowns noise_start_ = NoiseUnknowns::Zero();  ///< where the next search for it begins
   NoiseInformation noise_told_before_;                 ///< by what has been given away of it
   /// Once CONVERGED: what would take more is not noise, but a change.
