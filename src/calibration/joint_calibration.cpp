@@ -212,9 +212,8 @@ std::optional<RecordPart> JointCalibration::oldestPart(const std::vector<Observa
   return part;
 }
 
-/// @returns kJoint when they agree, kTorn when one of them does not, kUnfit, kTooFew when no image
-/// of
-///   the record shows one of them
+/// @returns kJoint when they agree, kTorn when one of them does not, kUnfit, kTooFew when none of
+///   them is seen in the record
 JointCalibration::Outcome JointCalibration::fitTogether(
     const std::vector<const LandmarkSolution*>& answers, const std::vector<std::size_t>& lights) {
   constexpr double kFalseAlarm = 1e-4;

@@ -237,11 +237,13 @@ class SoakTest(unittest.TestCase):
         for name in times:
             print('%-26s %5d %5d' % (name, times[name], ended[name]))
         self.assertGreater(self.claims, 0)
-        self.assertEqual(self.wrong[:10], [], '%d of %d claims are wrong' % (len(self.wrong), self.claims))
+        with self.subTest('claims'):
+            self.assertEqual(self.wrong[:10], [], '%d of %d are wrong' % (len(self.wrong), self.claims))
         if HOURS >= FEWEST_HOURS:
             quarters = numpy.array_split(numpy.array(hourly), 4)
             growth = numpy.median(quarters[3], axis=0) / numpy.median(quarters[1], axis=0)
-            self.assertTrue((growth <= MOST_GROWTH).all(), Usage(*growth))
+            with self.subTest('growth'):
+                self.assertTrue((growth <= MOST_GROWTH).all(), Usage(*growth))
 
 
 def cpuSeconds(pid):
