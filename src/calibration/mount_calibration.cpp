@@ -133,10 +133,7 @@ void MountCalibration::follow(const Association& association, const Frame& frame
 void MountCalibration::noteSolution(const std::optional<SlipAverage>& settled,
                                     const StateEstimate& estimate) {
   const Judgement& judgement = judge_->last();
-  if (judgement.cause != Fault::kMountMoved)
-    mount_moved_at_m_.reset();
-  else if (!mount_moved_at_m_)
-    mount_moved_at_m_ = way_m_;
+  if (judgement.cause == Fault::kMountMoved && !mount_moved_at_m_) mount_moved_at_m_ = way_m_;
   const std::vector<Observation>& observations = initializer_.record().observations();
   if (settled) {
     answer_ = LandmarkSolution{{}, settled->best, estimate, noise_};

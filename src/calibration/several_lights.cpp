@@ -10,11 +10,6 @@ namespace {
 
 /// A light that has not been found out and not been seen for so long makes room for another.
 constexpr std::chrono::seconds kForgottenAfter{30};
-/// After so much way a light that alone says that the mount has moved has moved itself: what a
-/// displacement of 3 degrees takes the others to notice (faults.md). Those that were not seen after
-/// it do not count.
-constexpr double kAloneFor_m = 10.0;
-
 bool isSame(const Bearing& bearing, const Observation& observation) {
   return bearing.azimuth_rad == observation.azimuth_rad &&
          bearing.azimuth_variance_rad2 == observation.azimuth_variance_rad2;
@@ -205,13 +200,13 @@ std::optional<Judgement> SeveralLights::agreeOnMountMoved() const {
     if (!moved_for_m) continue;
     moved.push_back(i);
     longest_m = std::max(longest_m, *moved_for_m);
-    if (*moved_for_m >= kAloneFor_m) continue;
+    if (*moved_for_m >= kNoticedWithin_m) continue;
     alone = {CalibrationState::kConverging,
              nameOf(i) + " reports that the mount has moved, the others do not: drive on"};
   }
   if (moved.empty()) return std::nullopt;
-  const double had_to_be_seen_m = std::max(0.0, longest_m - kAloneFor_m);  // ago, at most
-  const bool is_time_up = longest_m >= kAloneFor_m;
+  const double had_to_be_seen_m = std::max(0.0, longest_m - kNoticedWithin_m);  // ago, at most
+  const bool is_time_up = longest_m >= kNoticedWithin_m;
   const auto denying = static_cast<std::size_t>(
       std::count_if(lights_.begin(), lights_.end(), [&](const MountCalibration& light) {
         return light.isFound() && !light.movedFor() &&

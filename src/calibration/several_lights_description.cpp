@@ -21,8 +21,20 @@ std::string SeveralLights::nameOf(std::size_t light) const {
                              : "light " + std::to_string(id);
 }
 
-/// What stands against the verdict of one light alone.
-std::optional<Judgement> SeveralLights::objection() const {
+/// Whether one of the lights in view is in the estimate, if any is in view: the others would not
+/// notice that the mount is displaced.
+bool SeveralLights::isOfLightsInView(const CalibrationResult& result) const {
+  bool is_any_in_view = false;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    if (lights_[i].unseenFor_m() > kNoticedWithin_m) continue;
+    if (result.lights[i].in_estimate) return true;
+    is_any_in_view = true;
+  }
+  return !is_any_in_view;
+}
+
+/// What stands against the verdict of those lights that give the estimate.
+std::optional<Judgement> SeveralLights::objectionTo(const CalibrationResult& result) const {
   if (mount_moved_) return mount_moved_;
   if (joint_.outcome() == JointCalibration::Outcome::kTorn) {
     return Judgement{CalibrationState::kInconsistent,
@@ -33,6 +45,11 @@ std::optional<Judgement> SeveralLights::objection() const {
   if (joint_.outcome() == JointCalibration::Outcome::kUnfit) {
     return Judgement{CalibrationState::kConverging,
                      "each light fits by itself, but not all of them together: drive on"};
+  }
+  if (!isOfLightsInView(result)) {
+    return Judgement{CalibrationState::kConverging,
+                     "the lights that gave the mount are out of view, and those in view do not "
+                     "confirm it yet: drive on near any of them"};
   }
   return std::nullopt;
 }
@@ -107,7 +124,7 @@ void SeveralLights::describe(CalibrationResult* result) const {
   for (std::size_t i = 0; i < result->lights.size(); ++i) {
     if (!result->lights[i].in_estimate) result->lights[i].note = noteOn(i);
   }
-  const auto against = objection();
+  const auto against = objectionTo(*result);
   const bool is_verdict = result->state == CalibrationState::kConverged ||
                           result->state == CalibrationState::kConverging;
   if (against && is_verdict) say(*against, result);

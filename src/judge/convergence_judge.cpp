@@ -195,12 +195,12 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
                                    const std::vector<Observation>& record,
                                    const std::optional<SlipAverage>& settled,
                                    const NoiseLevels& noise) {
+  if (mount_moved_) return *mount_moved_;
   const auto doubt = doubtAbout(tracker.consistency());
   if (doubt && doubtAbout(tracker.consistency(), noise.mostVarianceFactor())) {
     return {CalibrationState::kInconsistent, *doubt, Fault::kScatter};
   }
   const StateEstimate estimate = withNearness(tracker.filter().estimate(), nearness_stddev_m_);
-  if (mount_moved_) return *mount_moved_;
   if (!settled) return stillConverging(estimate);
   // What comes after the light was lost may be another light for a while, or the light after a
   // displacement.

@@ -11,6 +11,11 @@
 
 namespace bearing_calibration::core {
 
+/// What a displacement of the mount by 3 degrees takes the lights in view to notice (faults.md).
+/// After so much way a light that alone says so has moved itself; those that were not seen for as
+/// long are no witnesses.
+inline constexpr double kNoticedWithin_m = 10.0;
+
 /// The calibration of one mount with up to CalibratorConfig::max_lights lights. Each light has a
 /// calibration of its own, with all that makes that one robust and honest; together they make a
 /// joint one (model.md). With one light at most it is that light's calibration and nothing
@@ -58,7 +63,8 @@ class SeveralLights {
   std::optional<Judgement> agreeOnMountMoved() const;
   void startAnew();
   std::string nameOf(std::size_t light) const;
-  std::optional<Judgement> objection() const;
+  bool isOfLightsInView(const CalibrationResult& result) const;
+  std::optional<Judgement> objectionTo(const CalibrationResult& result) const;
   std::string noteOn(std::size_t light) const;
   void summarise(CalibrationResult* result) const;
   void takeJoint(CalibrationResult* result) const;
