@@ -39,7 +39,8 @@ std::optional<Judgement> SeveralLights::objectionTo(const CalibrationResult& res
   if (joint_.outcome() == JointCalibration::Outcome::kTorn) {
     return Judgement{CalibrationState::kInconsistent,
                      "the lights give different mounts (" + nameOf(joint_.contradicting().front()) +
-                         " against others): one of them moves, or is a reflection",
+                         " against others): one of them moves or is a reflection, or the mount "
+                         "was moved while some were out of view: call ~reset to calibrate anew",
                      Fault::kLightsDisagree};
   }
   if (joint_.outcome() == JointCalibration::Outcome::kUnfit) {
@@ -49,7 +50,8 @@ std::optional<Judgement> SeveralLights::objectionTo(const CalibrationResult& res
   if (!isOfLightsInView(result)) {
     return Judgement{CalibrationState::kConverging,
                      "the lights that gave the mount are out of view, and those in view do not "
-                     "confirm it yet: drive on near any of them"};
+                     "confirm it yet: drive on near any of them, or call ~reset if the mount was "
+                     "moved"};
   }
   return std::nullopt;
 }

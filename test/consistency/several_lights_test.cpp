@@ -219,6 +219,7 @@ TEST(SeveralLights, OneThatIsInViewSaysThatTheMountHasMoved) {
 }
 
 // Some of its bearings scatter more for a while than a displacement alone would explain.
+// Promise honest: bearings that scatter after the mount was displaced
 TEST(SeveralLights, OneThatHasSaidThatTheMountHasMovedDoesNotTakeItBack) {
   constexpr double kDisplaced_s = 150.0;
   SimulatedCase simulated = danceWith(3, 9);
@@ -232,6 +233,7 @@ TEST(SeveralLights, OneThatHasSaidThatTheMountHasMovedDoesNotTakeItBack) {
 }
 
 // They would not notice that the mount is displaced. While nothing is in view nobody is in doubt.
+// Promise honest: lights out of view while another one, not in the estimate, is in view
 TEST(SeveralLights, OutOfViewDoNotSpeakForTheOneInView) {
   constexpr double kVanish_s = 60.0;
   constexpr double kAppears_s = 200.0;
