@@ -10,6 +10,7 @@ namespace {
 
 /// A light that has not been found out and not been seen for so long makes room for another.
 constexpr std::chrono::seconds kForgottenAfter{30};
+
 bool isSame(const Bearing& bearing, const Observation& observation) {
   return bearing.azimuth_rad == observation.azimuth_rad &&
          bearing.azimuth_variance_rad2 == observation.azimuth_variance_rad2;
