@@ -105,21 +105,36 @@ class DrawRig(unittest.TestCase):
             file.write('mirror: {half_angle: deg(52.5)}\n')
         self.assertEqual(self.draw(first, second).stdout, self.draw(SIMULATED).stdout)
 
+    def testTakesWhatTheDetectionTakes(self):
+        self.config['lens']['focus_distance'] = math.inf
+        self.config['mask']['inner_radius'] = 0
+        done = self.draw(self.write(self.config))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        lens, mirror = self.config['lens'], self.config['mirror']
+        base_m = mirror['lens_to_apex'] + mirror['base_radius'] / math.tan(mirror['half_angle'])
+        rim = lens['focal_length'] / lens['pixel_pitch'] * mirror['base_radius'] / base_m
+        self.assertIn('a circle of %.0f px' % rim, done.stdout)
+        self.assertIn('elevations of -14.9 to', done.stdout)  # a pixel beside the apex: 90 deg - 2 x 52.5 deg
+
     def testNamesAllThatIsMissingOrWrong(self):
         del self.config['lens']['focal_length']
         del self.config['mask']
         self.config['mirror']['half_angle'] = -0.9
         self.config['mirror']['base_radius'] = 'wide'
+        self.config['sensor']['width'] = True
+        self.config['mirror']['kind'] = 'conic'
         path = self.write(self.config)
         self.assertRefused(self.draw(path), path + ': lens/focal_length is missing',
                            path + ': mask/inner_radius is missing', 'mirror/half_angle is -0.9',
-                           'mirror/base_radius is wide')
+                           'mirror/base_radius is wide', 'sensor/width is True')
 
     def testRefusesWhatIsNoConeOrNoFile(self):
         self.config['mirror']['half_angle'] = 1.6
         self.assertRefused(self.draw(self.write(self.config)), 'mirror/half_angle is 1.6 rad, which is no cone')
         self.assertRefused(self.draw(self.write('mirror: {kind: none}\n')), 'only a conic mirror')
         self.assertRefused(self.draw(self.write('lens: [1\n')), 'robot.yaml')
+        self.config['mask']['first_row'] = 'top'
+        self.assertRefused(self.draw(self.write(self.config)), 'mask/first_row is top')
         self.assertRefused(self.draw(self.write('- 1\n')), 'lens/focal_length is missing')
         self.assertRefused(self.draw('/nowhere.yaml'), '/nowhere.yaml')
 

@@ -21,6 +21,8 @@ except ImportError:  # a robot need not have it
 NUMBERS = ('lens/focal_length', 'lens/focus_distance', 'lens/pixel_pitch', 'mirror/lens_to_apex',
            'mirror/half_angle', 'mirror/base_radius', 'mirror/centre_u', 'mirror/centre_v',
            'sensor/width', 'sensor/height', 'mask/inner_radius', 'mask/outer_radius', 'mask/last_row')
+FIRST_ROW = 'mask/first_row'  # 0 where it is not stated
+MAY_BE_ZERO = ('mask/inner_radius', FIRST_ROW)
 DISTANCES_M = (0.5, 1.0, 2.0, 3.0)  # of the light, printed
 BLUE, LIGHT, GREY = '#1d6fb8', '#e8a200', '#4b5563'
 FONT_PT = 11  # 12 px and more where a page shows the picture 850 px wide
@@ -29,13 +31,21 @@ DPI = 200
 METADATA = {'Software': None}  # no version: the same picture has the same bytes
 
 
+def isSize(name, value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    if name == 'lens/focus_distance' and value == math.inf:  # as the detection allows it
+        return True
+    return 0 < value < math.inf or (value == 0 and name in MAY_BE_ZERO)
+
+
 def numbersOf(files):
     """{name: number} of NUMBERS in parameter files, read as roslaunch reads them."""
-    numbers = {}
+    numbers = {FIRST_ROW: 0}
     for file in files:
         try:
             for parameters, _ in rosparam.load_file(file):
-                for name in NUMBERS + ('mask/first_row', 'mirror/kind'):
+                for name in NUMBERS + (FIRST_ROW, 'mirror/kind'):
                     room, key = name.split('/')
                     group = parameters.get(room) if isinstance(parameters, dict) else None
                     if isinstance(group, dict) and key in group:
@@ -45,8 +55,8 @@ def numbersOf(files):
     if numbers.get('mirror/kind', 'conic') != 'conic':
         sys.exit('draw_rig: mirror/kind is %s: only a conic mirror can be drawn' % numbers['mirror/kind'])
     faults = ['%s is missing' % name for name in NUMBERS if name not in numbers]
-    faults += ['%s is %s, which is not a number above 0' % (name, numbers[name]) for name in NUMBERS
-               if name in numbers and not (isinstance(numbers[name], (int, float)) and 0 < numbers[name] < math.inf)]
+    faults += ['%s is %s, which is not a number above 0' % (name, numbers[name]) for name in NUMBERS + (FIRST_ROW,)
+               if name in numbers and not isSize(name, numbers[name])]
     if not faults and numbers['mirror/half_angle'] >= 0.5 * math.pi:
         faults.append('mirror/half_angle is %s rad, which is no cone' % numbers['mirror/half_angle'])
     if not faults and numbers['lens/focus_distance'] <= numbers['lens/focal_length']:
@@ -68,8 +78,8 @@ class Rig:
         self.image_distance_px = 1.0 / (1.0 / focal - 1.0 / focus) / numbers['lens/pixel_pitch']
         self.rim_px = self.image_distance_px * self.base_radius_m / (self.lens_to_apex_m + self.height_m)
         u, v = numbers['mirror/centre_u'], numbers['mirror/centre_v']
-        self.inner_px = numbers['mask/inner_radius']
-        edge = min(u, numbers['sensor/width'] - 1 - u, v - numbers.get('mask/first_row', 0),
+        self.inner_px = max(1, numbers['mask/inner_radius'])  # the apex itself shows no direction
+        edge = min(u, numbers['sensor/width'] - 1 - u, v - numbers[FIRST_ROW],
                    numbers['mask/last_row'] - v)
         self.outer_px = min(self.rim_px, numbers['mask/outer_radius'], edge)  # seen all around
 
