@@ -144,6 +144,17 @@ class Rendering(unittest.TestCase):
                     self.assertEqual(''.join(after), '', 'the text below becomes a row')
         self.assertGreater(tables, 40)
 
+    def testEveryTableOfFiguresNamesItsConfiguration(self):
+        named_in_header = re.compile(r'\| (configuration|default|aim|parameters?) \|')
+        for page in ('accuracy.md', 'imperfect.md'):
+            lines = textOf(pathOf(page)).splitlines()
+            tables = [number for number, line in enumerate(lines)
+                      if line.startswith('|') and not lines[number - 1].startswith('|')]
+            for number in tables:
+                with self.subTest(page=page, line=number + 1):
+                    self.assertTrue(named_in_header.search(lines[number]) or
+                                    lines[number - 2].startswith('Configuration: '))
+
     def testABlockOfCommandsHoldsNothingElse(self):
         """An empty line does not end an indented block: what follows must not be indented too."""
         for path in DOCUMENTS:
