@@ -181,6 +181,7 @@ StartAttempt findStart(const std::vector<Observation>& observations,
                          unknownsWith(attempt.noise));
     const bool is_found = areAlike(review->levels, attempt.noise) || searches == kMostSearches;
     attempt.noise = review->levels;
+    attempt.noise_cost = review->cost;
     weighed = withNoise(observations, attempt.noise);
     if (is_found) {
       answer.fit = BatchEstimator(config.batch).estimate(weighed, surestStart(*answer.fit));

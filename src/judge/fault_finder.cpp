@@ -25,7 +25,10 @@ class FaultSearch {
  public:
   FaultSearch(const std::vector<Observation>& observations, double wheel_separation_m,
               const InitializerConfig& config)
-      : observations_(observations), separation_m_(wheel_separation_m), config_(config) {
+      : observations_(observations),
+        separation_m_(wheel_separation_m),
+        config_(config),
+        noise_(config.noise) {
     // Slips, outliers and noise would let a wrong hypothesis off: they are what it has to explain.
     config_.batch.slip_gain = 0.0;
     config_.min_inlier_fraction = kCleanShare;
@@ -42,7 +45,7 @@ class FaultSearch {
     }
     // what a robot without it explains as well, or another fault better, is not named
     if (best_) return best_->attempt.ready() ? best_->diagnosis : Diagnosis{};
-    return lightMoved() ? Diagnosis{Fault::kLightMoved, 0.0} : Diagnosis{};
+    return lightMoved() && !isNoisier() ? Diagnosis{Fault::kLightMoved, 0.0} : Diagnosis{};
   }
 
  private:
@@ -82,21 +85,39 @@ class FaultSearch {
     }
   }
 
+  std::vector<Observation> firstHalf() const { return {observations_.begin(), middle()}; }
+  std::vector<Observation> secondHalf() const { return {middle(), observations_.end()}; }
+  std::vector<Observation>::const_iterator middle() const {
+    return observations_.begin() + static_cast<std::ptrdiff_t>(observations_.size() / 2);
+  }
+
   /// Each half fits by itself and gives the same mount, though both together do not.
   bool lightMoved() const {
-    const auto middle =
-        observations_.begin() + static_cast<std::ptrdiff_t>(observations_.size() / 2);
-    const StartAttempt first = findStart({observations_.begin(), middle}, config_);
-    const StartAttempt second = findStart({middle, observations_.end()}, config_);
+    const StartAttempt first = findStart(firstHalf(), config_);
+    const StartAttempt second = findStart(secondHalf(), config_);
     constexpr double kSameMount = 0.999;
     return first.ready() && second.ready() &&
            disagreement(first.estimate.mount(), second.estimate.mount()) <
                chiSquareQuantile(kSameMount, 3.0);
   }
 
+  /// Whether more noise than is stated makes one record likelier than two with a light each.
+  bool isNoisier() const {
+    if (!noise_.any()) return false;
+    InitializerConfig config = config_;
+    config.noise = noise_;
+    const auto attempt = [&](const std::vector<Observation>& observations) {
+      return findStart(observations, config, noiseToBeginWith(observations, noise_));
+    };
+    const StartAttempt both = attempt(observations_);
+    return both.fits() &&
+           both.noise_cost < attempt(firstHalf()).noise_cost + attempt(secondHalf()).noise_cost;
+  }
+
   const std::vector<Observation>& observations_;
   double separation_m_;
   InitializerConfig config_;
+  NoisePriors noise_;               ///< of what is stated
   std::optional<Hypothesis> best_;  ///< of those that explain the record
 };
 

@@ -274,6 +274,7 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
                      likeliest.covariance,
                      {{std::exp(likeliest.unknowns(kBearingLevel)), stddev(kBearingLevel)},
                       {std::exp(likeliest.unknowns(kWheelLevel)), stddev(kWheelLevel)}},
+                     likeliest.cost,
                      gives_up_slips,
                      {},
                      likeliest.told};

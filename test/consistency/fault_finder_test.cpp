@@ -211,15 +211,52 @@ TEST(ObservationChange, AMotionOfSeveralArcsIsKeptToFirstOrder) {
   EXPECT_LT((mirror.J_pose_wheels - swapped.J_pose_wheels).norm(), 1e-12);
 }
 
+/// In the middle of the record the light is put a metre away.
+std::vector<Observation> withMovedLight(SimulatedCase simulated) {
+  std::vector<Observation> observations = observationsOf(simulated);
+  simulated.lights[0].position_m += Eigen::Vector2d(0.6, -0.8);
+  const std::vector<Observation> moved = observationsOf(simulated);
+  for (std::size_t i = observations.size() / 2; i < observations.size(); ++i)
+    observations[i] = moved[i];
+  return observations;
+}
+
 TEST(FindFault, TellsALightThatMoved) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
-    SimulatedCase simulated = soundCase(seed);
-    std::vector<Observation> observations = observationsOf(simulated);
-    simulated.lights[0].position_m += Eigen::Vector2d(0.6, -0.8);
-    const std::vector<Observation> moved = observationsOf(simulated);
-    for (std::size_t i = observations.size() / 2; i < observations.size(); ++i)
-      observations[i] = moved[i];
-    EXPECT_EQ(diagnose(simulated, observations).fault, Fault::kLightMoved) << seed;
+    const SimulatedCase simulated = soundCase(seed);
+    EXPECT_EQ(diagnose(simulated, withMovedLight(simulated)).fault, Fault::kLightMoved) << seed;
+  }
+}
+
+// Each half of a record of noisy wheels has a place of its own for the light, too: these three are
+// of robots whose light has not moved.
+TEST(FindFault, TellsALightThatMovedFromMoreNoise) {
+  InitializerConfig config;
+  config.batch.errors = usualErrors();
+  config.noise = usualNoise();
+  const auto faultOf = [&](const SimulatedCase& simulated,
+                           const std::vector<Observation>& observations) {
+    return findFault(observations, simulated.robot.encoders.drive.wheel_separation_m, config).fault;
+  };
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const SimulatedCase simulated = soundCase(seed);
+    EXPECT_EQ(faultOf(simulated, withMovedLight(simulated)), Fault::kLightMoved) << seed;
+  }
+  struct Noisy {
+    std::uint64_t seed;
+    double duration_s;
+  };
+  for (const auto& [seed, duration_s] : {Noisy{27, 99.0}, {60, 61.0}, {92, 94.0}}) {
+    SimulatedCase simulated = paperCase(seed);
+    simulated.duration_s = duration_s;
+    ImperfectRobot robot;
+    robot.max_random_offset_s = 0.15;
+    robot.random_ratio_stddev = 0.01;
+    makeImperfect(simulated, robot, seed);
+    drawNoise(simulated, seed);
+    EXPECT_EQ(faultOf(simulated, withNoise(observationsOf(simulated), simulated.stated_noise)),
+              Fault::kNone)
+        << seed;
   }
 }
 

@@ -32,6 +32,15 @@ class Tables(unittest.TestCase):
         self.assertEqual(errors[3][2].strip(), '2', 'both have an estimate')
         self.assertRegex(done.stdout, r'(?m)^declared at any time: 2 of 2, first after \d+ s')
 
+    def testFaultTableNamesAFaultAndNoneOfASoundRobot(self):
+        for fault, named in (('left reversed', '1'), ('none', '')):
+            done = run('fault_table', '--runs', '1', '--duration', '60', '--only', fault)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            cells = [cell.strip() for cell in done.stdout.splitlines()[-1].strip('|').split('|')]
+            self.assertEqual(cells[:4] + cells[6:], [fault, '1', named, '0', '0'])
+        for wrong in (('--runs', '0'), ('--duration', '-1'), ('--only', 'nothing of the kind')):
+            self.assertEqual(run('fault_table', *wrong).returncode, 2, wrong)
+
     def testMonteCarloOfATiltedRobot(self):
         done = run('monte_carlo', '--what', 'batch', '--world', 'corner', '--runs', '4', '--errors',
                    '--known-separation', '--offset', '0.05', '--ratio', '0.01', '--scale', '0.01',

@@ -285,7 +285,9 @@ Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& t
       fillRobotErrors(result.robot_errors, simulated, snapshot);
     }
     noteClaim(snapshot, trial);
-    if (result.state == CalibrationState::kInconsistent && trial.alarm.empty()) {
+    const bool is_alarm = result.state == CalibrationState::kInconsistent;
+    if (is_alarm) trial.causes.insert(result.cause);
+    if (is_alarm && trial.alarm.empty()) {
       trial.alarm = std::to_string(static_cast<int>(time_s)) + " s: " + result.advice;
     }
     if (!due) continue;

@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/judge/fault.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {
@@ -56,6 +58,7 @@ struct Trial {
   double worst_claim = 0.0;  ///< largest chi-square(3) of the mount while claimed
   bool is_sound = false;     ///< neither slips nor false or correlated bearings
   std::string alarm;         ///< first time that it was called INCONSISTENT, and why; empty: never
+  std::set<Fault> causes;    ///< all that were said of it while it was
 };
 
 using TrialFunction = Trial (*)(const SimulatedCase& simulated, const std::vector<double>& times_s);

@@ -264,6 +264,7 @@ ObservationRun simulateAlong(const SimulatedCase& simulated, Trajectory trajecto
   RobotSimulator simulator(robot, simulated.lights, std::move(trajectory));
   SimulatedRecord seen = record(&simulator, simulated.duration_s);
   distort(simulated, &seen);
+  if (simulated.change_record) simulated.change_record(&seen);
   if (simulated.hide_in_turn_s > 0.0) {
     hideInTurn(simulated.hide_in_turn_s, simulated.lights.size(), &seen);
   }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct SimulatedCase {
   TrajectoryConfig trajectory;
   double duration_s = 100.0;
   Unmodelled unmodelled = Unmodelled::kNone;
+  std::function<void(SimulatedRecord*)> change_record;  ///< what a fault makes of it; may be empty
   double hide_in_turn_s = 0.0;    ///< so long each of several numbered lights is hidden, in turn
   bool are_lights_told = true;    ///< the calibrator gets the numbers that the sensor gives
   NoiseLevels stated_noise;       ///< what the calibrator is told of the noise, times the true one

@@ -58,7 +58,8 @@ struct StartAttempt {
   RivalMount rival;
   int slips = 0;
   double bearing_correlation = 0.0;
-  NoiseLevels noise;  ///< against the stated one, where it is looked for
+  NoiseLevels noise;        ///< against the stated one, where it is looked for
+  double noise_cost = 0.0;  ///< of the record with it: minus the logarithm of its likelihood
 
   bool ready() const { return obstacle == StartObstacle::kNone; }
   /// Whether a mount explains the bearings, though it may not be known well enough yet.

@@ -15,6 +15,7 @@ struct NoiseReview {
   NoiseUnknowns likeliest;
   NoiseUnknownsMatrix covariance;
   NoiseLevels levels;     ///< the same, as factors
+  double cost;            ///< of the record with them: minus the logarithm of its likelihood
   bool gives_up_slips;    ///< else the motions of the fit's slips are as good as all others
   StateEstimate average;  ///< averageAfter() all observations
   NoiseInformation told;  ///< by these observations alone, of all unknowns

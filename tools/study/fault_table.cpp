@@ -1,0 +1,123 @@
+// Robots with one fault each, whose noise the calibration does not know: how often it names the
+// fault, and what it does where it has a term for it: fault_table --help
+
+#include <algorithm>
+#include <boost/program_options.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tools/common/command_line.h"
+#include "tools/common/parallel.h"
+#include "tools/study/fault_cases.h"
+#include "tools/study/monte_carlo_trials.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+namespace options = boost::program_options;
+
+/// How the runs of one fault went.
+struct FaultCount {
+  int named = 0;         ///< by its own name
+  int misnamed = 0;      ///< by another fault's, at any second
+  int converged = 0;     ///< at the end, of those that are not named
+  int wrong = 0;         ///< CONVERGED at a wrong mount, at any second
+  int without_name = 0;  ///< INCONSISTENT at some time, and never with a name
+};
+
+/// Of those that the owner can put right; the others say only that nothing fits.
+bool isName(Fault cause) { return cause != Fault::kNone && cause <= Fault::kMountMoved; }
+
+FaultCount countOf(const FaultCase& fault, const std::vector<Trial>& trials) {
+  FaultCount count;
+  for (const Trial& trial : trials) {
+    const bool is_named = trial.causes.count(fault.fault) > 0 && isName(fault.fault);
+    const bool is_misnamed =
+        std::any_of(trial.causes.begin(), trial.causes.end(),
+                    [&](Fault cause) { return isName(cause) && cause != fault.fault; });
+    count.named += is_named ? 1 : 0;
+    count.misnamed += is_misnamed ? 1 : 0;
+    count.converged += !is_named && trial.snapshots.back().claims ? 1 : 0;
+    count.wrong += fault.keeps_mount && trial.worst_claim > kWrongChiSquare ? 1 : 0;
+    count.without_name += !trial.causes.empty() && !is_named && !is_misnamed ? 1 : 0;
+  }
+  return count;
+}
+
+SimulatedCase caseOf(const FaultCase& fault, std::uint64_t seed, double duration_s) {
+  SimulatedCase simulated = paperCase(seed);
+  simulated.duration_s = duration_s;
+  simulated.looked_for = usualErrors();
+  simulated.noise_looked_for = usualNoise();
+  fault.make(&simulated);
+  return simulated;
+}
+
+/// Until the fault is named: then the owner stops, and the rest of a run costs most.
+Trial tryUntilNamed(const FaultCase& fault, std::uint64_t seed, double duration_s) {
+  for (double so_far_s = duration_s / 4.0; so_far_s < duration_s; so_far_s *= 2.0) {
+    Trial trial = tryCalibrator(caseOf(fault, seed, so_far_s), {so_far_s});
+    if (trial.causes.count(fault.fault) > 0) return trial;
+    if (trial.causes.empty()) break;  // nothing is suspected: on to the end
+  }
+  return tryCalibrator(caseOf(fault, seed, duration_s), {duration_s});
+}
+
+std::vector<FaultCase> faultsWith(const std::string& part_of_name) {
+  std::vector<FaultCase> faults;
+  std::copy_if(
+      faultCases().begin(), faultCases().end(), std::back_inserter(faults),
+      [&](const FaultCase& fault) { return fault.name.find(part_of_name) != std::string::npos; });
+  return faults;
+}
+
+int run(int argc, char** argv) {
+  int runs = 0;
+  int threads = 0;
+  std::uint64_t seed = 0;
+  double duration_s = 0.0;
+  std::string only;
+  options::options_description description("fault_table [options]");
+  auto add = description.add_options();
+  add("help,h", "print this");
+  add("runs", options::value(&runs)->default_value(100), "of each fault");
+  add("threads", options::value(&threads)->default_value(2), "at work");
+  add("seed", options::value(&seed)->default_value(1), "of the first run");
+  add("duration", options::value(&duration_s)->default_value(150.0), "of a run [s]");
+  add("only", options::value(&only)->default_value(""), "faults whose names contain this");
+  if (!parseArguments(argc, argv, description)) return EXIT_SUCCESS;
+  if (runs < 1) throw std::invalid_argument("--runs must be at least 1");
+  if (threads < 1) throw std::invalid_argument("--threads must be at least 1");
+  if (!(duration_s > 0.0)) throw std::invalid_argument("--duration must be above 0");
+  const std::vector<FaultCase> faults = faultsWith(only);
+  if (faults.empty()) throw std::invalid_argument("no fault's name contains " + only);
+  std::printf(
+      "| fault | runs | named | another one named | INCONSISTENT without a name | CONVERGED at the "
+      "end, not named | wrong at any second |\n|---|---|---|---|---|---|---|\n");
+  for (const FaultCase& fault : faults) {
+    std::vector<Trial> trials(static_cast<std::size_t>(runs));
+    forEachInParallel(trials.size(), threads, [&](std::size_t i) {
+      trials[i] = tryUntilNamed(fault, seed + i, duration_s);
+    });
+    const FaultCount count = countOf(fault, trials);
+    std::printf("| %s | %d | %s | %d | %d | %d | %s |\n", fault.name.c_str(), runs,
+                isName(fault.fault) ? std::to_string(count.named).c_str() : "", count.misnamed,
+                count.without_name, count.converged,
+                fault.keeps_mount ? std::to_string(count.wrong).c_str() : "");
+    std::fflush(stdout);
+  }
+  return EXIT_SUCCESS;
+}
+
+}  // namespace
+}  // namespace bearing_calibration::core
+
+int main(int argc, char** argv) {
+  return bearing_calibration::core::runProgram(
+      "fault_table", [&] { return bearing_calibration::core::run(argc, argv); },
+      bearing_calibration::core::kUsageError);
+}
