@@ -13,7 +13,8 @@ REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..')
 DOCUMENTS = [os.path.join(REPOSITORY, name) for name in ('README.md', 'CONTRIBUTING.md')] + glob.glob(
     os.path.join(REPOSITORY, 'doc', '**', '*.md'), recursive=True)
 PROGRAMS = ['programs']
-MEASURING = {'monte_carlo', 'drive_table', 'render_rate', 'observability_table', 'gallery_data'}
+MEASURING = {'monte_carlo', 'fault_table', 'drive_table', 'render_rate', 'observability_table',
+             'gallery_data'}
 COMPARING = {'comparison_table'}  # needs Ceres, as benches and tests do
 COMMANDS = ('roscore', 'roslaunch', 'rostopic', 'rosservice', 'rosbag', 'rosrun', 'rviz', 'rostest',
             'parallel')  # stand-ins, so that nothing is started

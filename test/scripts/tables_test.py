@@ -33,7 +33,7 @@ class Tables(unittest.TestCase):
         self.assertRegex(done.stdout, r'(?m)^declared at any time: 2 of 2, first after \d+ s')
 
     def testFaultTableNamesAFaultAndNoneOfASoundRobot(self):
-        for fault, named in (('left reversed', '1'), ('none', '')):
+        for fault, named in (('left and right swapped', '1'), ('none', '')):
             done = run('fault_table', '--runs', '1', '--duration', '60', '--only', fault)
             self.assertEqual(done.returncode, 0, done.stderr)
             cells = [cell.strip() for cell in done.stdout.splitlines()[-1].strip('|').split('|')]
