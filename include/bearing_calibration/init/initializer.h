@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -58,8 +59,9 @@ struct StartAttempt {
   RivalMount rival;
   int slips = 0;
   double bearing_correlation = 0.0;
-  NoiseLevels noise;        ///< against the stated one, where it is looked for
-  double noise_cost = 0.0;  ///< of the record with it: minus the logarithm of its likelihood
+  NoiseLevels noise;  ///< against the stated one, where it is looked for
+  /// Of the record with it, minus the logarithm of its likelihood; infinite where nothing fits.
+  double noise_cost = std::numeric_limits<double>::infinity();
 
   bool ready() const { return obstacle == StartObstacle::kNone; }
   /// Whether a mount explains the bearings, though it may not be known well enough yet.
