@@ -9,7 +9,6 @@
 #include "bearing_calibration/init/start_obstacle.h"
 #include "bearing_calibration/judge/lights_agreement.h"
 #include "bearing_calibration/solve/mount_displacement.h"
-#include "bearing_calibration/solve/record_weights.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -74,15 +73,16 @@ void JointCalibration::add(const LightsImage& image) {
     if (!observation.isSeen()) continue;
     Bearing bearing;
     bearing.azimuth_rad = observation.azimuth_rad;
-    bearing.azimuth_variance_rad2 = widening_[i] * observation.azimuth_variance_rad2;
+    bearing.azimuth_variance_rad2 = observation.azimuth_variance_rad2;
     if (observation.elevation) {
       bearing.elevation_rad = observation.elevation->angle_rad;
       bearing.elevation_variance_rad2 = observation.elevation->variance_rad2;
     }
     const auto light = static_cast<int>(i);
+    const AzimuthPrediction expected = joint_->filter.predictAzimuth(image.nearby, light);
+    bearing = withNoise(bearing, noise_[i], expected.range_m);
     const Innovation innovation =
-        joint_->filter.predictAzimuth(image.nearby, light)
-            .innovationOf(bearing.azimuth_rad, bearing.azimuth_variance_rad2);
+        expected.innovationOf(bearing.azimuth_rad, bearing.azimuth_variance_rad2);
     if (innovation.nis() > kGate) {
       joint_->recent.noteNotFused();
       continue;
@@ -218,11 +218,11 @@ JointCalibration::Outcome JointCalibration::fitTogether(
     const std::vector<const LandmarkSolution*>& answers, const std::vector<std::size_t>& lights) {
   constexpr double kFalseAlarm = 1e-4;
   std::vector<const LandmarkSolution*> taken;
-  widening_.clear();
+  noise_.clear();
   for (std::size_t light : lights) {
     const LandmarkSolution& own = *answers[light];
     taken.push_back(&own);
-    widening_.push_back(wideningFor(own.fit.correlation) * std::pow(own.noise.bearing.value, 2));
+    noise_.push_back(own.noise.widenedFor(own.fit.correlation));
   }
   wheel_noise_.wheel = surestOf(taken).noise.wheel;
   const std::vector<Observation> observations =

@@ -32,8 +32,9 @@ AssociationOutcome MountCalibration::process(const Frame& frame) {
   AssociationOutcome outcome = AssociationOutcome::of(frame);
   if (tracker_) {
     tracker_->move(withNoise(frame.motion, noise_));
-    const Association association =
-        tracker_->fuse(withNoise(frame.image.candidates, noise_), frame.nearby, mayBeOthers());
+    const double range_m = tracker_->filter().estimate().cartesian().range();
+    const Association association = tracker_->fuse(
+        withNoise(frame.image.candidates, noise_, range_m), frame.nearby, mayBeOthers());
     follow(association, frame, &outcome);
   }
   if (!started_) start(frame, &outcome);

@@ -77,14 +77,14 @@ void noteNearness(const ErrorPriors& priors, BlockReport* report) {
 }
 
 /// Of a logarithm with a prior.
-BlockReport reportFactor(const char* name, const char* number, double prior_stddev,
+BlockReport reportFactor(const char* name, const Quantity& number, double prior_stddev,
                          const NoiseFactor& factor, const char* when_held) {
   const double share =
       factor.log_stddev > 0.0 ? std::pow(factor.log_stddev / prior_stddev, 2) : 1.0;
   const BlockStatus status = statusOf(prior_stddev > 0.0, share);
   return {name,
           status,
-          {{{number, "1"}, factor.value, factor.value * factor.log_stddev}},
+          {{number, factor.value, factor.value * factor.log_stddev}},
           status == BlockStatus::kHeldAtPrior ? when_held : ""};
 }
 
@@ -194,10 +194,13 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
 
 std::vector<BlockReport> reportNoise(const NoisePriors& priors, const NoiseLevels& noise,
                                      const CorrelationTime& correlation) {
-  return {reportFactor("bearing_noise", "bearing_noise_factor", priors.bearing_stddev,
+  const NoiseFactor light_size{noise.light_size.stddev_m, noise.light_size.log_stddev};
+  return {reportFactor("bearing_noise", {"bearing_noise_factor", "1"}, priors.bearing_stddev,
                        noise.bearing, "the bearings' noise is as stated: more images determine it"),
-          reportFactor("wheel_noise", "wheel_noise_factor", priors.wheel_stddev, noise.wheel,
+          reportFactor("wheel_noise", {"wheel_noise_factor", "1"}, priors.wheel_stddev, noise.wheel,
                        "the wheels' noise is as stated: a longer drive determines it"),
+          reportFactor("light_size", {"light_size", "m"}, priors.lightSizeStddev(), light_size,
+                       "the light is taken for a point: bearings nearer to it determine its size"),
           {"bearing_correlation",
            correlation.value_s > 0.0 ? BlockStatus::kEstimated : BlockStatus::kOff,
            {{{"bearing_correlation_time", "s"}, correlation.value_s, correlation.stddev_s}},

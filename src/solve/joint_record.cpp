@@ -40,8 +40,9 @@ std::vector<Observation> withNoise(std::vector<Observation> observations,
                                    const std::vector<const LandmarkSolution*>& answers) {
   const NoiseLevels& surest = surestOf(answers).noise;
   for (Observation& observation : observations) {
-    const double factor = answers[static_cast<std::size_t>(observation.light)]->noise.bearing.value;
-    observation.azimuth_variance_rad2 *= factor * factor;
+    const NoiseLevels& own = answers[static_cast<std::size_t>(observation.light)]->noise;
+    observation.azimuth_variance_rad2 *= own.bearing.value * own.bearing.value;
+    observation.light_size_m = own.light_size.stddev_m;
     observation.motion = withNoise(observation.motion, surest);
   }
   return observations;

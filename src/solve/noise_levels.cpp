@@ -10,12 +10,22 @@
 #include "bearing_calibration/solve/record_weights.h"
 
 namespace bearing_calibration::core {
+
 NoiseLevels NoiseLevels::atMost() const {
   constexpr double kSigmas = 2.0;
   const auto above = [](const NoiseFactor& factor) {
     return NoiseFactor{factor.value * std::exp(kSigmas * factor.log_stddev), factor.log_stddev};
   };
-  return {above(bearing), above(wheel)};
+  const double size_m = light_size.stddev_m * std::exp(kSigmas * light_size.log_stddev);
+  return {above(bearing), above(wheel), {size_m, light_size.log_stddev}};
+}
+
+NoiseLevels NoiseLevels::widenedFor(double bearing_correlation) const {
+  const double widening = std::sqrt(wideningFor(bearing_correlation));
+  NoiseLevels widened = *this;
+  widened.bearing.value *= widening;
+  widened.light_size.stddev_m *= widening;
+  return widened;
 }
 
 double NoiseLevels::mostVarianceFactor() const {
@@ -26,6 +36,7 @@ double NoiseLevels::mostVarianceFactor() const {
 NoiseLevels atMost(NoiseLevels levels, const NoiseLevels& limit) {
   levels.bearing.value = std::min(levels.bearing.value, limit.bearing.value);
   levels.wheel.value = std::min(levels.wheel.value, limit.wheel.value);
+  levels.light_size.stddev_m = std::min(levels.light_size.stddev_m, limit.light_size.stddev_m);
   return levels;
 }
 
@@ -78,15 +89,21 @@ std::vector<Observation> withNoise(std::vector<Observation> observations,
                                    const NoiseLevels& noise) {
   for (Observation& observation : observations) {
     observation.azimuth_variance_rad2 *= noise.bearing.value * noise.bearing.value;
+    observation.light_size_m = noise.light_size.stddev_m;
     observation.motion = withNoise(observation.motion, noise);
   }
   return observations;
 }
 
-std::vector<Bearing> withNoise(std::vector<Bearing> bearings, const NoiseLevels& noise) {
-  for (Bearing& bearing : bearings) {
-    bearing.azimuth_variance_rad2 *= noise.bearing.value * noise.bearing.value;
-  }
+Bearing withNoise(Bearing bearing, const NoiseLevels& noise, double range_m) {
+  bearing.azimuth_variance_rad2 *= noise.bearing.value * noise.bearing.value;
+  bearing.azimuth_variance_rad2 += std::pow(noise.light_size.stddev_m / range_m, 2);
+  return bearing;
+}
+
+std::vector<Bearing> withNoise(std::vector<Bearing> bearings, const NoiseLevels& noise,
+                               double range_m) {
+  for (Bearing& bearing : bearings) bearing = withNoise(bearing, noise, range_m);
   return bearings;
 }
 

@@ -30,7 +30,7 @@ NoiseRecord::NoiseRecord(const std::vector<Observation>& observations, const Bat
         {lineariseMotion(layout, path.errors, path.points[i].lights_in_base, observation.motion,
                          path.points[i].motion_error),
          at, expected.J_angle_state, wrapAngle(observation.azimuth_rad - expected.angle_rad),
-         std::sqrt(observation.azimuth_variance_rad2),
+         std::sqrt(observation.azimuth_variance_rad2), path.rangeAt(i, observation.light),
          usual_interval_s > 0.0 ? interval_s / usual_interval_s : 1.0, i > 0 || fit.beginning,
          fit.weights[i].slipped, fit.weights[i].use_bearing, std::nullopt});
     if (!errors.usesElevations() || !observation.elevation) continue;
@@ -49,6 +49,7 @@ FilteredRecord NoiseRecord::filter(const NoiseUnknowns& unknowns, bool gives_up_
   const double wheel_factor = std::exp(unknowns(kWheelLevel));
   const double correlation = fromLogit(unknowns(kLasting));
   const double share = fromLogit(unknowns(kLastingShare));
+  const double light_size_m = std::exp(unknowns(kLightSize));
   FilteredRecord filtered{{}, before_};
   filtered.innovations.reserve(count);
   StateEstimate& estimate = filtered.last;
@@ -89,7 +90,8 @@ FilteredRecord NoiseRecord::filter(const NoiseUnknowns& unknowns, bool gives_up_
     noise_variance = 1.0 - kept * kept * (1.0 - noise_variance);
     shared *= kept;
     if (!step.use_bearing) continue;
-    const double variance_rad2 = std::pow(bearing_factor * step.stddev_rad, 2);
+    const double variance_rad2 =
+        std::pow(bearing_factor * step.stddev_rad, 2) + std::pow(light_size_m / step.range_m, 2);
     const auto residual = [&](const StateRow& H, double at_path_rad) {
       return at_path_rad - H.dot((estimate.mean - step.path).transpose());
     };

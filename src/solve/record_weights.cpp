@@ -123,14 +123,14 @@ RecordWeights::RecordWeights(const std::vector<Observation>& observations,
   for (std::size_t slip : slips.given_up) giveUp(slip);
 }
 
-double RecordWeights::azimuthVariance(std::size_t i) const {
+double RecordWeights::azimuthVariance(std::size_t i, const RecordPath& path) const {
   const auto light = static_cast<std::size_t>(records_[i].light);
-  return widening_.at(light) * records_[i].azimuth_variance_rad2;
+  return widening_.at(light) * azimuthVarianceAt(records_[i], path.rangeAt(i, records_[i].light));
 }
 
 double RecordWeights::sigmas(std::size_t i, const RecordPath& path) const {
   const double residual = residualOf(records_[i], path.state(i, records_[i].light), path.errors);
-  return std::abs(residual) / std::sqrt(azimuthVariance(i));
+  return std::abs(residual) / std::sqrt(azimuthVariance(i, path));
 }
 
 /// 0 where there is none, or none is asked for.
@@ -145,7 +145,7 @@ double RecordWeights::elevationSigmas(std::size_t i, const RecordPath& path) con
 
 void RecordWeights::weighBearings(const RecordPath& path) {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
-    const double variance = azimuthVariance(i);
+    const double variance = azimuthVariance(i, path);
     const double doubt = huber_ ? huber(sigmas(i, path), config_.huber_sigmas).doubt : 1.0;
     weights_[i].sensor_variance_rad2 = variance;
     weights_[i].bearing_variance_rad2 = variance * doubt;
@@ -165,7 +165,9 @@ bool RecordWeights::rejectOutliers(const SmootherPass& pass) {
   bool changed = false;
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     const SmoothedObservation& observation = pass.observations[i];
-    const double variance = observation.left_out_variance_rad2 + records_[i].azimuth_variance_rad2;
+    const double range_m = pass.path.rangeAt(i, records_[i].light);
+    const double variance =
+        observation.left_out_variance_rad2 + azimuthVarianceAt(records_[i], range_m);
     const double limit = config_.reject_sigmas * config_.reject_sigmas * variance;
     const bool use = !isInsideSlip(i) &&
                      observation.left_out_residual_rad * observation.left_out_residual_rad <= limit;
@@ -257,6 +259,11 @@ double RecordWeights::bearingCost(const RecordPath& path) const {
     const double size = sigmas(i, path);
     cost += huber_ ? huber(size, config_.huber_sigmas).cost : size * size;
     cost += huber(elevationSigmas(i, path), kElevationHuberSigmas).cost;
+    // a path near the light must not gain by the variance that it makes larger
+    if (records_[i].light_size_m > 0.0) {
+      cost += std::log(azimuthVarianceAt(records_[i], path.rangeAt(i, records_[i].light)) /
+                       records_[i].azimuth_variance_rad2);
+    }
   }
   return cost;
 }

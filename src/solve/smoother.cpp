@@ -212,6 +212,10 @@ bool beginsImage(const std::vector<Observation>& observations, std::size_t i) {
          observations[i].light <= observations[i - 1].light;
 }
 
+double RecordPath::rangeAt(std::size_t observation, int light) const {
+  return (points[observation].lights_in_base.col(light) - mount.head<2>()).norm();
+}
+
 Vector5 RecordPath::state(std::size_t observation, int light) const {
   Vector5 state;
   state << points[observation].lights_in_base.col(light), mount;

@@ -215,10 +215,11 @@ LateResult driveLate(RecordingSetup setup) {
     const double offset_s = errors(placeOf<TimeOffset>());
     std::printf(
         "%8d  %5.2f cm %5.2f deg chi2 %5.1f  offset %6.3f +- %.3f s, scales %6.3f %6.3f, "
-        "noise %.2f %.1f  %s\n",
+        "noise %.2f %.1f, light %.1f cm wide  %s\n",
         landmark, 100.0 * end.position_m, end.yaw_rad / kDegree, end.chi_square, offset_s,
         std::sqrt(run.last.robot_errors.covariance(0, 0)), errors(1), errors(2),
-        run.last.noise.bearing.value, run.last.noise.wheel.value, nameOf(run.last.state));
+        run.last.noise.bearing.value, run.last.noise.wheel.value,
+        100.0 * run.last.noise.light_size.stddev_m, nameOf(run.last.state));
     late.errors.push_back(end);
     late.offsets_s.push_back(offset_s);
     for (const Drive::Moment& moment : run.moments) {

@@ -97,7 +97,7 @@ TEST(NoiseLevels, OfBearingsThatLastAreNotLaidToTheWheels) {
     for (int searches = 0; searches < 2; ++searches) {
       review = reviewNoise(record.observations, record.fit, {}, kPriors, review.likeliest);
     }
-    const auto& [bearing, wheel] = review.levels;
+    const auto& [bearing, wheel, light_size] = review.levels;
     EXPECT_LT(std::abs(std::log(bearing.value)), kMostSigmas * bearing.log_stddev) << seed;
     EXPECT_LT(std::abs(std::log(wheel.value)), kMostSigmas * wheel.log_stddev) << seed;
   }
@@ -305,6 +305,66 @@ TEST(NoiseLevels, SurpriseWhereTheyAreFarAboveWhatWasStated) {
   EXPECT_FALSE((NoisePriors{1.0, 0.0}).isSurprisedBy({{1.0, 0.0}, {100.0, 0.0}}));
 }
 
+/// Bearings of a light of which another point is seen each time, so far beside its place.
+Record recordOfWideLight(std::uint64_t seed, double size_m) {
+  SimulatedCase simulated = paperCaseOf(seed, 100.0);
+  const ObservationRun run = simulate(simulated);
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal;
+  Record record{run.observations, {}, run.truth.back()};
+  for (std::size_t i = 0; i < record.observations.size(); ++i) {
+    const Vector5& truth = run.truth[i];
+    const double range_m = (truth.head<2>() - truth.segment<2>(CartesianIndex::kSensorX)).norm();
+    record.observations[i].azimuth_rad += size_m / range_m * normal(engine);
+  }
+  BatchConfig config;
+  config.reject_sigmas = 0.0;
+  config.slip_gain = 0.0;
+  record.fit = BatchEstimator(config).estimate(record.observations,
+                                               {record.truth, record.observations.size() - 1});
+  return record;
+}
+
+TEST(NoiseLevels, ALightThatIsNoPointIsNoisierNearby) {
+  constexpr double kSize_m = 0.025;  // 1 deg at 1.4 m
+  double size_nees = 0.0;
+  double bearing_nees = 0.0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const auto [bearing, wheel, size] = found(recordOfWideLight(seed, kSize_m));
+    size_nees += std::pow(std::log(size.stddev_m / kSize_m) / size.log_stddev, 2);
+    bearing_nees += std::pow(std::log(bearing.value) / bearing.log_stddev, 2);
+  }
+  expectInBand(size_nees, kRuns);
+  expectInBand(bearing_nees, kRuns);
+}
+
+TEST(NoiseLevels, ALightThatIsAPointIsFoundToBeSmall) {
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const LightSize size = found(recordOfWideLight(seed, 0.0)).light_size;
+    constexpr double kNoise_m = 0.035;  // 1 deg at 2 m
+    EXPECT_LT(size.stddev_m * std::exp(2.0 * size.log_stddev), kNoise_m) << seed;
+  }
+}
+
+TEST(NoiseLevels, ALightIsAPointWhereTheBearingsNoiseIsKnown) {
+  const NoiseLevels levels = found(recordOfWideLight(1, 0.1), {0.0, 1.5});
+  EXPECT_LT(levels.light_size.stddev_m, 1e-12);
+  EXPECT_EQ(levels.light_size.log_stddev, 0.0);
+}
+
+TEST(NoiseLevels, ALightsSizeWidensNearBearingsMost) {
+  Bearing bearing;
+  bearing.azimuth_variance_rad2 = 4e-4;
+  const NoiseLevels noise{{0.5, 0.0}, {}, {0.02, 0.0}};
+  EXPECT_NEAR(withNoise(bearing, noise, 1.0).azimuth_variance_rad2, 1e-4 + 4e-4, 1e-12);
+  EXPECT_NEAR(withNoise(bearing, noise, 4.0).azimuth_variance_rad2, 1e-4 + 2.5e-5, 1e-12);
+  Observation observation;
+  observation.azimuth_variance_rad2 = 4e-4;
+  const Observation noisy = withNoise(std::vector{observation}, noise).front();
+  EXPECT_NEAR(azimuthVarianceAt(noisy, 4.0), 1e-4 + 2.5e-5, 1e-12);
+  EXPECT_NEAR(noise.atMost().light_size.stddev_m, 0.02, 1e-12);
+}
+
 TEST(NoiseLevels, AFactorThatIsNotLookedForStaysAsStated) {
   const Record record = recordOf(1, 50.0, {});
   const NoiseLevels levels = found(record, {1.0, 0.0});
@@ -319,7 +379,7 @@ TEST(NoiseLevels, TheWheelsOfAShortWayAreHeldAtTheirPrior) {
   EXPECT_EQ(reports[0].status, BlockStatus::kEstimated);
   EXPECT_EQ(reports[1].status, BlockStatus::kHeldAtPrior);
   EXPECT_FALSE(reports[1].note.empty());
-  EXPECT_EQ(reports[2].status, BlockStatus::kOff);
+  EXPECT_EQ(reports[3].status, BlockStatus::kOff);
 }
 
 // A mirror's law leaves 3 % of the harmonic out (mirror_misalignment_test), which lasts and which

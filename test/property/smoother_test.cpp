@@ -133,6 +133,7 @@ TEST(RecordWeights, SayWhetherAnObservationIsLeftOutThatWasNotOrTheOtherWayRound
                         {});
   SmootherPass pass;
   pass.observations.resize(run.observations.size());
+  pass.path = pathOf(run);
   EXPECT_FALSE(weights.rejectOutliers(pass));
   pass.observations[kOutlier].left_out_residual_rad = 1.0;
   EXPECT_TRUE(weights.rejectOutliers(pass));

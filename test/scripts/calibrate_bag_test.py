@@ -106,6 +106,7 @@ class CalibrateBag(Drives):
                           ('wheel_separation', 'held at its prior'), ('mirror_harmonic', 'off'),
                           ('sensor_tilt', 'off'),
                           ('bearing_noise', 'estimated'), ('wheel_noise', 'estimated'),
+                          ('light_size', 'held at its prior'),
                           ('bearing_correlation', 'off')])
         covariance, mount = result['covariance_x_y_yaw'], result['base_from_camera']
         levers = ((1, 0, mount['y']), (0, 1, 3.0 - mount['x']))  # of a light 3 m ahead

@@ -46,6 +46,7 @@ ERRORS = {'time_offset': ('time offset', 'ms', 1e3),
              for light in range(2, 9)},
           'bearing_noise_factor': ('bearing noise, factor', '', 1),
           'wheel_noise_factor': ('wheel noise, factor', '', 1),
+          'light_size': ('light size', 'mm', 1e3),
           'bearing_correlation_time': ('correlation time', 's', 1)}
 ERROR_STATES = {RobotError.HELD_AT_PRIOR: 'as configured: the data hardly say more',
                 RobotError.ESTIMATED: 'estimated'}

@@ -115,7 +115,8 @@ void compareWithWholeRecord(const SimulatedCase& simulated, const ObservationRun
 
 /// An image as the calibrator is told of it.
 BearingSet toldOf(const SimulatedCase& simulated, const BearingSet& image) {
-  BearingSet told{image.stamp, withNoise(image.candidates, simulated.stated_noise)};
+  constexpr double kNoMatter_m = 1.0;  // lights are points
+  BearingSet told{image.stamp, withNoise(image.candidates, simulated.stated_noise, kNoMatter_m)};
   if (!simulated.are_lights_told) {
     for (Bearing& light : told.candidates) light.light_id = kUnknownLight;
   }

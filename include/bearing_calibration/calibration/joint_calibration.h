@@ -81,7 +81,7 @@ class JointCalibration {
   LightPositions lights_in_base_;               ///< at the last review, of all lights
   std::optional<RecordPart> oldest_;            ///< what the last fit would give away
   std::vector<std::size_t> lights_given_away_;  ///< those that the record's beginning knows
-  std::vector<double> widening_;                ///< of the bearings' variances of joint_'s lights
+  std::vector<NoiseLevels> noise_;              ///< of joint_'s lights, widened where correlated
   NoiseLevels wheel_noise_;                     ///< of the motions
   std::vector<std::size_t> contradicting_;
   Outcome outcome_ = Outcome::kTooFew;

@@ -19,7 +19,16 @@ struct Observation {
   OdometryWindow nearby;  ///< around the stamp; no motion where nobody asks for the time offset
   std::optional<Elevation> elevation = std::nullopt;  ///< where the sensor has one
   int light = 0;                                      ///< which one of a record's lights
+  /// Standard deviation of the point that is seen, across the line of sight, from the light's
+  /// place: no light is a point.
+  double light_size_m = 0.0;
 };
+
+/// Variance of an azimuth [rad^2] of a light at this range.
+inline double azimuthVarianceAt(const Observation& observation, double range_m) {
+  const double beside_rad = observation.light_size_m / range_m;
+  return observation.azimuth_variance_rad2 + beside_rad * beside_rad;
+}
 
 inline double secondsBetween(const Observation& before, const Observation& after) {
   return secondsFromDuration(after.stamp - before.stamp);

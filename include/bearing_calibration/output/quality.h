@@ -45,7 +45,7 @@ std::vector<BlockReport> reportBlocks(const ErrorPriors& priors, const ErrorEsti
                                       double tilt_stddev_rad = 0.0);
 
 /// The levels of the noise, judged alike: factors of the bearings' stated standard deviation and of
-/// the wheels' stated variance, and the correlation time of the bearings' noise.
+/// the wheels' stated variance, the light's size, and the correlation time of the bearings' noise.
 std::vector<BlockReport> reportNoise(const NoisePriors& priors, const NoiseLevels& noise,
                                      const CorrelationTime& correlation);
 

@@ -14,17 +14,26 @@ struct NoiseFactor {
   double log_stddev = 0.0;  ///< of its natural logarithm; 0: not looked for
 };
 
+/// How far the point that is seen lies beside the light's place, across the line of sight.
+struct LightSize {
+  double stddev_m = 0.0;
+  double log_stddev = 0.0;  ///< of its natural logarithm; 0: not estimated
+};
+
 /// What a record says about its own noise.
 struct NoiseLevels {
-  NoiseFactor bearing;  ///< of the bearings' standard deviations
-  NoiseFactor wheel;    ///< of the wheels' variances
+  NoiseFactor bearing;     ///< of the bearings' standard deviations
+  NoiseFactor wheel;       ///< of the wheels' variances
+  LightSize light_size{};  ///< beside the bearings' own noise
 
   /// What they are hardly above.
   NoiseLevels atMost() const;
+  /// With the weight that bearings have whose neighbours' noise is so correlated.
+  NoiseLevels widenedFor(double bearing_correlation) const;
   /// Factor of the variance of bearings or wheels, the larger one, that is hardly exceeded.
   double mostVarianceFactor() const;
 };
-/// The lower ones of both.
+/// The lower ones of each.
 NoiseLevels atMost(NoiseLevels levels, const NoiseLevels& limit);
 
 /// How wrong what is stated of the noise may be: standard deviations of the natural logarithm of a
@@ -34,6 +43,10 @@ struct NoisePriors {
   double wheel_stddev = 0.0;    ///< of the factor of the wheels' variances
 
   bool any() const { return bearing_stddev > 0.0 || wheel_stddev > 0.0; }
+  /// Of the logarithm of the light's size, which is not known where the bearings' noise is not. It
+  /// is usually a millimetre.
+  double lightSizeStddev() const { return 1.5 * bearing_stddev; }
+  static constexpr double kUsualLightSize_m = 1e-3;
   /// Whether levels are so far from what was stated that a fault of the robot is as likely.
   bool isSurprisedBy(const NoiseLevels& levels) const;
   void declare(Parameters& params);
@@ -53,7 +66,10 @@ double bearingLevelFromDifferences(const std::vector<Observation>& observations)
 
 /// The same with the noise that was found.
 std::vector<Observation> withNoise(std::vector<Observation> observations, const NoiseLevels& noise);
-std::vector<Bearing> withNoise(std::vector<Bearing> bearings, const NoiseLevels& noise);
+/// @param range_m  to the light
+Bearing withNoise(Bearing bearing, const NoiseLevels& noise, double range_m);
+std::vector<Bearing> withNoise(std::vector<Bearing> bearings, const NoiseLevels& noise,
+                               double range_m);
 OdometryIncrement withNoise(OdometryIncrement motion, const NoiseLevels& noise);
 
 }  // namespace bearing_calibration::core

@@ -12,7 +12,14 @@ namespace bearing_calibration::core {
 
 /// Natural logarithms of the bearings' and the wheels' factor; logits of the share of the bearings'
 /// variance that lasts into the next bearing, and of how much of it does.
-enum NoiseIndex : int { kBearingLevel, kWheelLevel, kLastingShare, kLasting, kNoiseUnknowns };
+enum NoiseIndex : int {
+  kBearingLevel,
+  kWheelLevel,
+  kLastingShare,
+  kLasting,
+  kLightSize,
+  kNoiseUnknowns
+};
 using NoiseUnknowns = Eigen::Matrix<double, kNoiseUnknowns, 1>;
 using NoiseUnknownsMatrix = Eigen::Matrix<double, kNoiseUnknowns, kNoiseUnknowns>;
 
@@ -56,6 +63,7 @@ class NoiseRecord {
     StateRow H;
     double residual_rad;  ///< at the path
     double stddev_rad;    ///< as stated
+    double range_m;       ///< to the light
     double intervals;     ///< since the observation before it
     bool moves, slipped, use_bearing;
     struct Elevation {

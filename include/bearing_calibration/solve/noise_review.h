@@ -5,8 +5,7 @@
 
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/solve/batch_estimator.h"
-#include "bearing_calibration/solve/noise_levels.h"
-#include "bearing_calibration/solve/noise_record.h"
+#include "bearing_calibration/solve/noise_search.h"
 
 namespace bearing_calibration::core {
 
@@ -20,9 +19,6 @@ struct NoiseReview {
   StateEstimate average;  ///< averageAfter() all observations
   NoiseInformation told;  ///< by these observations alone, of all unknowns
 };
-
-/// Where the search for the unknowns begins when these levels were the last ones.
-NoiseUnknowns unknownsWith(const NoiseLevels& levels);
 
 /// The levels that make the innovations of a settled fit most likely, priors and all, beside a
 /// correlation of neighbouring bearings that is unknown, too (model.md, eq. 22). What the fit

@@ -51,7 +51,7 @@ class RecordWeights {
  private:
   double sigmas(std::size_t i, const RecordPath& path) const;
   double elevationSigmas(std::size_t i, const RecordPath& path) const;
-  double azimuthVariance(std::size_t i) const;
+  double azimuthVariance(std::size_t i, const RecordPath& path) const;
   bool isInsideSlip(std::size_t i) const;
   bool mayBeLight(std::size_t i, const RecordPath& path) const;
   bool isNear(std::size_t i, std::size_t slip) const;

@@ -42,6 +42,7 @@ struct RecordPath {
   ErrorVector errors = ErrorVector::Zero();
 
   int lights() const { return static_cast<int>(points.front().lights_in_base.cols()); }
+  double rangeAt(std::size_t observation, int light) const;  ///< from the sensor to a light [m]
   /// One light with the mount at an observation.
   Vector5 state(std::size_t observation, int light = 0) const;
   /// Mount, errors and all lights at an observation.
