@@ -45,7 +45,7 @@ struct NoisePriors {
   bool any() const { return bearing_stddev > 0.0 || wheel_stddev > 0.0; }
   /// Of the logarithm of the light's size, which is not known where the bearings' noise is not. It
   /// is usually a millimetre.
-  double lightSizeStddev() const { return 1.5 * bearing_stddev; }
+  double lightSizeStddev() const { return bearing_stddev; }
   static constexpr double kUsualLightSize_m = 1e-3;
   /// Whether levels are so far from what was stated that a fault of the robot is as likely.
   bool isSurprisedBy(const NoiseLevels& levels) const;
