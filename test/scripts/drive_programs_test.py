@@ -41,6 +41,10 @@ class DriveTable(unittest.TestCase):
         done = run('drive_table', '--what', 'waltz')
         self.assertEqual(done.returncode, 2)
         self.assertIn('waltz', done.stdout)
+        for option in ('--runs', '--threads', '--duration'):
+            done = run('drive_table', option, '0')
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(option + ' must be greater than 0', done.stdout)
 
 
 if __name__ == '__main__':

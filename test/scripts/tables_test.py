@@ -96,6 +96,10 @@ class Tables(unittest.TestCase):
             done = run('monte_carlo', option, value)
             self.assertNotEqual(done.returncode, 0)
             self.assertIn(value, done.stdout + done.stderr)
+        for option in ('--runs', '--threads', '--lights', '--duration'):
+            done = run('monte_carlo', option, '0')
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(option, done.stderr)
 
     def testComparison(self):
         done = run('comparison_table', '--runs', '2')

@@ -1,5 +1,6 @@
 #include "tools/common/command_line.h"
 
+#include <cmath>
 #include <exception>
 #include <iostream>
 
@@ -34,6 +35,11 @@ std::optional<options::variables_map> parseArguments(
   }
   options::notify(values);
   return values;
+}
+
+void requireGreaterThan0(const std::string& option, double value) {
+  if (std::isfinite(value) && value > 0.0) return;
+  throw options::error("--" + option + " must be greater than 0");
 }
 
 }  // namespace bearing_calibration::core

@@ -3,6 +3,7 @@
 #include <boost/program_options.hpp>
 #include <functional>
 #include <optional>
+#include <string>
 
 namespace bearing_calibration::core {
 
@@ -23,5 +24,9 @@ std::optional<boost::program_options::variables_map> parseArguments(
     int argc, char** argv, const boost::program_options::options_description& visible,
     const boost::program_options::options_description& hidden = {},
     const boost::program_options::positional_options_description& positions = {});
+
+/// @param option  its name without the dashes
+/// @throws boost::program_options::error that names the option, where its value is not
+void requireGreaterThan0(const std::string& option, double value);
 
 }  // namespace bearing_calibration::core

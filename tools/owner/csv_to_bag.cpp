@@ -3,7 +3,6 @@
 #include <rosbag/bag.h>
 
 #include <boost/program_options.hpp>
-#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -67,11 +66,6 @@ options::options_description describeOptions(Arguments* arguments) {
   return description;
 }
 
-void requirePositive(const std::string& option, double value) {
-  if (std::isfinite(value) && value > 0.0) return;
-  throw options::error("--" + option + " must be greater than 0");
-}
-
 /// False when only help was asked for. @throws options::error
 bool parse(int argc, char** argv, Arguments* arguments) {
   const options::options_description visible = describeOptions(arguments);
@@ -81,8 +75,8 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   options::positional_options_description positions;
   positions.add("odometry", 1).add("bearings", 1);
   if (!parseArguments(argc, argv, visible, hidden, positions)) return false;
-  requirePositive("meters-per-tick", arguments->units.meters_per_tick);
-  requirePositive("bearing-stddev", arguments->bearing_stddev_rad);
+  core::requireGreaterThan0("meters-per-tick", arguments->units.meters_per_tick);
+  core::requireGreaterThan0("bearing-stddev", arguments->bearing_stddev_rad);
   return true;
 }
 

@@ -46,7 +46,7 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   add("images", options::value(&arguments->images)->default_value(kDefaultImages), "how many");
   if (!core::parseArguments(argc, argv, description)) return false;
   arguments->folder = folder;
-  if (arguments->images < 1) throw options::error("--images must be greater than 0");
+  core::requireGreaterThan0("images", arguments->images);
   return true;
 }
 

@@ -46,7 +46,7 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   add("only-bearings", options::bool_switch(&arguments->only_bearings),
       "bearings of the simulated sensor instead of images: a thousandth of the size");
   if (!core::parseArguments(argc, argv, description)) return false;
-  if (!(arguments->seconds > 0.0)) throw options::error("--seconds must be greater than 0");
+  core::requireGreaterThan0("seconds", arguments->seconds);
   return true;
 }
 

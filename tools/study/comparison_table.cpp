@@ -4,7 +4,6 @@
 #include <boost/program_options.hpp>
 #include <cstdlib>
 #include <iostream>
-#include <stdexcept>
 
 #include "tools/common/command_line.h"
 #include "tools/study/comparison.h"
@@ -23,8 +22,8 @@ int run(int argc, char** argv) {
   add("runs", options::value(&runs)->default_value(40), "in each setting");
   add("threads", options::value(&threads)->default_value(2), "at work");
   if (!parseArguments(argc, argv, description)) return EXIT_SUCCESS;
-  if (runs < 1) throw std::invalid_argument("--runs must be at least 1");
-  if (threads < 1) throw std::invalid_argument("--threads must be at least 1");
+  requireGreaterThan0("runs", runs);
+  requireGreaterThan0("threads", threads);
   std::cout << formatGiven();
   for (const ComparisonSetting& setting : comparisonSettings()) {
     std::cout << "\n" << formatComparison(setting, compare(setting, runs, threads)) << std::flush;

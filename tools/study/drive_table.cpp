@@ -146,6 +146,9 @@ int run(int argc, char** argv) {
   const options::options_description description = describeOptions(&arguments);
   const auto values = parseArguments(argc, argv, description);
   if (!values) return EXIT_SUCCESS;
+  requireGreaterThan0("runs", arguments.runs);
+  requireGreaterThan0("threads", arguments.threads);
+  requireGreaterThan0("duration", arguments.duration_s);
   const std::vector<std::string> known = {"all", "motions", "best",  "rooms",
                                           "far", "views",   "images"};
   if (std::find(known.begin(), known.end(), arguments.what) == known.end()) {

@@ -90,9 +90,9 @@ int run(int argc, char** argv) {
   add("duration", options::value(&duration_s)->default_value(150.0), "of a run [s]");
   add("only", options::value(&only)->default_value(""), "faults whose names contain this");
   if (!parseArguments(argc, argv, description)) return EXIT_SUCCESS;
-  if (runs < 1) throw std::invalid_argument("--runs must be at least 1");
-  if (threads < 1) throw std::invalid_argument("--threads must be at least 1");
-  if (!(duration_s > 0.0)) throw std::invalid_argument("--duration must be above 0");
+  requireGreaterThan0("runs", runs);
+  requireGreaterThan0("threads", threads);
+  requireGreaterThan0("duration", duration_s);
   const std::vector<FaultCase> faults = faultsWith(only);
   if (faults.empty()) throw std::invalid_argument("no fault's name contains " + only);
   std::printf(

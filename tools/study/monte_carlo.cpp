@@ -248,6 +248,10 @@ int run(int argc, char** argv) {
   const options::options_description description = describeOptions(&arguments);
   const auto values = parseArguments(argc, argv, description);
   if (!values) return EXIT_SUCCESS;
+  requireGreaterThan0("runs", arguments.runs);
+  requireGreaterThan0("threads", arguments.threads);
+  requireGreaterThan0("lights", arguments.lights);
+  requireGreaterThan0("duration", arguments.duration_s);
   if (arguments.times_s.empty() || arguments.times_s.back() < arguments.duration_s) {
     arguments.times_s.push_back(arguments.duration_s);
   }

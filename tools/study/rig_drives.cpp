@@ -55,7 +55,7 @@ bool parse(int argc, char** argv, DriveArguments* arguments) {
   arguments->scene.addTo(&description);
   if (!parseArguments(argc, argv, description)) return false;
   arguments->learns = !as_configured;
-  if (!(arguments->seconds > 0.0)) throw options::error("--seconds must be greater than 0");
+  requireGreaterThan0("seconds", arguments->seconds);
   return true;
 }
 
