@@ -100,6 +100,8 @@ class Tables(unittest.TestCase):
             done = run('monte_carlo', option, '0')
             self.assertEqual(done.returncode, 2)
             self.assertIn(option, done.stderr)
+        done = run('monte_carlo', '--runs', '3', '--outliers', '5')
+        self.assertEqual((done.returncode, done.stderr.count('outlier_probability')), (2, 1))
 
     def testComparison(self):
         done = run('comparison_table', '--runs', '2')
