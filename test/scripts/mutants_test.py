@@ -79,7 +79,7 @@ class Mutants(unittest.TestCase):
             for mutant in try_mutants.mutantsOf(path, source):
                 mutants.add((path, *try_mutants.linesOf(mutant, source)[1:]))
         for entry in try_mutants.equivalentMutants(text):
-            self.assertIn(entry, mutants, 'not, or no longer, a mutant')
+            self.assertTrue(entry in mutants, '%s: not, or no longer, a mutant' % (entry,))
             reason = text.split('\n'.join((entry[0], '- ' + entry[1], '+ ' + entry[2])) + '\n')[1].split('\n\n')[0]
             self.assertGreater(len(reason.split()), 5, entry)
 
