@@ -33,11 +33,14 @@ class Tables(unittest.TestCase):
         self.assertRegex(done.stdout, r'(?m)^declared at any time: 2 of 2, first after \d+ s')
 
     def testFaultTableNamesAFaultAndNoneOfASoundRobot(self):
-        for fault, named in (('left and right swapped', '1'), ('none', '')):
+        for fault, named, remark in (('left and right swapped', '1', ''),
+                                     ('none', '', 'none, seed 1: CONVERGING\n')):
             done = run('fault_table', '--runs', '1', '--duration', '60', '--only', fault)
             self.assertEqual(done.returncode, 0, done.stderr)
-            cells = [cell.strip() for cell in done.stdout.splitlines()[-1].strip('|').split('|')]
+            row, remarks = done.stdout.split('\n', 3)[2:]
+            cells = [cell.strip() for cell in row.strip('|').split('|')]
             self.assertEqual(cells[:4] + cells[6:], [fault, '1', named, '0', '0'])
+            self.assertEqual(remarks, remark)
         for wrong in (('--runs', '0'), ('--duration', '-1'), ('--only', 'nothing of the kind')):
             self.assertEqual(run('fault_table', *wrong).returncode, 2, wrong)
 

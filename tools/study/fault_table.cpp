@@ -48,6 +48,22 @@ FaultCount countOf(const FaultCase& fault, const std::vector<Trial>& trials) {
   return count;
 }
 
+/// The runs that ask for another look, by their seeds: another fault is named, or none at all and
+/// the mount is not found.
+std::string remarksOn(const FaultCase& fault, const std::vector<Trial>& trials,
+                      std::uint64_t first_seed) {
+  std::string remarks;
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    const Trial& trial = trials[i];
+    const Snapshot& end = trial.snapshots.back();
+    if (trial.causes.count(fault.fault) > 0 || (trial.causes.empty() && end.claims)) continue;
+    remarks += fault.name + ", seed " + std::to_string(first_seed + i) + ": " + end.words;
+    for (Fault cause : trial.causes) remarks += std::string(", ") + nameOf(cause);
+    remarks += "\n";
+  }
+  return remarks;
+}
+
 SimulatedCase caseOf(const FaultCase& fault, std::uint64_t seed, double duration_s) {
   SimulatedCase simulated = paperCase(seed);
   simulated.duration_s = duration_s;
@@ -98,6 +114,7 @@ int run(int argc, char** argv) {
   std::printf(
       "| fault | runs | named | another one named | INCONSISTENT without a name | CONVERGED at the "
       "end, not named | wrong at any second |\n|---|---|---|---|---|---|---|\n");
+  std::string remarks;
   for (const FaultCase& fault : faults) {
     std::vector<Trial> trials(static_cast<std::size_t>(runs));
     forEachInParallel(trials.size(), threads, [&](std::size_t i) {
@@ -109,7 +126,9 @@ int run(int argc, char** argv) {
                 count.without_name, count.converged,
                 fault.keeps_mount ? std::to_string(count.wrong).c_str() : "");
     std::fflush(stdout);
+    remarks += remarksOn(fault, trials, seed);
   }
+  std::printf("%s", remarks.c_str());
   return EXIT_SUCCESS;
 }
 
