@@ -8,7 +8,7 @@
 namespace bearing_calibration::core {
 
 /// Calls work(0) ... work(count - 1), so many at a time.
-/// @throws what `work` throws first; no further one begins then
+/// @throws what one of them throws; no further one begins then
 template <typename Work>
 void forEachInParallel(std::size_t count, int threads, const Work& work) {
   std::atomic<std::size_t> next{0};

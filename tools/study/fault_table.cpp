@@ -48,8 +48,8 @@ FaultCount countOf(const FaultCase& fault, const std::vector<Trial>& trials) {
   return count;
 }
 
-/// The runs that ask for another look, by their seeds: another fault is named, or none at all and
-/// the mount is not found.
+/// The runs that ask for another look, by their seeds: those whose fault is not named, unless they
+/// were never INCONSISTENT and end CONVERGED.
 std::string remarksOn(const FaultCase& fault, const std::vector<Trial>& trials,
                       std::uint64_t first_seed) {
   std::string remarks;
