@@ -18,13 +18,17 @@ constexpr double kDrawing_hz = 10.0;  // smooth to the eye, and little beside th
 constexpr double kSigmas = 3.0;       // of ellipses and bands
 constexpr bool kLatched = true;
 
-/// "CONVERGING", and below it how well the mount is known.
+/// "CONVERGING", and below it the mount.
 std::string stateText(const core::CalibrationResult& result) {
   const std::string state = core::nameOf(result.state);
   if (!result.base_from_sensor) return state;
+  const Eigen::Vector3d mean = result.base_from_sensor->mean;
   const Eigen::Vector3d stddev = result.base_from_sensor->covariance.diagonal().cwiseSqrt();
-  return state + core::formatted("\nx +- %.1f  y +- %.1f mm  yaw +- %.2f deg", 1e3 * stddev.x(),
-                                 1e3 * stddev.y(), core::degreesFromRadians(stddev.z()));
+  const auto line = [&](const char* format, int i, double unit) {
+    return core::formatted(format, unit * mean(i), unit * stddev(i));
+  };
+  return state + line("\nx %.1f +- %.1f mm", 0, 1e3) + line("\ny %.1f +- %.1f mm", 1, 1e3) +
+         line("\nyaw %.2f +- %.2f deg", 2, core::degreesFromRadians(1.0));
 }
 
 bool isDue(const ros::SteadyTime& last, double rate_hz) {

@@ -105,7 +105,7 @@ class LaunchFilesRun(unittest.TestCase):
         self.addCleanup(screen.close)
         done = subprocess.run(
             [sys.executable, os.path.join(REPOSITORY, 'tools', 'study', 'rviz_screenshots.py'), self.folder,
-             '--here', 'rviz_room', '--rate', '2'], stdout=subprocess.PIPE,
+             '--here', 'room', '--rate', '2'], stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, universal_newlines=True, timeout=400,
             env=dict(os.environ, ROS_LOG_DIR=self.folder, ROS_HOME=self.folder,
                      **screen.environment))

@@ -1,14 +1,9 @@
 #!/usr/bin/env python3
-"""Draws doc/images/overview.png: the rig, and what a simulated drive (seed 1) tells of the mount.
-
-The drive is that of simulate_bag with rendered images, the result that of calibrate_bag.
-"""
+"""Draws doc/images/overview.png: the rig, and RViz when the calibration of demo.launch has converged."""
 
 import argparse
-import csv
 import math
 import os
-import subprocess
 import sys
 import tempfile
 
@@ -17,48 +12,16 @@ matplotlib.use('Agg')  # no window
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of the backend)
 import numpy as np  # noqa: E402
 import yaml  # noqa: E402
-from matplotlib.patches import Circle, Ellipse, FancyBboxPatch, Polygon  # noqa: E402
+from matplotlib.patches import Circle, FancyBboxPatch, Polygon  # noqa: E402
 
-REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..'))
-BLUE, RED, GREEN, LIGHT, GREY = '#1d6fb8', '#b3271e', '#1a7f1a', '#e8a200', '#4b5563'
-SIZE_IN = (10.0, 4.3)
+import rviz_screenshots  # noqa: E402
+
+BLUE, LIGHT, GREY = '#1d6fb8', '#e8a200', '#4b5563'
+SIZE_IN = (10.0, 4.35)
 DPI = 200  # twice the size at which a page shows it
-SIGMAS = 3
 FONT_PT = 11  # 12 px and more where the picture is shown 850 px wide
 CONE_HALF_ANGLE = math.radians(52.5)  # that of config/simulation.yaml
 METADATA = {'Software': None}  # no version: the same picture has the same bytes
-
-
-def run(program, *arguments):
-    done = subprocess.run(['rosrun', 'bearing_calibration', program] + list(arguments),
-                          stdout=subprocess.DEVNULL)
-    if done.returncode != 0:
-        sys.exit('overview: %s failed' % program)
-
-
-def measure(folder):
-    """(truth, result, details, images) of the drive."""
-    bag, output = os.path.join(folder, 'drive.bag'), os.path.join(folder, 'result')
-    run('simulate_bag', '--output', bag)
-    run('calibrate_bag', bag, '--config', os.path.join(REPOSITORY, 'config', 'robots', 'simulated.yaml'),
-        '--output', output, '--quiet')
-    with open(os.path.join(REPOSITORY, 'config', 'simulation.yaml')) as file:
-        truth = yaml.safe_load(file)['mount']
-    with open(os.path.join(output, 'result.yaml')) as file:
-        result = yaml.safe_load(file)
-    with open(os.path.join(output, 'details.yaml')) as file:
-        details = yaml.safe_load(file)
-    with open(os.path.join(output, 'images.csv')) as file:
-        images = list(csv.DictReader(file))
-    return truth, result, details, images
-
-
-def addEllipse(axes, at, covariance, **style):
-    """Of three standard deviations."""
-    values, vectors = np.linalg.eigh(covariance)
-    width, height = 2 * SIGMAS * np.sqrt(values)
-    angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
-    axes.add_patch(Ellipse(at, width, height, angle=angle, **style))
 
 
 def clean(axes, title):
@@ -104,78 +67,30 @@ def drawRig(axes):
     axes.set_ylim(-0.05, 1.12)
 
 
-def drawRobot(axes, separation, radius, pose=(0.0, 0.0, 0.0)):
-    x, y, yaw = pose
-    R = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-    axes.add_patch(Circle((x, y), 0.5 * separation, facecolor='#e5e7eb', edgecolor=GREY, zorder=2))
-    for side in (-1, 1):
-        corners = [(sx * radius, side * 0.5 * separation + sy * 0.25 * radius)
-                   for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        axes.add_patch(Polygon([R @ corner + (x, y) for corner in corners], color=GREY, zorder=3))
+def drawScreen(figure, left, title, path, legend):
+    """A picture of RViz, pixel by pixel, with the colours of its markers explained."""
+    width, height = (size / DPI / whole for size, whole in zip(rviz_screenshots.FRONT, SIZE_IN))
+    axes = figure.add_axes([left, 0.90 - height, width, height])
+    clean(axes, title)
+    axes.imshow(plt.imread(path), interpolation='none')
+    for i, (colour, text) in enumerate(legend):
+        y = -0.055 - 0.08 * i
+        axes.text(0.0, y, '\u25a0', color=colour, fontsize=FONT_PT + 3, va='center_baseline',
+                  transform=axes.transAxes)
+        axes.text(0.07, y, text, fontsize=FONT_PT, va='center_baseline', transform=axes.transAxes)
 
 
-def drawDrive(axes, result, details, images):
-    """From above, to scale, in the base frame of the first image."""
-    clean(axes, 'The drive, from above')
-    x, y, yaw = (np.array([float(row[name]) for row in images])
-                 for name in ('base_x_m', 'base_y_m', 'base_yaw_rad'))
-    axes.plot(x, y, color=BLUE, linewidth=2, zorder=4)
-    settings, mount = details['settings'], result['base_from_camera']
-    end = x[-1], y[-1], yaw[-1]
-    drawRobot(axes, settings['wheel_separation_m'], settings['wheel_separation_m'] / 5, end)
-    R = np.array([[math.cos(end[2]), -math.sin(end[2])], [math.sin(end[2]), math.cos(end[2])]])
-    camera = R @ (mount['x'], mount['y']) + end[:2]
-    light = details['light_in_first_base']['x'], details['light_in_first_base']['y']
-    axes.plot(*zip(camera, light), color=LIGHT, linewidth=2, zorder=4)
-    axes.plot(*camera, 'o', color=RED, markersize=5, zorder=5)
-    axes.plot(*light, marker='*', color=LIGHT, markersize=20, markeredgecolor='black', zorder=5)
-    axes.text(light[0], light[1] - 0.22, 'light, place\nnot known before', fontsize=FONT_PT,
-              ha='center', va='top')
-    axes.text(0.5 * (camera[0] + light[0]) - 0.06, 0.5 * (camera[1] + light[1]), 'bearing',
-              fontsize=FONT_PT, ha='right', va='center')
-    axes.text(np.min(x), np.max(y) + 0.1, 'path: straight, turn, repeat', fontsize=FONT_PT,
-              color=BLUE)
-    bar = np.max(x) - 0.25, 0.5 * (np.min(y) + light[1])
-    axes.plot([bar[0], bar[0] + 0.5], [bar[1]] * 2, color='black', linewidth=2)
-    axes.text(bar[0] + 0.25, bar[1] + 0.05, '0.5 m', fontsize=FONT_PT, ha='center')
-    axes.set_xlim(np.min(x) - 0.25, np.max(x) + 0.3)
-    axes.set_ylim(light[1] - 0.72, np.max(y) + 0.28)
-
-
-def drawEstimate(axes, truth, result):
-    """The true pose as an arrow; the estimate's ellipse and the directions that its yaw may have."""
-    mount, stddev = result['base_from_camera'], result['stddev']
-    axes.arrow(truth['x'], truth['y'], 0.1 * math.cos(truth['yaw']), 0.1 * math.sin(truth['yaw']),
-               color=GREEN, width=0.0001, head_width=0.012, linewidth=2, zorder=5)
-    axes.plot(truth['x'], truth['y'], 'o', color=GREEN, markersize=4, zorder=6)
-    at = mount['x'], mount['y']
-    for side in (-1, 1):
-        yaw = mount['yaw'] + side * SIGMAS * stddev['yaw']
-        axes.plot([at[0], at[0] + 0.13 * math.cos(yaw)], [at[1], at[1] + 0.13 * math.sin(yaw)],
-                  color=RED, linewidth=1.2, zorder=6)
-    addEllipse(axes, at, np.array(result['covariance_x_y_yaw'])[:2, :2], facecolor='none',
-               edgecolor=RED, linewidth=1.5, zorder=7)
-
-
-def drawMount(axes, truth, result, details):
-    """From above, to scale, in the base frame."""
-    clean(axes, 'The result: the mount')
-    mount, stddev = result['base_from_camera'], result['stddev']
-    separation = details['settings']['wheel_separation_m']
-    drawRobot(axes, separation, separation / 5)
-    for length, name, at in (((0.09, 0), 'x', (0.10, -0.005)), ((0, 0.09), 'y', (-0.012, 0.096))):
-        axes.annotate('', length, (0, 0), arrowprops=dict(arrowstyle='->', color='black'), zorder=5)
-        axes.text(*at, name, fontsize=FONT_PT, zorder=6)
-    drawEstimate(axes, truth, result)
-    lines = ['%-4s%6.2f ± %.2f cm   (%.2f)' % (name, 100 * mount[name], 100 * stddev[name],
-                                               100 * truth[name]) for name in ('x', 'y')]
-    lines.append('yaw %6.2f ± %.2f °    (%.2f)' % tuple(
-        math.degrees(value) for value in (mount['yaw'], stddev['yaw'], truth['yaw'])))
-    axes.text(-0.15, -0.172, '\n'.join(lines), fontsize=FONT_PT, family='monospace', va='top')
-    axes.text(-0.15, 0.245, 'estimate, 3 standard deviations', fontsize=FONT_PT, color=RED, va='top')
-    axes.text(-0.15, 0.215, 'truth', fontsize=FONT_PT, color=GREEN, va='top')
-    axes.set_xlim(-0.16, 0.26)
-    axes.set_ylim(-0.26, 0.25)
+def writeValues(figure, path):
+    with open(path) as file:
+        values = yaml.safe_load(file)
+    lines = []
+    for name, unit, scale, digits in (('x', 'mm', 1e3, 1), ('y', 'mm', 1e3, 1), ('yaw', '°', math.degrees(1), 2)):
+        value, stddev, truth = (scale * values[name][key] for key in ('value', 'stddev', 'truth'))
+        lines.append('%-4s%5.*f ± %.*f %-3s(%.*f)' % (name, digits, value, digits, stddev, unit, digits, truth))
+    figure.text(0.01, 0.31, 'The mount (in brackets: the truth)', fontsize=FONT_PT, fontweight='bold')
+    figure.text(0.01, 0.285, '\n'.join(lines), fontsize=FONT_PT, family='monospace', va='top')
+    figure.text(0.01, 0.03, 'One simulated drive: the light is\ndetected in rendered images', fontsize=FONT_PT,
+                color=GREY)
 
 
 def main(arguments):
@@ -183,15 +98,16 @@ def main(arguments):
     parser.add_argument('output', help='folder to draw into, as doc/images')
     options = parser.parse_args(arguments)
     os.makedirs(options.output, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder:
-        truth, result, details, images = measure(folder)
     figure = plt.figure(figsize=SIZE_IN, facecolor='white')
     drawRig(figure.add_axes([0.01, 0.10, 0.35, 0.80]))
-    drawDrive(figure.add_axes([0.385, 0.10, 0.26, 0.80]), result, details, images)
-    drawMount(figure.add_axes([0.68, 0.10, 0.32, 0.80]), truth, result, details)
-    figure.text(0.01, 0.025, 'Simulated, one run (seed 1, %.0f m): images are rendered, the light is '
-                'detected in them. In brackets: the truth.' % details['motion']['path_m'],
-                fontsize=FONT_PT, color=GREY)
+    with tempfile.TemporaryDirectory() as folder:
+        if rviz_screenshots.takeOnHiddenScreen('front', folder, rate=1.0) != 0:
+            sys.exit('overview: there are no pictures of RViz')
+        drawScreen(figure, 0.375, 'RViz: the drive, from above', os.path.join(folder, 'front_room.png'), (
+            ('#57b5e8', 'driven path'), ('#e69e00', 'light, place found'), ('#f0e342', 'last bearing')))
+        drawScreen(figure, 0.69, 'RViz: the mount', os.path.join(folder, 'front_mount.png'), (
+            ('#f26b1a', 'estimate, 3 standard deviations'), ('#00bf73', 'truth')))
+        writeValues(figure, os.path.join(folder, rviz_screenshots.VALUES))
     path = os.path.join(options.output, 'overview.png')
     figure.savefig(path, dpi=DPI, metadata=METADATA)
     print(path)

@@ -6,6 +6,7 @@ of the views saved in rviz/calibration.rviz, once the calibration has come to a 
 """
 
 import argparse
+import collections
 import math
 import os
 import signal
@@ -25,14 +26,23 @@ sys.path.insert(0, os.path.join(HERE, '..', 'owner'))
 import demo_monitor  # noqa: E402  (not on the path)
 
 CONFIGURATION = os.path.join(HERE, '..', '..', 'rviz', 'calibration.rviz')
-# As wide as a page shows it, so that what is written can be read: without RViz' panels.
-WIDTH, HEIGHT = 830, 620
-SHRUNK = 0.78  # the scene, which has a larger window with the panels
-# Name of the picture: saved view and fixed frame.
-PICTURES = {'rviz_room': ('Room', 'calibration_start'), 'rviz_mount': ('Mount', 'base_link')}
-# Taken while the ellipses are large enough to be seen.
-STATE, LEAST_DISTANCE_M = CalibrationEstimate.CONVERGING, 0.9
-STATE_DEADLINE_S = 120
+# What a picture shows: a saved view, about a fixed frame, with so many pixels a metre and this centre; when
+# it is taken. Without panels, so that what is written can be read.
+Picture = collections.namedtuple('Picture', 'view fixed_frame size scale centre state least_distance_m')
+PAGE = (830, 560)  # as wide as a page
+FRONT = (600, 620)  # twice as large as the front page's picture shows it
+# While the ellipses are large enough to be seen, or at the end.
+UNDER_WAY = CalibrationEstimate.CONVERGING, 0.9
+AT_THE_END = CalibrationEstimate.CONVERGED, 0.0
+# Those of one set are of the same drive.
+SETS = {
+    'room': {'rviz_room': Picture('Room', 'calibration_start', PAGE, 290, (0.6, -0.45), *UNDER_WAY)},
+    'mount': {'rviz_mount': Picture('Mount', 'base_link', PAGE, 1794, (0.04, 0.01), *UNDER_WAY)},
+    'front': {'front_room': Picture('Room', 'calibration_start', FRONT, 430, (0.55, -0.5), *AT_THE_END),
+              'front_mount': Picture('Mount', 'base_link', FRONT, 1500, (0.04, 0.01), *AT_THE_END)}}
+PAGE_SETS = ('room', 'mount')
+VALUES = 'front.yaml'  # the estimate and the truth when those of the front page are taken
+STATE_DEADLINE_S = 240
 START_S = 8  # RViz takes so long until it has drawn everything, on a busy machine
 SETTLE_S = 2  # between the state and its picture
 DRAWN_DEADLINE_S = 60  # until the picture shows what it must, on a machine where START_S is too short
@@ -43,30 +53,31 @@ MIN_PIXELS = 40
 LIKE = 0.06  # largest difference of a channel
 
 
-def configurationWith(view, fixed_frame, folder):
-    """A copy of the configuration that begins with one of its saved views, in a window without panels."""
+def configurationWith(picture, folder):
+    """A copy of the configuration that begins with a picture's view, in a window without panels."""
     with open(CONFIGURATION) as file:
         configuration = yaml.safe_load(file)
     manager = configuration['Visualization Manager']
-    manager['Global Options']['Fixed Frame'] = fixed_frame
+    manager['Global Options']['Fixed Frame'] = picture.fixed_frame
     views = manager['Views']
-    views['Current'] = next(saved for saved in views['Saved'] if saved['Name'] == view)
-    views['Current']['Scale'] *= SHRUNK
+    views['Current'] = next(saved for saved in views['Saved'] if saved['Name'] == picture.view)
+    views['Current']['Scale'] = picture.scale
+    views['Current']['X'], views['Current']['Y'] = picture.centre
     configuration['Panels'] = []
     manager['Displays'] = [display for display in manager['Displays'] if display['Class'] != 'rviz/Image']
-    configuration['Window Geometry'] = {'Width': WIDTH, 'Height': HEIGHT}
-    path = os.path.join(folder, view + '.rviz')
+    configuration['Window Geometry'] = dict(zip(('Width', 'Height'), picture.size))
+    path = os.path.join(folder, picture.view + '.rviz')
     with open(path, 'w') as file:
         yaml.safe_dump(configuration, file)
     return path
 
 
-def waitForState(demo):
+def waitForState(demo, picture):
     deadline = time.monotonic() + STATE_DEADLINE_S
     while time.monotonic() < deadline:
         estimate = demo.estimate
-        if (estimate is not None and estimate.state == STATE
-                and estimate.distance_travelled_m >= LEAST_DISTANCE_M):
+        if (estimate is not None and estimate.state == picture.state
+                and estimate.distance_travelled_m >= picture.least_distance_m):
             return
         time.sleep(0.1)
     raise RuntimeError('the calibration did not converge within %d s' % STATE_DEADLINE_S)
@@ -83,25 +94,30 @@ class RvizEnded(RuntimeError):
     """RViz has ended by itself."""
 
 
-def takePicture(demo, name, folder, output):
+def takePicture(demo, name, picture, output):
     """On a busy machine RViz sometimes ends at its start (boost::lock_error, a mutex of its own): then
     it is started again."""
     for attempt in range(1, MOST_STARTS + 1):
         try:
-            return takePictureOnce(demo, name, folder, output)
+            return takePictureOnce(demo, name, picture, output)
         except RvizEnded as error:
             print('start %d: %s' % (attempt, error), flush=True)
             if attempt == MOST_STARTS:
                 raise
 
 
-def takePictureOnce(demo, name, folder, output):
-    rviz = subprocess.Popen(['rosrun', 'rviz', 'rviz', '-d', configurationWith(*PICTURES[name], folder)],
-                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                            start_new_session=True)
+def takePictureOnce(demo, name, picture, output):
+    with tempfile.TemporaryDirectory() as folder:
+        rviz = subprocess.Popen(
+            ['rosrun', 'rviz', 'rviz', '--fullscreen', '-d', configurationWith(picture, folder)],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        keepPicture(demo, name, picture, rviz, output)
+
+
+def keepPicture(demo, name, picture, rviz, output):
     try:
         time.sleep(START_S)
-        waitForState(demo)
+        waitForState(demo, picture)
         time.sleep(SETTLE_S)
         path = os.path.join(output, name + '.png')
         deadline = time.monotonic() + DRAWN_DEADLINE_S
@@ -122,27 +138,37 @@ def takePictureOnce(demo, name, folder, output):
             rviz.wait(timeout=20)
 
 
-def driveAndTake(name, output, rate):
+def driveAndTake(pictures, output, rate):
     """On the screen of the environment."""
     port = demo_monitor.freePort(demo_monitor.masterPorts())
     demo = demo_monitor.Demo(port, ['drive:=optimal', 'rate:=%g' % rate])
     try:
         demo.connect()
-        with tempfile.TemporaryDirectory() as folder:
-            takePicture(demo, name, folder, output)
+        for name, picture in pictures.items():
+            takePicture(demo, name, picture, output)
+        if pictures is SETS['front']:
+            keepValues(demo, os.path.join(output, VALUES))
     finally:
         demo.stop()
 
 
-def takeOnHiddenScreen(name, options):
+def keepValues(demo, path):
+    values = {quantity.name: {'value': quantity.value, 'stddev': quantity.stddev, 'truth': quantity.truth}
+              for quantity in demo_monitor.quantitiesOf(demo.estimate, demo.truth)}
+    with open(path, 'w') as file:
+        yaml.safe_dump(values, file)
+
+
+def takeOnHiddenScreen(name, output, rate):
+    width, height = next(iter(SETS[name].values())).size
     with tempfile.TemporaryDirectory() as runtime:
         os.chmod(runtime, 0o700)
         environment = dict(os.environ, LIBGL_ALWAYS_SOFTWARE='1', QT_X11_NO_MITSHM='1',
                            XDG_RUNTIME_DIR=runtime, HOME=runtime)
         return subprocess.run(
-            ['xvfb-run', '-a', '-s', '-screen 0 %dx%dx24 +extension GLX' % (WIDTH, HEIGHT), sys.executable,
-             os.path.realpath(__file__), options.output, '--rate', str(options.rate),
-             '--here', name], env=environment).returncode
+            ['xvfb-run', '-a', '-s', '-screen 0 %dx%dx24 +extension GLX' % (width, height), sys.executable,
+             os.path.realpath(__file__), output, '--rate', str(rate), '--here', name],
+            env=environment).returncode
 
 
 def main(arguments):
@@ -151,15 +177,15 @@ def main(arguments):
     parser.add_argument('--rate', type=float, default=0.4,
                         help='simulated seconds in a second (default %(default)s: RViz is drawn by '
                         'software)')
-    parser.add_argument('--here', metavar='PICTURE', choices=sorted(PICTURES),
-                        help='one picture, on the screen that is there')
+    parser.add_argument('--here', metavar='SET', choices=sorted(SETS),
+                        help='the pictures of one set (%(choices)s), on the screen that is there')
     options = parser.parse_args(arguments)
     if not math.isfinite(options.rate) or options.rate <= 0:
         parser.error('--rate must be greater than 0')
     if options.here:
-        driveAndTake(options.here, options.output, options.rate)
+        driveAndTake(SETS[options.here], options.output, options.rate)
         return 0
-    return max(takeOnHiddenScreen(name, options) for name in PICTURES)
+    return max(takeOnHiddenScreen(name, options.output, options.rate) for name in PAGE_SETS)
 
 
 if __name__ == '__main__':
