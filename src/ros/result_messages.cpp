@@ -65,7 +65,9 @@ void fillRobotErrors(const core::CalibrationResult& result, msg::CalibrationEsti
       error.value = number.value;
       error.stddev = number.stddev;
       error.unit = number.quantity.unit;
-      error.state = static_cast<std::uint8_t>(report.status);
+      // one that is known exactly is not estimated, whatever the others of its block are
+      error.state = number.stddev > 0.0 ? static_cast<std::uint8_t>(report.status)
+                                        : +msg::RobotError::HELD_AT_PRIOR;
       message->robot_errors.push_back(error);
     }
   }

@@ -5,7 +5,9 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <stdexcept>
+#include <string>
 
 #include "bearing_calibration_ros/result_messages.h"
 #include "bearing_calibration_ros/wheel_input.h"
@@ -299,6 +301,21 @@ TEST(Estimate, IsWrittenRowByRow) {
   EXPECT_EQ(message.psi_rad, 8.0);
   EXPECT_EQ(message.covariance_D_theta_phi_rho_psi[5 * 3 + 1], 31.0);
   EXPECT_TRUE(message.phi_psi_determined);
+}
+
+TEST(Estimate, HoldsAnErrorThatIsKnownAtItsPrior) {
+  core::CalibrationResult result;
+  result.error_priors.setBlock(core::MirrorHarmonic::kName, 0.03);
+  result.robot_errors = core::priorEstimate(result.error_priors);
+  const int cosine = core::placeOf<core::MirrorHarmonic>();
+  result.robot_errors.covariance.diagonal().segment<2>(cosine) *= 0.01;
+  result.robot_errors.covariance(cosine + 2, cosine + 2) = 0.0;
+  std::map<std::string, int> states;
+  for (const auto& error : messageFromResult(result, 0, "base_link").robot_errors) {
+    states[error.name] = error.state;
+  }
+  EXPECT_EQ(states.at("mirror_harmonic_cos"), +bearing_calibration::RobotError::ESTIMATED);
+  EXPECT_EQ(states.at("mirror_near_per_far"), +bearing_calibration::RobotError::HELD_AT_PRIOR);
 }
 
 TEST(Estimate, BringsLightMountAndWheelsBack) {

@@ -38,7 +38,7 @@ ERRORS = {'time_offset': ('time offset', 'ms', 1e3),
           'wheel_separation_scale': ('wheel separation', '%', 100),
           'mirror_harmonic_cos': ('mirror, cos', 'deg', DEGREES),
           'mirror_harmonic_sin': ('mirror, sin', 'deg', DEGREES),
-          'mirror_near_per_far': ('mirror, near per far', 'm', 1),
+          'mirror_near_per_far': ('mirror, near per far', 'mm', 1e3),
           'sensor_roll': ('sensor roll', 'deg', DEGREES),
           'sensor_pitch': ('sensor pitch', 'deg', DEGREES),
           'light_height': ('light above sensor', 'mm', 1e3),
@@ -48,7 +48,7 @@ ERRORS = {'time_offset': ('time offset', 'ms', 1e3),
           'wheel_noise_factor': ('wheel noise, factor', '', 1),
           'light_size': ('light size', 'mm', 1e3),
           'bearing_correlation_time': ('correlation time', 's', 1)}
-ERROR_STATES = {RobotError.HELD_AT_PRIOR: 'as configured: the data hardly say more',
+ERROR_STATES = {RobotError.HELD_AT_PRIOR: 'as configured: the data say little',
                 RobotError.ESTIMATED: 'estimated'}
 
 
