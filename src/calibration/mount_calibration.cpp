@@ -192,10 +192,10 @@ void MountCalibration::refineAndJudge() {
                        settled->best.correlation);
     }
   }
-  judge_->judge(*tracker_, observations, settled, noise_);
+  judge_->judge(*tracker_, observations, settled, noiseMargin(review ? review->levels : noise_));
   if (config_.max_lights > 1) noteSolution(settled, estimate);
   if (judge_->last().state == CalibrationState::kConverged) {
-    most_noise_ = most_noise_ ? atMost(noise_.atMost(), *most_noise_) : noise_.atMost();
+    most_noise_ = mostNoise();
   }
   const std::size_t cut = settled ? RecordFit::cutOf(*settled, surplus()) : 0;
   if (cut == 0) return;
@@ -234,6 +234,12 @@ std::optional<NoiseReview> MountCalibration::reviewNoiseOf(const SlipAverage& se
   return review;
 }
 
+/// A light may grow dim, so that its bearings are as noisy as found; wheels stay as they were.
+NoiseMargin MountCalibration::noiseMargin(const NoiseLevels& found) const {
+  const NoiseLevels at_jump{found.atMost().bearing, mostNoise().wheel};
+  return {noise_.atMost().varianceOver(noise_), at_jump.varianceOver(noise_)};
+}
+
 /// An estimate from the observations, with the earlier calibration unless they contradict it: then
 /// that one is forgotten.
 StateEstimate MountCalibration::withEarlier(StateEstimate estimate) {
@@ -246,10 +252,6 @@ StateEstimate MountCalibration::withEarlier(StateEstimate estimate) {
   return estimate;
 }
 
-bool MountCalibration::isNoiseSurprising() const {
-  return config_.initializer.noise.isSurprisedBy(noise_);
-}
-
 bool MountCalibration::wantsDiagnosis() const {
   return judge_->last().state == CalibrationState::kInconsistent || isNoiseSurprising();
 }
@@ -259,7 +261,8 @@ void MountCalibration::diagnose() {
   if (!diagnoses_.isDue(initializer_.record())) return;
   diagnoses_.begin(initializer_.record(), kDiagnoses);
   diagnosis_ = findFault(initializer_.record().observations(), config_.drive.wheel_separation_m,
-                         config_.initializer);
+                         config_.initializer,
+                         most_noise_ ? config_.initializer.batch.errors : ErrorPriors{});
   // A light that moves is given up like a slip: a jump of the mount that remains is not due to it.
   const bool has_moved = judge_ && judge_->last().cause == Fault::kMountMoved;
   if (has_moved && diagnosis_.fault == Fault::kLightMoved) diagnosis_ = {};

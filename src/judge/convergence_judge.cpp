@@ -151,8 +151,8 @@ ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config, double nearn
     : config_(config), nearness_stddev_m_(nearness_stddev_m) {}
 
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Observation>& record,
-                             const std::optional<SlipAverage>& settled, const NoiseLevels& noise) {
-  last_ = decide(tracker, record, settled, noise);
+                             const std::optional<SlipAverage>& settled, const NoiseMargin& margin) {
+  last_ = decide(tracker, record, settled, margin);
   if (last_.state != CalibrationState::kConverged) {
     if (!confirmed_) good_since_m_.reset();
     return;
@@ -194,10 +194,10 @@ bool ConvergenceJudge::staysWhereItWas(const MountEstimate& mount, double motion
 Judgement ConvergenceJudge::decide(const MountTracker& tracker,
                                    const std::vector<Observation>& record,
                                    const std::optional<SlipAverage>& settled,
-                                   const NoiseLevels& noise) {
+                                   const NoiseMargin& margin) {
   if (mount_moved_) return *mount_moved_;
   const auto doubt = doubtAbout(tracker.consistency());
-  if (doubt && doubtAbout(tracker.consistency(), noise.mostVarianceFactor())) {
+  if (doubt && doubtAbout(tracker.consistency(), margin.scatter)) {
     return {CalibrationState::kInconsistent, *doubt, Fault::kScatter};
   }
   const StateEstimate estimate = withNearness(tracker.filter().estimate(), nearness_stddev_m_);
@@ -208,8 +208,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   const double way_m = wayOf(record, settled->best);
   const std::optional<DisplacementTest> jump =
       sure_of_light ? findDisplacement(settled->best, way_m) : std::nullopt;
-  const bool beats_noise =
-      jump && findDisplacement(settled->best, way_m, noise.mostVarianceFactor());
+  const bool beats_noise = jump && findDisplacement(settled->best, way_m, margin.jump);
   if (beats_noise && confirmed_) {
     mount_moved_ = mountMoved(*jump);
     return *mount_moved_;

@@ -1,6 +1,8 @@
 #include "bearing_calibration/judge/fault_finder.h"
 
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/record/observation_change.h"
@@ -16,6 +18,7 @@ constexpr std::size_t kObservationsOfDiagnosis = 200;
 /// A record with one fault undone, and how well a start from nothing then fits.
 struct Hypothesis {
   Diagnosis diagnosis;
+  std::vector<Observation> observations;
   StartAttempt attempt;
 
   double misfit() const { return attempt.chi_square / std::max(1, attempt.degrees_of_freedom); }
@@ -24,10 +27,11 @@ struct Hypothesis {
 class FaultSearch {
  public:
   FaultSearch(const std::vector<Observation>& observations, double wheel_separation_m,
-              const InitializerConfig& config)
+              const InitializerConfig& config, const ErrorPriors& known)
       : observations_(observations),
         separation_m_(wheel_separation_m),
         config_(config),
+        known_(known),
         noise_(config.noise) {
     // Slips, outliers and noise would let a wrong hypothesis off: they are what it has to explain.
     config_.batch.slip_gain = 0.0;
@@ -39,24 +43,29 @@ class FaultSearch {
   Diagnosis run() {
     try_({Fault::kNone, 0.0}, observations_);
     if (!best_) trySigns();
-    if (!best_) {
-      tryLatency();
-      tryProportions();
-    }
     // what a robot without it explains as well, or another fault better, is not named
     if (best_) return best_->attempt.ready() ? best_->diagnosis : Diagnosis{};
-    return lightMoved() && !isNoisier() ? Diagnosis{Fault::kLightMoved, 0.0} : Diagnosis{};
+    tryLatency();
+    tryProportions();
+    if (best_) {
+      const bool is_it = best_->attempt.ready() && isLikelierThanNoise({best_->observations});
+      return is_it ? best_->diagnosis : Diagnosis{};
+    }
+    return lightMoved() && isLikelierThanNoise({firstHalf(), secondHalf()})
+               ? Diagnosis{Fault::kLightMoved, 0.0}
+               : Diagnosis{};
   }
 
  private:
   static constexpr double kCleanShare =
       0.9;  ///< of the observations that a true hypothesis explains
 
-  void try_(const Diagnosis& diagnosis, const std::vector<Observation>& observations) {
-    Hypothesis hypothesis{diagnosis,
-                          findStart(thinned(observations, kObservationsOfDiagnosis), config_)};
-    if (!hypothesis.attempt.fits()) return;
-    if (!best_ || hypothesis.misfit() < best_->misfit()) best_ = hypothesis;
+  void try_(const Diagnosis& diagnosis, std::vector<Observation> observations) {
+    const StartAttempt attempt =
+        findStart(thinned(observations, kObservationsOfDiagnosis), config_);
+    if (!attempt.fits()) return;
+    Hypothesis hypothesis{diagnosis, std::move(observations), attempt};
+    if (!best_ || hypothesis.misfit() < best_->misfit()) best_ = std::move(hypothesis);
   }
 
   void tryWheels(const Diagnosis& diagnosis, const Eigen::Matrix2d& wheels_from_wheels,
@@ -72,6 +81,7 @@ class FaultSearch {
   }
 
   void tryLatency() {
+    if (known_.areEstimated<TimeOffset>()) return;
     for (double late_s : {-0.1, -0.05, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3}) {
       try_({Fault::kLate, late_s}, withEarlierBearings(observations_, late_s, separation_m_));
     }
@@ -79,8 +89,11 @@ class FaultSearch {
 
   void tryProportions() {
     for (double factor : {0.85, 0.9, 0.94, 0.97, 1.03, 1.06, 1.1, 1.15}) {
-      tryWheels({Fault::kLeftRadius, factor}, Eigen::Vector2d(factor, 1.0).asDiagonal(), 1.0);
-      tryWheels({Fault::kRightRadius, factor}, Eigen::Vector2d(1.0, factor).asDiagonal(), 1.0);
+      if (!known_.areEstimated<WheelScales>()) {
+        tryWheels({Fault::kLeftRadius, factor}, Eigen::Vector2d(factor, 1.0).asDiagonal(), 1.0);
+        tryWheels({Fault::kRightRadius, factor}, Eigen::Vector2d(1.0, factor).asDiagonal(), 1.0);
+      }
+      if (known_.areEstimated<WheelSeparation>()) continue;
       tryWheels({Fault::kSeparation, factor}, Eigen::Matrix2d::Identity(), factor);
     }
   }
@@ -101,22 +114,26 @@ class FaultSearch {
                chiSquareQuantile(kSameMount, 3.0);
   }
 
-  /// Whether more noise than is stated makes one record likelier than two with a light each.
-  bool isNoisier() const {
-    if (!noise_.any()) return false;
+  /// Whether the record with a fault undone, in one part or in two with a light each, is likelier
+  /// than the record as it is with more noise than is stated.
+  bool isLikelierThanNoise(const std::vector<std::vector<Observation>>& undone) const {
+    constexpr double kEvidence = 5.0;  // of a logarithm: 150 times as likely
+    if (!noise_.any()) return true;
     InitializerConfig config = config_;
     config.noise = noise_;
     const auto attempt = [&](const std::vector<Observation>& observations) {
       return findStart(observations, config, noiseToBeginWith(observations, noise_));
     };
-    const StartAttempt both = attempt(observations_);
-    return both.fits() &&
-           both.noise_cost < attempt(firstHalf()).noise_cost + attempt(secondHalf()).noise_cost;
+    const StartAttempt noisy = attempt(observations_);
+    double cost = kEvidence;
+    for (const std::vector<Observation>& part : undone) cost += attempt(part).noise_cost;
+    return !noisy.fits() || cost < noisy.noise_cost;
   }
 
   const std::vector<Observation>& observations_;
   double separation_m_;
   InitializerConfig config_;
+  const ErrorPriors& known_;
   NoisePriors noise_;               ///< of what is stated
   std::optional<Hypothesis> best_;  ///< of those that explain the record
 };
@@ -124,8 +141,8 @@ class FaultSearch {
 }  // namespace
 
 Diagnosis findFault(const std::vector<Observation>& observations, double wheel_separation_m,
-                    const InitializerConfig& config) {
-  return FaultSearch(observations, wheel_separation_m, config).run();
+                    const InitializerConfig& config, const ErrorPriors& known) {
+  return FaultSearch(observations, wheel_separation_m, config, known).run();
 }
 
 }  // namespace bearing_calibration::core

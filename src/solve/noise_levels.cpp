@@ -28,9 +28,9 @@ NoiseLevels NoiseLevels::widenedFor(double bearing_correlation) const {
   return widened;
 }
 
-double NoiseLevels::mostVarianceFactor() const {
-  const NoiseLevels most = atMost();
-  return std::max(std::pow(most.bearing.value / bearing.value, 2), most.wheel.value / wheel.value);
+double NoiseLevels::varianceOver(const NoiseLevels& others) const {
+  return std::max(std::pow(bearing.value / others.bearing.value, 2),
+                  wheel.value / others.wheel.value);
 }
 
 NoiseLevels atMost(NoiseLevels levels, const NoiseLevels& limit) {

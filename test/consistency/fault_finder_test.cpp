@@ -228,35 +228,67 @@ TEST(FindFault, TellsALightThatMoved) {
   }
 }
 
-// Each half of a record of noisy wheels has a place of its own for the light, too: these three are
-// of robots whose light has not moved.
-TEST(FindFault, TellsALightThatMovedFromMoreNoise) {
+InitializerConfig usualConfig() {
   InitializerConfig config;
   config.batch.errors = usualErrors();
   config.noise = usualNoise();
-  const auto faultOf = [&](const SimulatedCase& simulated,
-                           const std::vector<Observation>& observations) {
-    return findFault(observations, simulated.robot.encoders.drive.wheel_separation_m, config).fault;
-  };
+  return config;
+}
+
+Fault usualFaultOf(const SimulatedCase& simulated, const std::vector<Observation>& observations) {
+  return findFault(observations, simulated.robot.encoders.drive.wheel_separation_m, usualConfig())
+      .fault;
+}
+
+Fault usualFaultOfNoisyRobot(std::uint64_t seed, double duration_s) {
+  SimulatedCase simulated = paperCase(seed);
+  simulated.duration_s = duration_s;
+  ImperfectRobot robot;
+  robot.max_random_offset_s = 0.15;
+  robot.random_ratio_stddev = 0.01;
+  makeImperfect(simulated, robot, seed);
+  drawNoise(simulated, seed);
+  return usualFaultOf(simulated, withNoise(observationsOf(simulated), simulated.stated_noise));
+}
+
+// Each half of a record of noisy wheels has a place of its own for the light, too: these three are
+// of robots whose light has not moved.
+TEST(FindFault, TellsALightThatMovedFromMoreNoise) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const SimulatedCase simulated = soundCase(seed);
-    EXPECT_EQ(faultOf(simulated, withMovedLight(simulated)), Fault::kLightMoved) << seed;
+    EXPECT_EQ(usualFaultOf(simulated, withMovedLight(simulated)), Fault::kLightMoved) << seed;
   }
-  struct Noisy {
-    std::uint64_t seed;
-    double duration_s;
+  EXPECT_EQ(usualFaultOfNoisyRobot(27, 99.0), Fault::kNone);
+  EXPECT_EQ(usualFaultOfNoisyRobot(60, 61.0), Fault::kNone);
+  EXPECT_EQ(usualFaultOfNoisyRobot(92, 94.0), Fault::kNone);
+}
+
+// Wheels of other sizes explain some noise of the wheels: these two robots have no other ones.
+TEST(FindFault, TellsAWrongSeparationFromMoreNoise) {
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    SimulatedCase simulated = soundCase(seed);
+    simulated.robot.separation_factor = 0.75;  // true over believed
+    EXPECT_EQ(usualFaultOf(simulated, observationsOf(simulated)), Fault::kSeparation) << seed;
+  }
+  EXPECT_EQ(usualFaultOfNoisyRobot(128, 99.0), Fault::kNone);
+  EXPECT_EQ(usualFaultOfNoisyRobot(307, 86.0), Fault::kNone);
+}
+
+// A calibration that has converged has estimated them: what does not fit later is something else.
+TEST(FindFault, NamesNoErrorThatIsKnownAlready) {
+  SimulatedCase late = soundCase(1);
+  late.robot.stamp_latency_s = 0.1;
+  SimulatedCase large = soundCase(1);
+  large.robot.encoders.right_radius_factor = 1.1;
+  SimulatedCase wide = soundCase(1);
+  wide.robot.separation_factor = 1.1;
+  const auto withErrorsKnown = [](const SimulatedCase& simulated) {
+    return findFault(observationsOf(simulated), simulated.robot.encoders.drive.wheel_separation_m,
+                     InitializerConfig{}, usualErrors());
   };
-  for (const auto& [seed, duration_s] : {Noisy{27, 99.0}, {60, 61.0}, {92, 94.0}}) {
-    SimulatedCase simulated = paperCase(seed);
-    simulated.duration_s = duration_s;
-    ImperfectRobot robot;
-    robot.max_random_offset_s = 0.15;
-    robot.random_ratio_stddev = 0.01;
-    makeImperfect(simulated, robot, seed);
-    drawNoise(simulated, seed);
-    EXPECT_EQ(faultOf(simulated, withNoise(observationsOf(simulated), simulated.stated_noise)),
-              Fault::kNone)
-        << seed;
+  for (const SimulatedCase& simulated : {late, large, wide}) {
+    EXPECT_NE(diagnose(simulated, observationsOf(simulated)).fault, Fault::kNone);
+    EXPECT_EQ(withErrorsKnown(simulated).fault, Fault::kNone);
   }
 }
 

@@ -81,13 +81,13 @@ TEST(ConvergenceJudge, PartsThatMoreNoiseExplainsAreNoFault) {
   ASSERT_TRUE(fit.converged);
   const SlipAverage settled{fit, fit, fit.last, {}};
   const MountTracker tracker(FilterConfig(), fit.last, 0.0);
-  const auto judgementWith = [&](const NoiseLevels& noise) {
+  const auto judgementWith = [&](const NoiseMargin& margin) {
     ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);
-    judge.judge(tracker, run.observations, settled, noise);
+    judge.judge(tracker, run.observations, settled, margin);
     return judge.last();
   };
   EXPECT_EQ(judgementWith({}).cause, Fault::kPartsDisagree);
-  const Judgement doubtful = judgementWith({{1.0, 0.0}, {1.0, 2.0}});
+  const Judgement doubtful = judgementWith({1.0, 50.0});
   EXPECT_EQ(doubtful.state, CalibrationState::kConverging);
   EXPECT_NE(doubtful.advice.find("noise"), std::string::npos) << doubtful.advice;
 }

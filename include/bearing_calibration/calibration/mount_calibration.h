@@ -96,7 +96,12 @@ class MountCalibration {
   std::size_t surplus() const;
   void noteSolution(const std::optional<SlipAverage>& settled, const StateEstimate& estimate);
   std::optional<NoiseReview> reviewNoiseOf(const SlipAverage& settled);
-  bool isNoiseSurprising() const;
+  bool isNoiseSurprising() const { return config_.initializer.noise.isSurprisedBy(noise_); }
+  NoiseLevels mostNoise() const {
+    return most_noise_ ? atMost(noise_.atMost(), *most_noise_) : noise_.atMost();
+  }
+  /// @param found  in the record, whether or not so much is taken for noise
+  NoiseMargin noiseMargin(const NoiseLevels& found) const;
   bool wantsDiagnosis() const;
   void diagnose();
   void noteLight(const Bearing& light);

@@ -32,10 +32,12 @@ struct ErrorPriors {
   /// What of it is looked for.
   SensorGeometry geometry() const;
 
-  /// Whether elevations of the light tell anything that is looked for.
-  bool usesElevations() const {
-    return (stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>()).array() > 0.0).any();
+  template <typename Block>
+  bool areEstimated() const {
+    return (stddev.segment<Block::kSize>(placeOf<Block>()).array() > 0.0).any();
   }
+  /// Whether elevations of the light tell anything that is looked for.
+  bool usesElevations() const { return areEstimated<SensorTilt>(); }
 
   void declare(Parameters& params);
 };

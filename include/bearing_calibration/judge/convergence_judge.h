@@ -8,7 +8,6 @@
 #include "bearing_calibration/judge/convergence_config.h"
 #include "bearing_calibration/judge/fault.h"
 #include "bearing_calibration/solve/batch_estimator.h"
-#include "bearing_calibration/solve/noise_levels.h"
 #include "bearing_calibration/solve/slip_hypotheses.h"
 #include "bearing_calibration/track/mount_tracker.h"
 
@@ -47,6 +46,12 @@ bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& 
 /// @param more_variance  times the noise's variance that they may have
 std::optional<std::string> doubtAbout(const Consistency& recent, double more_variance = 1.0);
 
+/// Factors by which the observations' variances may be larger than those that they have.
+struct NoiseMargin {
+  double scatter = 1.0;  ///< that the tracker's bearings may have
+  double jump = 1.0;     ///< for a jump of the mount
+};
+
 /// Decides whether a filter that carries on from a good start has converged, and whether what it is
 /// fed still fits. Converged needs all of: standard deviations within the targets, innovations that
 /// are consistent, no slip elsewhere that would give another mount, and one mount in all of the
@@ -61,17 +66,16 @@ class ConvergenceJudge {
   /// @param record  the observations so far, thinned or not, or the latest of them
   /// @param settled  the batch over them with its rivals, which the tracker has just taken up; none
   ///   when it did not settle: nothing is called converged then
-  /// @param noise  of the observations, as far as it is estimated: a jump of the mount is named
-  ///   when the most noise that it allows does not explain it
+  /// @param margin  a scatter or a jump of the mount is named when that does not explain it
   void judge(const MountTracker& tracker, const std::vector<Observation>& record,
-             const std::optional<SlipAverage>& settled, const NoiseLevels& noise = {});
+             const std::optional<SlipAverage>& settled, const NoiseMargin& margin = {});
   const Judgement& last() const { return last_; }
   /// The same between two judgements, with every bearing.
   void doubt(const Consistency& recent) { last_.doubt(recent); }
 
  private:
   Judgement decide(const MountTracker& tracker, const std::vector<Observation>& record,
-                   const std::optional<SlipAverage>& settled, const NoiseLevels& noise);
+                   const std::optional<SlipAverage>& settled, const NoiseMargin& margin);
   static Judgement mountMoved(const DisplacementTest& jump);
   static Judgement stillConverging(const StateEstimate& estimate);
   bool staysWhereItWas(const MountEstimate& mount, double motion_m);

@@ -11,7 +11,8 @@ namespace bearing_calibration::core {
 /// starts from nothing on what is left. kNone when no single fault does, or when the record fits as
 /// it is.
 /// @param wheel_separation_m  nominal
+/// @param known  errors of the robot that the calibration has estimated already: no fault of these
 Diagnosis findFault(const std::vector<Observation>& observations, double wheel_separation_m,
-                    const InitializerConfig& config);
+                    const InitializerConfig& config, const ErrorPriors& known = {});
 
 }  // namespace bearing_calibration::core

@@ -30,8 +30,8 @@ struct NoiseLevels {
   NoiseLevels atMost() const;
   /// With the weight that bearings have whose neighbours' noise is so correlated.
   NoiseLevels widenedFor(double bearing_correlation) const;
-  /// Factor of the variance of bearings or wheels, the larger one, that is hardly exceeded.
-  double mostVarianceFactor() const;
+  /// The variance of bearings or wheels over that of others, the larger factor of both.
+  double varianceOver(const NoiseLevels& others) const;
 };
 /// The lower ones of each.
 NoiseLevels atMost(NoiseLevels levels, const NoiseLevels& limit);
