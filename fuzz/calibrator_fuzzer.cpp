@@ -45,10 +45,26 @@ CalibratorFuzzer::CalibratorFuzzer(ByteReader* bytes)
     : bytes_(*bytes),
       config_(drawConfig(bytes)),
       calibrator_(std::make_unique<core::Calibrator>(config_)),
-      world_(config_.drive, bytes->byte()),
-      source_(static_cast<Source>(bytes->byte() % 4)) {}
+      world_(config_.drive, bytes->byte()) {
+  const std::uint8_t kind = bytes->byte();
+  constexpr std::uint8_t kSources = 4;
+  constexpr std::uint8_t kMostOfLong = 31;  // of 255
+  source_ = static_cast<Source>(kind % kSources);
+  most_images_ = kind <= kMostOfLong ? kImagesOfLong : kImagesOfShort;
+}
 
-void CalibratorFuzzer::step() {
+bool CalibratorFuzzer::step() {
+  if (images_ >= most_images_) return false;
+  if (bytes_.isEmpty()) {
+    driveToCalibrate();
+  } else {
+    doWhatBytesSay();
+  }
+  check();
+  return true;
+}
+
+void CalibratorFuzzer::doWhatBytesSay() {
   constexpr int kEvents = 14;
   const double separation_m = config_.drive.wheel_separation_m;
   switch (bytes_.byte() % kEvents) {
@@ -65,12 +81,8 @@ void CalibratorFuzzer::step() {
     case 2:
       drive(bytes_.between(-2.0, 2.0), bytes_.between(-2.0, 2.0));
       break;
-    case 3:  // what a calibration is driven with
-      for (int times = bytes_.byte() % 8; times >= 0; --times) {
-        drive(1.0, 1.0);
-        const double turn_m = 0.5 * separation_m * 2.5 * core::kPi;
-        drive(-turn_m, turn_m);
-      }
+    case 3:
+      for (int times = bytes_.byte() % 8; times >= 0; --times) driveToCalibrate();
       break;
     case 4:
       world_.wait(std::max(core::Duration{}, drawDuration(&bytes_)));
@@ -108,7 +120,12 @@ void CalibratorFuzzer::step() {
                 "a prediction is no bearing");
       }
   }
-  check();
+}
+
+void CalibratorFuzzer::driveToCalibrate() {
+  drive(1.0, 1.0);
+  const double turn_m = 0.5 * config_.drive.wheel_separation_m * 2.5 * core::kPi;
+  drive(-turn_m, turn_m);
 }
 
 void CalibratorFuzzer::drive(double left_m, double right_m) {
@@ -207,7 +224,7 @@ core::SavedCalibration CalibratorFuzzer::saved(const core::CalibrationResult& re
 bool run(const std::uint8_t* data, std::size_t size) {
   ByteReader bytes(data, size);
   CalibratorFuzzer fuzzer(&bytes);
-  while (!bytes.isEmpty() && fuzzer.goesOn()) fuzzer.step();
+  while (fuzzer.step()) {}
   return fuzzer.finish();
 }
 

@@ -15,15 +15,17 @@ class CalibratorFuzzer {
  public:
   explicit CalibratorFuzzer(ByteReader* bytes);
 
-  /// One event. @throws std::logic_error when something that must hold does not
-  void step();
-  /// Whether there is time left for another event.
-  bool goesOn() const { return images_ < kMostImages; }
+  /// Goes on, with what the bytes say, and after their end as a calibration is driven.
+  /// @return false when all of its images have come
+  /// @throws std::logic_error when something that must hold does not
+  bool step();
   /// Writes the last result, and reads it back. @return whether there was one
   bool finish();
 
  private:
-  static constexpr int kMostImages = 150;  // of a sequence: CONVERGED takes fewer
+  // With four wheel readings to an image: 750 messages and 200. CONVERGED takes 136 images.
+  static constexpr int kImagesOfLong = 150;
+  static constexpr int kImagesOfShort = 40;
 
   /// What comes between the robot and the calibrator.
   struct Channel {
@@ -38,7 +40,9 @@ class CalibratorFuzzer {
     core::SensorGeometry geometry;
   };
 
+  void doWhatBytesSay();
   void drive(double left_m, double right_m);
+  void driveToCalibrate();
   void wait(core::Duration time);
   void setChannel();
   void changeWorld();
@@ -65,9 +69,10 @@ class CalibratorFuzzer {
   std::unique_ptr<core::Calibrator> calibrator_;
   SimulatedWorld world_;
   enum class Source : std::uint8_t { kTicks, kAngles, kSeparate, kOdometry };
-  Source source_;
+  Source source_{};
   Channel channel_;
   int images_ = 0;
+  int most_images_ = 0;
   bool paused_ = false;
   std::uint32_t readings_ = 0;  ///< since the last start
 };

@@ -51,8 +51,9 @@ void CalibratorFuzzer::sendWheels() {
 }
 
 void CalibratorFuzzer::sendBearings() {
-  if (channel_.loses_bearings || images_ >= kMostImages) return;
+  if (images_ >= most_images_) return;
   ++images_;
+  if (channel_.loses_bearings) return;
   core::BearingSet set{world_.now() - channel_.bearings_late, world_.bearings(channel_.stddev_rad),
                        channel_.geometry};
   spoil(&set.candidates);
