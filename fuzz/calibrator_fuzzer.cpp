@@ -48,9 +48,9 @@ CalibratorFuzzer::CalibratorFuzzer(ByteReader* bytes)
       world_(config_.drive, bytes->byte()) {
   const std::uint8_t kind = bytes->byte();
   constexpr std::uint8_t kSources = 4;
-  constexpr std::uint8_t kMostOfLong = 31;  // of 255
+  constexpr std::uint8_t kLong = 224;  // and above, of 255
   source_ = static_cast<Source>(kind % kSources);
-  most_images_ = kind <= kMostOfLong ? kImagesOfLong : kImagesOfShort;
+  most_images_ = kind >= kLong ? kImagesOfLong : kImagesOfShort;
 }
 
 bool CalibratorFuzzer::step() {
