@@ -224,7 +224,8 @@ core::SavedCalibration CalibratorFuzzer::saved(const core::CalibrationResult& re
 bool run(const std::uint8_t* data, std::size_t size) {
   ByteReader bytes(data, size);
   CalibratorFuzzer fuzzer(&bytes);
-  while (fuzzer.step()) {}
+  bool goes_on = true;
+  while (goes_on) goes_on = fuzzer.step();
   return fuzzer.finish();
 }
 

@@ -1,11 +1,10 @@
 #include "fuzz/detection_fuzzer.h"
 
 #include <boost/make_shared.hpp>
-#include <cmath>
 
-#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/light_bearings.h"
+#include "fuzz/bearing_check.h"
 #include "fuzz/harness.h"
 #include "fuzz/image_input.h"
 #include "support/synthetic_spot.h"
@@ -30,12 +29,7 @@ core::DetectorConfig configFor(const sensor_msgs::Image& image) {
 
 void requireMeaning(const core::DetectionResult& result) {
   for (const core::Detection& light : result.lights) {
-    const core::Bearing& bearing = light.bearing;
-    require(std::abs(bearing.azimuth_rad) <= core::kPi, "an azimuth is no angle in [-pi, pi]");
-    require(std::isfinite(bearing.azimuth_variance_rad2) && bearing.azimuth_variance_rad2 > 0.0,
-            "a variance is not positive and finite");
-    require(bearing.probability >= 0.0 && bearing.probability <= 1.0,
-            "a probability is not in [0, 1]");
+    bearing_calibration::fuzz::requireBearing(light.bearing);
   }
 }
 

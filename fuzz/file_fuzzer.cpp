@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration_ros/adapter_params.h"
 #include "bearing_calibration_ros/calibrator_params.h"
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/drive_params.h"
@@ -116,7 +117,8 @@ bool readParameters(ByteReader* bytes) {
   static const std::string calibration = shipped("calibration.yaml");
   static const std::string detection = shipped("detection.yaml");
   static const std::string drive = shipped("drive.yaml");
-  constexpr int kKinds = 4;
+  static const std::string adapter = shipped("adapter.yaml");
+  constexpr int kKinds = 5;
   switch (bytes->byte() % kKinds) {
     case 0:
       return readNode<ros_side::DetectionNodeConfig>({}, detection, bytes);
@@ -127,8 +129,10 @@ bool readParameters(ByteReader* bytes) {
       ros_side::ParameterFiles files;
       return readsOrSays<std::runtime_error>([&] { files.set(bytes->text(kMostText).c_str()); });
     }
-    default:
+    case 3:
       return readNode<ros_side::CalibrationNodeConfig>({}, calibration, bytes);
+    default:
+      return readNode<ros_side::AdapterNodeConfig>({}, adapter, bytes);
   }
 }
 

@@ -15,7 +15,7 @@ OWN_FOLDERS = {'bearing_calibration', 'bearing_calibration_ros', 'bench', 'fuzz'
 PACKAGES_OF_HEADERS = (
     ('Eigen/', 'eigen'), ('unsupported/Eigen/', 'eigen'), ('opencv2/', 'libopencv-dev'),
     ('boost/program_options', 'libboost-program-options-dev'), ('boost/', 'libboost-dev'),
-    ('ceres/', 'libceres-dev'), ('XmlRpc', 'xmlrpcpp'), ('ros/package.h', 'roslib'),
+    ('ceres/', 'libceres-dev'), ('console_bridge/', 'libconsole-bridge-dev'), ('XmlRpc', 'xmlrpcpp'), ('ros/package.h', 'roslib'),
     ('ros/', 'roscpp'), ('rosbag/', 'rosbag_storage'),
 )
 PACKAGES_OF_MODULES = {'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib',

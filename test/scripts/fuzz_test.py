@@ -1,5 +1,6 @@
 """What scripts/fuzz builds and runs, what it says of it, and that it fails when something is found."""
 
+import glob
 import os
 import shutil
 import subprocess
@@ -14,6 +15,10 @@ FINE = '''echo "INFO: Seed: 1" >&2
 echo "#3 INITED cov: 120 ft: 9 corp: 1/1b" >&2
 echo "#90 NEW    cov: 150 ft: 12 corp: 2/3b" >&2
 echo "stat::number_of_executed_units: 4321" >&2'''
+# as llvm-cov says it: REPOSITORY/src/a.cpp has 200 lines, of which 190 were reached
+COVERAGE = '''cat << END
+{"data": [{"files": [{"filename": "%s", "summary": {"lines": {"count": 200, "covered": 190, "percent": 95.0}}}]}]}
+END'''
 FINDS = FINE + '''
 for argument; do case "$argument" in -artifact_prefix=*) touch "${argument#*=}crash-1" ;; esac; done
 echo "ERROR: AddressSanitizer: heap-buffer-overflow" >&2
@@ -25,12 +30,19 @@ class Fuzz(CopyOfTheScripts):
     def setUp(self):
         super().setUp()
         shutil.copytree(SEEDS, self.path('fuzz', 'seeds'))
-        self.programs = self.path('.build', 'fuzz', 'devel', 'lib', 'bearing_calibration')
-        os.makedirs(self.programs)
-        for name in ('cmake', 'clang++'):
+        shutil.copy(os.path.join(REPOSITORY, 'fuzz', 'doors'), self.path('fuzz'))
+        for name in ('cmake', 'ldd', 'llvm-profdata'):
             self.standIn(self.path('stand_ins', name))
+        self.standIn(self.path('stand_ins', 'llvm-cov'), COVERAGE % self.path('src', 'a.cpp'))
+        self.standIn(self.path('scripts', 'install_dependencies'))
+        self.programs = self.makePrograms('fuzz')
+
+    def makePrograms(self, build):
+        programs = self.path('.build', build, 'devel', 'lib', 'bearing_calibration')
+        os.makedirs(programs)
         for target in TARGETS:
-            self.standIn(os.path.join(self.programs, target + '_fuzz'), FINE)
+            self.standIn(os.path.join(programs, target + '_fuzz'), FINE)
+        return programs
 
     def fuzz(self, *arguments):
         """Return code and output; the calls of programs by name."""
@@ -42,7 +54,9 @@ class Fuzz(CopyOfTheScripts):
         calls = {}
         if os.path.exists(self.log):
             with open(self.log) as file:
-                calls = {line.split()[0]: line.split()[1:] for line in file}
+                lines = [line.split() for line in file]
+            calls = {line[0]: line[1:] for line in lines}
+            self.configured = [word for line in lines if line[0] == 'cmake' for word in line]
         return done.returncode, done.stdout, calls
 
     def testEveryTargetForAMinute(self):
@@ -54,7 +68,34 @@ class Fuzz(CopyOfTheScripts):
             self.assertIn('-max_total_time=60', arguments)
             self.assertEqual(arguments[-1], self.path('fuzz', 'seeds', target))
             row = [line.split() for line in said.splitlines() if line.startswith(target + ' ')]
-            self.assertEqual(row, [[target, '4321', '150', '30', '0']])
+            # target, seconds, executions, coverage, new, the last new one, findings
+            self.assertEqual([[cell for i, cell in enumerate(cells) if i not in (1, 5)] for cells in row],
+                             [[target, '4321', '150', '30', '0']])
+        self.assertIn('--for-fuzz', calls['install_dependencies'])
+        self.assertIn('-DBEARING_CALIBRATION_SANITIZE=fuzzer-no-link,address', self.configured)
+
+    def testFastIsWithoutSanitizers(self):
+        self.makePrograms('fuzz_fast')
+        code, said, calls = self.fuzz('--fast', 'files', '5')
+        self.assertEqual(code, 0, said)
+        self.assertIn('-DBEARING_CALIBRATION_SANITIZE=fuzzer-no-link', self.configured)
+        self.assertIn(self.path('.build', 'fuzz', 'corpus', 'files'), calls['files_fuzz'])
+
+    def testCoverageIsOfTheLinesOfEachDoor(self):
+        self.makePrograms('fuzz_coverage')
+        code, said, calls = self.fuzz('--coverage', 'files')
+        self.assertEqual(code, 0, said)
+        self.assertIn('-runs=0', calls['files_fuzz'])
+        self.assertIn(self.path('src', 'output', 'result_file.cpp'), calls['llvm-cov'])
+        self.assertIn(['files', '200', '190', '95.0', 'src/a.cpp'],
+                      [line.split() for line in said.splitlines()])
+
+    def testEveryDoorIsASource(self):
+        with open(self.path('fuzz', 'doors')) as file:
+            doors = [line.split() for line in file]
+        self.assertEqual(sorted({target for target, _ in doors}), TARGETS)
+        for _, door in doors:
+            self.assertTrue(glob.glob(os.path.join(REPOSITORY, door)), door)
 
     def testANumberAloneIsSeconds(self):
         code, said, calls = self.fuzz('7')
@@ -73,13 +114,14 @@ class Fuzz(CopyOfTheScripts):
         self.assertNotEqual(code, 0)
         self.assertIn(self.path('.build', 'fuzz', 'findings', 'files', 'crash-1'), said)
         self.assertIn('AddressSanitizer: heap-buffer-overflow', said)
-        self.assertIn(['messages', '4321', '150', '30', '0'], [line.split() for line in said.splitlines()])
+        self.assertIn(['messages', '4321', '150', '30', '0'],
+                      [line.split()[:1] + line.split()[2:5] + line.split()[6:] for line in said.splitlines()])
 
     def testWrongArgumentsAreNamed(self):
-        for arguments in (['images'], ['1', '2'], ['files', 'x'], ['files', '1', '2']):
+        for arguments in (['images'], ['--slow'], ['1', '2'], ['files', 'x'], ['files', '1', '2']):
             code, said, calls = self.fuzz(*arguments)
             self.assertNotEqual(code, 0, said)
-            self.assertIn('usage: scripts/fuzz [TARGET] [SECONDS]', said)
+            self.assertIn('usage: scripts/fuzz [--fast | --coverage] [TARGET] [SECONDS]', said)
             self.assertEqual(calls, {})
 
 
