@@ -31,6 +31,7 @@ class Fuzz(CopyOfTheScripts):
         super().setUp()
         shutil.copytree(SEEDS, self.path('fuzz', 'seeds'))
         shutil.copy(os.path.join(REPOSITORY, 'fuzz', 'doors'), self.path('fuzz'))
+        os.mkdir(self.path('fuzz', 'corpora'))
         for name in ('cmake', 'ldd', 'llvm-profdata'):
             self.standIn(self.path('stand_ins', name))
         self.standIn(self.path('stand_ins', 'llvm-cov'), COVERAGE % self.path('src', 'a.cpp'))
@@ -90,6 +91,24 @@ class Fuzz(CopyOfTheScripts):
         self.assertIn(['files', '200', '190', '95.0', 'src/a.cpp'],
                       [line.split() for line in said.splitlines()])
 
+    def testWhatWasLearntIsKeptAndReadAgain(self):
+        programs = self.makePrograms('fuzz_fast')
+        self.standIn(os.path.join(programs, 'files_fuzz'), 'for folder; do case "$folder" in\n'
+                     '*/least/files) echo abc > "$folder/one" ;; esac; done')
+        code, said, calls = self.fuzz('--keep', 'files')
+        self.assertEqual(code, 0, said)
+        self.assertIn('-merge=1', calls['files_fuzz'])
+        self.assertIn('files: 1 inputs kept of 0', said)
+        first = self.read('fuzz', 'corpora', 'files.tar.xz')
+        self.assertEqual(self.fuzz('files', '5')[0], 0)
+        self.assertEqual(self.read('.build', 'fuzz', 'corpus', 'files', 'one'), b'abc\n')
+        self.assertEqual(self.fuzz('--keep', 'files')[0], 0)
+        self.assertEqual(self.read('fuzz', 'corpora', 'files.tar.xz'), first, 'the same bytes')
+
+    def read(self, *names):
+        with open(self.path(*names), 'rb') as file:
+            return file.read()
+
     def testEveryDoorIsASource(self):
         with open(self.path('fuzz', 'doors')) as file:
             doors = [line.split() for line in file]
@@ -121,7 +140,7 @@ class Fuzz(CopyOfTheScripts):
         for arguments in (['images'], ['--slow'], ['1', '2'], ['files', 'x'], ['files', '1', '2']):
             code, said, calls = self.fuzz(*arguments)
             self.assertNotEqual(code, 0, said)
-            self.assertIn('usage: scripts/fuzz [--fast | --coverage] [TARGET] [SECONDS]', said)
+            self.assertIn('usage: scripts/fuzz [--fast | --coverage | --keep] [TARGET] [SECONDS]', said)
             self.assertEqual(calls, {})
 
 
