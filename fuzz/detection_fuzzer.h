@@ -2,32 +2,36 @@
 
 #include <sensor_msgs/Image.h>
 
-#include <map>
-#include <memory>
-#include <utility>
+#include <cstdint>
+#include <optional>
 
-#include "bearing_calibration/vision/light_detector.h"
-#include "bearing_calibration_ros/image_conversion.h"
+#include "bearing_calibration/vision/image_advice.h"
+#include "bearing_calibration_ros/image_bearings.h"
 
 namespace bearing_calibration_ros {
 
-/// The way of an image message through the detection node: checked, converted, searched, published.
+/// The way of image messages through the detection node: checked, converted, searched, followed from
+/// image to image, learnt from, judged, drawn.
 class DetectionFuzzer {
  public:
-  /// An image that is refused, or searched with and without a predicted region.
+  /// @param kind  what differs from the shipped configuration, see rigFor()
+  explicit DetectionFuzzer(std::uint8_t kind = 0) : kind_(kind) {}
+
+  /// One image. The first that can be one says of which size they all are.
   /// @return whether it was searched
-  /// @throws std::logic_error when a result means nothing: an azimuth that is no angle, a variance
-  ///   that is not positive, a probability outside of [0, 1]
-  bool run(const sensor_msgs::Image& image);
+  /// @throws std::logic_error when what comes out means nothing: an azimuth that is no angle, a
+  ///   variance that is not positive, a probability outside of [0, 1]
+  bool see(const sensor_msgs::Image& image,
+           const std::optional<core::BearingPrediction>& prediction = std::nullopt);
+
+  /// Looks for the mirror's rim in the last image.
+  void findMirrorInIt() const;
 
  private:
-  bearing_calibration::core::LightDetector& detectorFor(const sensor_msgs::Image& image);
-
-  /// By width and height: some take long to make.
-  std::map<std::pair<std::uint32_t, std::uint32_t>,
-           std::unique_ptr<bearing_calibration::core::LightDetector>>
-      detectors_;
-  GreyConverter converter_;
+  std::uint8_t kind_;
+  DetectionNodeConfig config_;
+  std::optional<ImageBearings> bearings_;  ///< from the first image on
+  std::optional<core::ImageAdviser> adviser_;
 };
 
 }  // namespace bearing_calibration_ros
