@@ -97,7 +97,9 @@ bool runScan(ByteReader* bytes) {
     require(light.position_m.allFinite() && light.rays > 0, "a light in a scan is nowhere");
     require(light.stamp >= scan.stamp, "a light was measured before its scan");
     const Eigen::Vector3d point_m(light.position_m.x(), light.position_m.y(), 0.0);
-    candidates.push_back({core::bearingOfPoint(point_m, kStddev_rad), light.stamp});
+    core::Bearing bearing = core::bearingOfPoint(point_m, kStddev_rad);
+    bearing.azimuth_variance_rad2 += core::edgeVariance(scan);
+    candidates.push_back({bearing, light.stamp});
   }
   const core::BearingSet set = core::atOneMoment(candidates, prediction);
   require(set.candidates.size() == candidates.size(), "a light in a scan is lost");

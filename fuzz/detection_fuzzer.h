@@ -10,8 +10,8 @@
 
 namespace bearing_calibration_ros {
 
-/// The way of image messages through the detection node: checked, converted, searched, followed from
-/// image to image, learnt from, judged, drawn.
+/// The way of image messages through the detection node: checked, converted, searched, followed
+/// from image to image, learnt from, judged, drawn.
 class DetectionFuzzer {
  public:
   /// @param kind  what differs from the shipped configuration, see rigFor()

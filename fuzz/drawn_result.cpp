@@ -30,6 +30,20 @@ void drawCovariance(ByteReader* bytes, Matrix* covariance) {
       size * (root * root.transpose() + 1e-3 * Eigen::MatrixXd::Identity(root.rows(), root.cols()));
 }
 
+core::LightSummary drawLight(ByteReader* bytes) {
+  core::LightSummary light;
+  light.light_id = static_cast<std::int32_t>(bytes->bits());
+  if (bytes->flag()) {
+    light.cartesian_state.emplace();
+    for (double& number : light.cartesian_state->mean) number = bytes->between(-10.0, 10.0);
+    drawCovariance(bytes, &light.cartesian_state->covariance);
+  }
+  light.in_estimate = bytes->flag();
+  light.bearings_used = bytes->word();
+  light.note = textOf(bytes);
+  return light;
+}
+
 }  // namespace
 
 core::SavedCalibration drawResult(ByteReader* bytes) {
@@ -60,6 +74,8 @@ core::SavedCalibration drawResult(ByteReader* bytes) {
                       {positiveOf(bytes), positiveOf(bytes), 1.0, 2048.0, 16, 1.5},
                       {{"bearing_calibration", "\"0.1.0\""}},
                       {{"wheels/separation", "0.25"}}};
+  constexpr int kMostLights = 3;
+  for (int i = bytes->byte() % kMostLights; i > 0; --i) result.lights.push_back(drawLight(bytes));
   return saved;
 }
 

@@ -113,6 +113,20 @@ bool readNode(ros_side::ParameterMap others, const std::string& text, ByteReader
   return true;
 }
 
+/// A program's parameters: a shipped file, another file over it, and one value over both.
+void overlay(ByteReader* bytes) {
+  const TemporaryFile robot(edited(shipped("robots/simulated.yaml"), bytes));
+  ros_side::ParameterFiles files;
+  files.addNode("calibration", BEARING_CALIBRATION_CONFIG_FOLDER "/calibration.yaml");
+  files.overlay(robot.path());
+  if (bytes->flag()) files.set(bytes->text(kMostText));
+  ros_side::CalibrationNodeConfig config;
+  ros_side::ParamReader params = files.reader("calibration");
+  config.declare(params);
+  params.throwIfAnyError();
+  require(core::errorsOf(config).empty(), "a configuration with errors is read");
+}
+
 bool readParameters(ByteReader* bytes) {
   static const std::string calibration = shipped("calibration.yaml");
   static const std::string detection = shipped("detection.yaml");
@@ -125,10 +139,8 @@ bool readParameters(ByteReader* bytes) {
     case 1:
       return readNode<ros_side::DriveNodeConfig>(
           ros_side::parametersFromYaml(calibration, "a file"), drive, bytes);
-    case 2: {
-      ros_side::ParameterFiles files;
-      return readsOrSays<std::runtime_error>([&] { files.set(bytes->text(kMostText).c_str()); });
-    }
+    case 2:
+      return readsOrSays<std::runtime_error>([bytes] { overlay(bytes); });
     case 3:
       return readNode<ros_side::CalibrationNodeConfig>({}, calibration, bytes);
     default:

@@ -168,6 +168,19 @@ bool runPrediction(ByteReader* bytes) {
   return true;
 }
 
+/// What is published of a mount: a rotation, and a covariance.
+void requirePose(const core::MountEstimate& mount, const core::UnestimatedMount& unestimated,
+                 core::Stamp stamp) {
+  const auto pose = ros_side::poseFromMount(mount, unestimated, stamp, "base_link");
+  const auto transform = ros_side::transformFromPose(pose.header, pose.pose.pose, "camera");
+  const Eigen::Isometry3d base_from_sensor = ros_side::isometryFromMessage(transform.transform);
+  require((base_from_sensor.linear() * base_from_sensor.linear().transpose()).isIdentity(1e-9) &&
+              base_from_sensor.translation().head<2>() == mount.mean.head<2>(),
+          "a mount is published as another one");
+  requireCovariance(Eigen::Map<const Eigen::Matrix<double, 6, 6>>(pose.pose.covariance.data()),
+                    "a pose that is published");
+}
+
 /// What the drive makes of an estimate, as the calibration says it, or with a number of any kind.
 bool runEstimate(ByteReader* bytes) {
   const core::SavedCalibration saved = drawResult(bytes);
@@ -175,6 +188,7 @@ bool runEstimate(ByteReader* bytes) {
   result.stamp = core::stampFromNanoseconds(result.stamp.time_since_epoch().count() % kLatest_ns);
   result.error_priors.stddev.setConstant(bytes->between(0.0, 1.0));
   CalibrationEstimate message = ros_side::messageFromResult(result, bytes->byte(), "base_link");
+  requirePose(*result.base_from_sensor, saved.unestimated, result.stamp);
   diagnostic_updater::DiagnosticStatusWrapper status;
   ros_side::fillDiagnostics(result, 0, "", bytes->flag(), &status);
   const auto back = ros_side::robotFromMessage(message);

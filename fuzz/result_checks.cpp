@@ -100,13 +100,16 @@ void requireMeaning(const core::CalibrationResult& result) {
   requireMotion(result);
 }
 
+TemporaryFile::TemporaryFile(const std::string& text)
+    : path_(std::filesystem::temp_directory_path() / ("fuzz_" + std::to_string(::getpid()))) {
+  std::ofstream(path_, std::ios::binary) << text;
+}
+
+TemporaryFile::~TemporaryFile() { std::filesystem::remove(path_); }
+
 core::ResultFileContent readBack(const std::string& text) {
-  static const std::string path =
-      (std::filesystem::temp_directory_path() / ("fuzz_result_" + std::to_string(::getpid())))
-          .string();
-  std::ofstream(path, std::ios::binary) << text;
-  core::ResultFileContent content = core::readResultFile(path);
-  std::filesystem::remove(path);
+  const TemporaryFile file(text);
+  core::ResultFileContent content = core::readResultFile(file.path());
   require(content.calibration.has_value() == content.error.empty(), "neither read nor refused");
   return content;
 }

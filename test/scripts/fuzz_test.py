@@ -88,7 +88,7 @@ class Fuzz(CopyOfTheScripts):
         self.assertEqual(code, 0, said)
         self.assertIn('-runs=0', calls['files_fuzz'])
         self.assertIn(self.path('src', 'output', 'result_file.cpp'), calls['llvm-cov'])
-        self.assertIn(['files', '200', '190', '95.0', 'src/a.cpp'],
+        self.assertIn(['200', '190', '95.0', 'src/a.cpp'],
                       [line.split() for line in said.splitlines()])
 
     def testWhatWasLearntIsKeptAndReadAgain(self):
@@ -111,10 +111,8 @@ class Fuzz(CopyOfTheScripts):
 
     def testEveryDoorIsASource(self):
         with open(self.path('fuzz', 'doors')) as file:
-            doors = [line.split() for line in file]
-        self.assertEqual(sorted({target for target, _ in doors}), TARGETS)
-        for _, door in doors:
-            self.assertTrue(glob.glob(os.path.join(REPOSITORY, door)), door)
+            for door in file.read().split():
+                self.assertTrue(glob.glob(os.path.join(REPOSITORY, door)), door)
 
     def testANumberAloneIsSeconds(self):
         code, said, calls = self.fuzz('7')
