@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/annotation.h"
+#include "bearing_calibration/vision/mirror_rim.h"
 #include "bearing_calibration/vision/optics_learner.h"
 #include "bearing_calibration_ros/parameter_files.h"
 #include "bearing_calibration_ros/rig_checks.h"
@@ -43,6 +45,9 @@ core::MirrorKind mirrorOf(std::uint8_t kind) {
   return (kind & kMirror) == 2 ? core::MirrorKind::kOther : core::MirrorKind::kCone;
 }
 
+/// Both cannot be set, and stand for a sensor of 16 bits.
+bool isDeep(std::uint8_t kind) { return (kind & kBlinks) != 0 && (kind & kColoured) != 0; }
+
 /// The shipped configuration with pixels so large that all of the mirror is in the image, if that
 /// is not too small.
 DetectionNodeConfig rigFor(std::uint8_t kind, const sensor_msgs::Image& image) {
@@ -60,8 +65,9 @@ DetectionNodeConfig rigFor(std::uint8_t kind, const sensor_msgs::Image& image) {
   detector.view.centre_v_px = 0.5 * (detector.sensor.height_px - 1.0);
   detector.mask.last_row = detector.sensor.height_px - 1;
   detector.mirror_kind = mirrorOf(kind);
-  config.blink.use = (kind & kBlinks) != 0;
-  config.colour.use = !config.blink.use && (kind & kColoured) != 0;
+  config.colour.use = (kind & kColoured) != 0;
+  config.blink.use = !config.colour.use && (kind & kBlinks) != 0;
+  if (isDeep(kind)) detector.sensor.saturation_level = 65535.0;
   config.colour.lights = {{1, {1.0, 1.0, 1.0}}, {2, {1.0, 0.1, 0.1}}};
   if ((kind & kDefocus) != 0) detector.defocus_sigma_px = 1.5;
   if ((kind & kPost) != 0) detector.mask.posts = {{1.0, 0.1}};
@@ -123,11 +129,34 @@ bool learn(ByteReader* bytes) {
   return is_used;
 }
 
+/// As a driver sends it that compresses, or cuts short what it has compressed.
+/// @return whether it is an image afterwards
+bool compress(std::uint8_t flags, sensor_msgs::Image* image) {
+  const int columns = static_cast<int>(image->step);
+  const int rows = static_cast<int>(image->height);
+  const std::size_t needed = static_cast<std::size_t>(columns) * image->height;
+  if (image->data.empty() || image->data.size() != needed) return false;
+  const bool is_wide = (flags & 8U) != 0 && columns % 3 == 0;
+  const cv::Mat pixels(rows, is_wide ? columns / 3 : columns, is_wide ? CV_8UC3 : CV_8UC1,
+                       image->data.data());
+  sensor_msgs::CompressedImage compressed;
+  compressed.header = image->header;
+  compressed.format = image->encoding + "; png compressed";
+  cv::imencode(".png", pixels, compressed.data);
+  if ((flags & 16U) != 0) compressed.data.resize(compressed.data.size() / 2);
+  if (const sensor_msgs::ImagePtr sent = decoded(compressed)) {
+    *image = *sent;
+    return true;
+  }
+  require(!describeUndecoded(compressed).empty(), "what cannot be read says nothing");
+  return false;
+}
+
 /// Several pictures in turn, a few times.
 bool watch(std::uint8_t kind, const std::uint8_t* data, std::size_t size) {
   ByteReader head(data, size);
   const std::uint8_t pictures = head.byte() % 4 + 1;
-  const std::uint8_t rounds = head.byte() % 5 + 1;
+  const std::uint8_t rounds = head.byte() % 9 + 1;
   const std::uint8_t flags = head.byte();
   core::BearingPrediction prediction;
   prediction.azimuth_rad = head.between(-core::kPi, core::kPi);
@@ -142,10 +171,12 @@ bool watch(std::uint8_t kind, const std::uint8_t* data, std::size_t size) {
     ByteReader bytes(data + std::min(size, kHead + share * (i % pictures)), share);
     sensor_msgs::Image image = imageFrom(&bytes);
     if (!image.header.stamp.isZero()) image.header.stamp += ros::Duration(0.1 * i);
+    if ((flags & 4U) != 0 && !compress(flags, &image)) continue;
     prediction.stamp = stampFromRos(image.header.stamp);
     const bool is_expected = (flags & 1U) != 0;
     is_any |= node.see(image, is_expected ? std::optional(prediction) : std::nullopt);
   }
+  node.takeAdvice();
   if (is_any && (flags & 2U) != 0) node.findMirrorInIt();
   return is_any;
 }
@@ -177,12 +208,16 @@ bool DetectionFuzzer::see(const sensor_msgs::Image& image,
     require(config_.colour.use && !hasColours(image.encoding), "a sound image is refused");
   }
   const core::DetectionResult& result = bearings_->result();
-  if (const auto advice = adviser_->adviceFor(result)) {
-    require(!advice->sentence.empty(), "advice says nothing");
-  }
+  advice_.add(adviser_->adviceFor(result));
   core::annotate(bearings_->grey(), result, config_.detector);
   if (const auto& learner = bearings_->learner()) requireOptics(*learner, config_.detector);
   return true;
+}
+
+void DetectionFuzzer::takeAdvice() {
+  if (const auto advice = advice_.take()) {
+    require(!advice->sentence.empty(), "advice says nothing");
+  }
 }
 
 void DetectionFuzzer::findMirrorInIt() const {
@@ -191,6 +226,10 @@ void DetectionFuzzer::findMirrorInIt() const {
   require(!answer.found || (std::isfinite(answer.centre_u) && std::isfinite(answer.centre_v) &&
                             answer.radius > 0.0),
           "a mirror's rim is no circle");
+  const cv::Mat& image = bearings_->grey();
+  if (const auto rim = core::findMirrorRim(image, core::rimSearchIn(image))) {
+    core::annotateRim(image, *rim);
+  }
 }
 
 }  // namespace bearing_calibration_ros

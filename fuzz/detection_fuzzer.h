@@ -24,6 +24,8 @@ class DetectionFuzzer {
   bool see(const sensor_msgs::Image& image,
            const std::optional<core::BearingPrediction>& prediction = std::nullopt);
 
+  /// What there is to say of the images since the last call.
+  void takeAdvice();
   /// Looks for the mirror's rim in the last image.
   void findMirrorInIt() const;
 
@@ -32,6 +34,7 @@ class DetectionFuzzer {
   DetectionNodeConfig config_;
   std::optional<ImageBearings> bearings_;  ///< from the first image on
   std::optional<core::ImageAdviser> adviser_;
+  core::AdviceTally advice_;
 };
 
 }  // namespace bearing_calibration_ros

@@ -66,7 +66,8 @@ bool readResult(const std::string& text) {
   return true;
 }
 
-/// A shipped file, without its comments, and with the simulated robot's numbers where it has none.
+/// A shipped file, without its comments, with the simulated robot's numbers and a light where it
+/// has none.
 std::string shipped(const std::string& name) {
   static ros_side::ParameterMap robot =
       ros_side::parametersFromFiles({BEARING_CALIBRATION_CONFIG_FOLDER "/robots/simulated.yaml"});
@@ -82,6 +83,9 @@ std::string shipped(const std::string& name) {
       robot.at(parameter).write(number);
       line.replace(colon, std::string::npos, ": " + number.str());
     }
+    const std::size_t list = line.find("lights: []");
+    if (list != std::string::npos)
+      line.replace(list, std::string::npos, "lights: [[1, 1.0, 0.2, 0.1]]");
     text += line + "\n";
   }
   return text;
@@ -115,11 +119,12 @@ bool readNode(ros_side::ParameterMap others, const std::string& text, ByteReader
 
 /// A program's parameters: a shipped file, another file over it, and one value over both.
 void overlay(ByteReader* bytes) {
+  const std::string assignment = bytes->flag() ? bytes->text(bytes->byte()) : std::string();
   const TemporaryFile robot(edited(shipped("robots/simulated.yaml"), bytes));
   ros_side::ParameterFiles files;
   files.addNode("calibration", BEARING_CALIBRATION_CONFIG_FOLDER "/calibration.yaml");
   files.overlay(robot.path());
-  if (bytes->flag()) files.set(bytes->text(kMostText));
+  if (!assignment.empty()) files.set(assignment);
   ros_side::CalibrationNodeConfig config;
   ros_side::ParamReader params = files.reader("calibration");
   config.declare(params);
