@@ -206,6 +206,7 @@ bool DetectionFuzzer::see(const sensor_msgs::Image& image,
     requireMeaning(bearings_->detect(boost::make_shared<sensor_msgs::Image>(image), prediction));
   } catch (const std::invalid_argument&) {
     require(config_.colour.use && !hasColours(image.encoding), "a sound image is refused");
+    return false;
   }
   const core::DetectionResult& result = bearings_->result();
   advice_.add(adviser_->adviceFor(result));

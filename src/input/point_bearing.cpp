@@ -12,6 +12,7 @@ const char* whyNoPoint(const Eigen::Vector3d& point_m) {
 }
 
 const char* whyNoAzimuth(const Eigen::Vector3d& point_in_sensor_m) {
+  if (!point_in_sensor_m.allFinite()) return "point not finite";
   return point_in_sensor_m.head<2>().norm() < plausible::kShortest_m
              ? "point on the sensor's z axis"
              : nullptr;

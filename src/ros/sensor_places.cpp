@@ -25,9 +25,12 @@ std::optional<Refusal> SensorPlaces::refusalOf(const std_msgs::Header& header) c
   const std::string frame = withoutSlash(header.frame_id);
   if (header.stamp.isZero()) return Refusal{"stamp is zero", "its driver must set it"};
   if (frame.empty()) return Refusal{"frame_id is empty", "its driver must set it"};
-  if (frame == sensor_frame_ ||
-      static_transforms_.canTransform(sensor_frame_, frame, ros::Time())) {
-    return std::nullopt;
+  if (frame == sensor_frame_) return std::nullopt;
+  if (static_transforms_.canTransform(sensor_frame_, frame, ros::Time())) {
+    if (sensorFrom(frame).matrix().allFinite()) return std::nullopt;
+    return Refusal{"static transform not finite",
+                   "what /tf_static says between its frame '" + frame + "' and frames/sensor '" +
+                       sensor_frame_ + "' has a number that is not finite"};
   }
   return Refusal{"no static transform",
                  "nothing on /tf_static connects its frame '" + frame + "' with frames/sensor '" +

@@ -127,6 +127,8 @@ TEST(CameraRays, SayWhatTheyLack) {
   EXPECT_EQ(kindOf(rays.refusalOf(imageIn("/eye_optical"))), "");
   rays.add(transform("mast", "other_optical", 0.01, 0.3));
   EXPECT_EQ(kindOf(rays.refusalOf(imageIn("other_optical"))), "lens beside frames/sensor");
+  rays.add(transform("mast", "far_optical", std::numeric_limits<double>::infinity(), 0.3));
+  EXPECT_EQ(kindOf(rays.refusalOf(imageIn("far_optical"))), "static transform not finite");
 }
 
 TEST(CameraRays, AreTurnedAsTheStaticTransformSays) {

@@ -193,6 +193,7 @@ TEST(PointBearings, PointsThatAreNoneAreNamed) {
   EXPECT_STREQ(whyNoPoint({0.0, 0.0, 0.0}), "point at the origin");
   EXPECT_EQ(whyNoAzimuth({0.0, -0.1, 5.0}), nullptr);
   EXPECT_STREQ(whyNoAzimuth({0.0, 0.0, 1.0}), "point on the sensor's z axis");
+  EXPECT_STREQ(whyNoAzimuth({kNaN, 1.0, 0.0}), "point not finite");
 }
 
 TEST(LaserScan, SeesWhereItsRaysGo) {
