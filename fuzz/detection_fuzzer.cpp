@@ -45,6 +45,8 @@ core::MirrorKind mirrorOf(std::uint8_t kind) {
   return (kind & kMirror) == 2 ? core::MirrorKind::kOther : core::MirrorKind::kCone;
 }
 
+constexpr double kDeepest = 65535.0;  // of 16 bits
+
 /// Both cannot be set, and stand for a sensor of 16 bits.
 bool isDeep(std::uint8_t kind) { return (kind & kBlinks) != 0 && (kind & kColoured) != 0; }
 
@@ -67,7 +69,7 @@ DetectionNodeConfig rigFor(std::uint8_t kind, const sensor_msgs::Image& image) {
   detector.mirror_kind = mirrorOf(kind);
   config.colour.use = (kind & kColoured) != 0;
   config.blink.use = !config.colour.use && (kind & kBlinks) != 0;
-  if (isDeep(kind)) detector.sensor.saturation_level = 65535.0;
+  if (isDeep(kind)) detector.sensor.saturation_level = kDeepest;
   config.colour.lights = {{1, {1.0, 1.0, 1.0}}, {2, {1.0, 0.1, 0.1}}};
   if ((kind & kDefocus) != 0) detector.defocus_sigma_px = 1.5;
   if ((kind & kPost) != 0) detector.mask.posts = {{1.0, 0.1}};
@@ -135,7 +137,8 @@ bool compress(std::uint8_t flags, sensor_msgs::Image* image) {
   const int columns = static_cast<int>(image->step);
   const int rows = static_cast<int>(image->height);
   const std::size_t needed = static_cast<std::size_t>(columns) * image->height;
-  if (image->data.empty() || image->data.size() != needed) return false;
+  constexpr int kWidest = 16384;  // that a sensor may be
+  if (image->data.empty() || image->data.size() != needed || columns > kWidest) return false;
   const bool is_wide = (flags & 8U) != 0 && columns % 3 == 0;
   const cv::Mat pixels(rows, is_wide ? columns / 3 : columns, is_wide ? CV_8UC3 : CV_8UC1,
                        image->data.data());
@@ -189,6 +192,7 @@ bool DetectionFuzzer::see(const sensor_msgs::Image& image,
   if (!bearings_) {
     sensor.width_px = static_cast<int>(image.width);
     sensor.height_px = static_cast<int>(image.height);
+    if (isDeep(kind_)) sensor.saturation_level = kDeepest;
   }
   if (const auto refusal = refusalOf(image, sensor)) {
     require(!refusal->kind.empty() && !refusal->text.empty(), "a refusal says nothing");

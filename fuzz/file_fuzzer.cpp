@@ -119,7 +119,8 @@ bool readNode(ros_side::ParameterMap others, const std::string& text, ByteReader
 
 /// A program's parameters: a shipped file, another file over it, and one value over both.
 void overlay(ByteReader* bytes) {
-  const std::string assignment = bytes->flag() ? bytes->text(bytes->byte()) : std::string();
+  const std::string text = bytes->flag() ? bytes->text(bytes->byte()) : std::string();
+  const std::string assignment = text.c_str();  // a command line ends with the first zero
   const TemporaryFile robot(edited(shipped("robots/simulated.yaml"), bytes));
   ros_side::ParameterFiles files;
   files.addNode("calibration", BEARING_CALIBRATION_CONFIG_FOLDER "/calibration.yaml");
