@@ -33,12 +33,17 @@ struct LightPath {
   double mirror_to_light_m;  ///< s2
 };
 
+/// Not positive for a light inside of the mirror.
+double mirrorToLight(const ConicMirror& mirror, double ray_angle_rad, double distance_m) {
+  return (distance_m - hitRadius(mirror, ray_angle_rad)) /
+         std::sin(exitAngle(mirror, ray_angle_rad));
+}
+
 LightPath pathToDistance(const ConicMirror& mirror, double ray_angle_rad, double distance_m) {
   const double hit_radius_m = hitRadius(mirror, ray_angle_rad);
   const double lens_to_mirror_m =
       std::hypot(hit_radius_m, mirror.lens_to_apex_m + hit_radius_m * cot(mirror.half_angle_rad));
-  const double mirror_to_light_m =
-      (distance_m - hit_radius_m) / std::sin(exitAngle(mirror, ray_angle_rad));
+  const double mirror_to_light_m = mirrorToLight(mirror, ray_angle_rad, distance_m);
   if (!(mirror_to_light_m > 0.0)) {
     throw std::invalid_argument("a light at " + std::to_string(distance_m) +
                                 " m from the axis lies inside the mirror");
@@ -144,6 +149,10 @@ std::optional<double> radiusFromLight(const ConicMirror& mirror, const LightPlac
   const double radius_px = radiusFromRayAngle(mirror, rayAngleFromLight(mirror, light));
   const bool seen = radius_px > 0.0 && radius_px <= rimRadiusPx(mirror);
   return seen ? std::optional<double>(radius_px) : std::nullopt;
+}
+
+bool showsOutside(const ConicMirror& mirror, double image_radius_px, double distance_m) {
+  return mirrorToLight(mirror, rayAngleFromRadius(mirror, image_radius_px), distance_m) > 0.0;
 }
 
 SpotBlur expectedBlur(const ConicMirror& mirror, double image_radius_px, double distance_m) {

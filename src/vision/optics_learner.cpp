@@ -89,8 +89,11 @@ std::optional<Vector3d> OpticsLearner::expected(const Vector& state, const Range
   const Vector off = prior_mean_ + prior_stddev_.cwiseProduct(state);
   const ConicMirror mirror = mirrorAt(state);
   const auto radius_px = radiusFromLight(mirror, {spot.distance_m, off(kLightHeight_m)});
-  if (!radius_px || spot.distance_m < configured_.light.min_distance_m) return std::nullopt;
   const double seen_px = spot.image_radius_px;  // where it stands, whatever the tilt
+  if (!radius_px || spot.distance_m < configured_.light.min_distance_m ||
+      !showsOutside(mirror, seen_px, spot.distance_m)) {
+    return std::nullopt;
+  }
   const SpotBlur blur = expectedBlur(mirror, seen_px, spot.distance_m);
   constexpr double kBlurToStddev = 0.25;  // of an evenly filled ellipse
   const double near = 1.0 / spot.distance_m;
@@ -173,6 +176,7 @@ bool OpticsLearner::update(const RangedSpot& spot) {
     gain = covariance_ * H.transpose() * information;
     state = mean_ + gain * innovation;
   }
+  if (!errorsOf(mirrorAt(state)).empty()) return false;
   mean_ = state;
   const Matrix rest = Matrix::Identity() - gain * H;
   covariance_ = rest * covariance_ * rest.transpose() + gain * noise * gain.transpose();

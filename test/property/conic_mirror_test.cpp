@@ -144,6 +144,8 @@ TEST(ConicMirror, TheBlurAgreesWithTheRayTraceToAHundredthOfAPixel) {
 
 TEST(ConicMirror, ALightInsideTheMirrorBreaksTheContract) {
   EXPECT_THROW(expectedBlur(defaultMirror(), 200.0, 0.001), std::invalid_argument);
+  EXPECT_FALSE(showsOutside(defaultMirror(), 200.0, 0.001));
+  EXPECT_TRUE(showsOutside(defaultMirror(), 200.0, 1.0));
 }
 
 /// Error of the azimuth [rad] that a ray trace finds for a light at `azimuth_rad`.

@@ -93,7 +93,11 @@ double rimRadiusPx(const ConicMirror& mirror);
 /// seen in the mirror.
 std::optional<double> radiusFromLight(const ConicMirror& mirror, const LightPlace& light);
 
-/// Blur of a light at `image_radius_px` and horizontal distance `distance_m` from the axis.
+/// Whether a light at `image_radius_px` and horizontal distance `distance_m` from the axis lies
+/// outside of the mirror.
+bool showsOutside(const ConicMirror& mirror, double image_radius_px, double distance_m);
+
+/// Its blur.
 /// @throws std::invalid_argument when the light would lie inside the mirror.
 SpotBlur expectedBlur(const ConicMirror& mirror, double image_radius_px, double distance_m);
 
