@@ -194,9 +194,7 @@ void MountCalibration::refineAndJudge() {
   }
   judge_->judge(*tracker_, observations, settled, noiseMargin(review ? review->levels : noise_));
   if (config_.max_lights > 1) noteSolution(settled, estimate);
-  if (judge_->last().state == CalibrationState::kConverged) {
-    most_noise_ = mostNoise();
-  }
+  if (judge_->last().state == CalibrationState::kConverged) most_noise_ = mostNoise();
   const std::size_t cut = settled ? RecordFit::cutOf(*settled, surplus()) : 0;
   if (cut == 0) return;
   std::optional<StateEstimate> average;
@@ -227,10 +225,11 @@ std::optional<NoiseReview> MountCalibration::reviewNoiseOf(const SlipAverage& se
   const InitializerConfig& config = config_.initializer;
   correlation_time_ = correlationTime(observations, settled.best.correlation);
   if (!config.noise.any()) return std::nullopt;
-  NoiseReview review = reviewNoise(observations, settled.best, config.batch.errors, config.noise,
-                                   noise_start_, noise_told_before_);
-  noise_start_ = review.likeliest;
-  noise_ = most_noise_ ? atMost(review.levels, *most_noise_) : review.levels;
+  const auto review = reviewNoise(observations, settled.best, config.batch.errors, config.noise,
+                                  noise_start_, noise_told_before_);
+  if (!review) return std::nullopt;
+  noise_start_ = review->likeliest;
+  noise_ = most_noise_ ? atMost(review->levels, *most_noise_) : review->levels;
   return review;
 }
 

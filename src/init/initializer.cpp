@@ -179,6 +179,10 @@ StartAttempt findStart(const std::vector<Observation>& observations,
   for (int searches = 1; answer.fit && config.noise.any(); ++searches) {
     review = reviewNoise(observations, *answer.fit, config.batch.errors, config.noise,
                          unknownsWith(attempt.noise));
+    if (!review) {
+      answer.fit.reset();
+      break;
+    }
     const bool is_found = areAlike(review->levels, attempt.noise) || searches == kMostSearches;
     attempt.noise = review->levels;
     attempt.noise_cost = review->cost;

@@ -57,9 +57,10 @@ double equalLightSize(const std::vector<Observation>& observations, const BatchE
 
 }  // namespace
 
-NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
-                        const ErrorPriors& errors, const NoisePriors& priors,
-                        const NoiseUnknowns& start, const NoiseInformation& told_before) {
+std::optional<NoiseReview> reviewNoise(const std::vector<Observation>& observations,
+                                       const BatchEstimate& fit, const ErrorPriors& errors,
+                                       const NoisePriors& priors, const NoiseUnknowns& start,
+                                       const NoiseInformation& told_before) {
   constexpr double kCostOfSlip = 10.0;  // half the chi-square for which a fit gives a motion up
   const NoiseRecord record(observations, fit, errors);
   double least_log_bearing = start(kBearingLevel);
@@ -95,7 +96,9 @@ NoiseReview reviewNoise(const std::vector<Observation>& observations, const Batc
                      {},
                      likeliest.told};
   review.average = averageOver(record, review, record.size());
-  return review;
+  const bool is_any = std::isfinite(review.cost) && review.average.mean.allFinite() &&
+                      review.average.covariance.allFinite();
+  return is_any ? std::optional(review) : std::nullopt;
 }
 
 StateEstimate averageAfter(std::size_t count, const std::vector<Observation>& observations,

@@ -55,7 +55,7 @@ Record recordOf(std::uint64_t seed, double duration_s, const NoiseLevels& stated
 }
 
 NoiseLevels found(const Record& record, const NoisePriors& priors = kPriors) {
-  return reviewNoise(record.observations, record.fit, {}, priors, unknownsWith({})).levels;
+  return reviewNoise(record.observations, record.fit, {}, priors, unknownsWith({})).value().levels;
 }
 
 constexpr int kRuns = 20;
@@ -95,7 +95,7 @@ TEST(NoiseLevels, OfBearingsThatLastAreNotLaidToTheWheels) {
     NoiseReview review;
     review.likeliest = unknownsWith({{0.2, 0.0}, {20.0, 0.0}});
     for (int searches = 0; searches < 2; ++searches) {
-      review = reviewNoise(record.observations, record.fit, {}, kPriors, review.likeliest);
+      review = reviewNoise(record.observations, record.fit, {}, kPriors, review.likeliest).value();
     }
     const auto& [bearing, wheel, light_size] = review.levels;
     EXPECT_LT(std::abs(std::log(bearing.value)), kMostSigmas * bearing.log_stddev) << seed;
@@ -135,12 +135,13 @@ TEST(NoiseLevels, AreFoundBetterWithWhatWasGivenAway) {
     const Record given_away = recordOf(seed, 50.0, kStatedTooSmall);
     const Record record = recordOf(kRuns + seed, 50.0, kStatedTooSmall);
     const NoiseReview before =
-        reviewNoise(given_away.observations, given_away.fit, {}, kPriors, unknownsWith({}));
+        reviewNoise(given_away.observations, given_away.fit, {}, kPriors, unknownsWith({})).value();
     NoiseInformation told_before;
     told_before.give(1.0, before.told);
     const NoiseLevels alone = found(record);
     const NoiseLevels levels =
         reviewNoise(record.observations, record.fit, {}, kPriors, unknownsWith({}), told_before)
+            .value()
             .levels;
     bearing_nees += std::pow(std::log(2.0 / levels.bearing.value) / levels.bearing.log_stddev, 2);
     wheel_nees += std::pow(std::log(4.0 / levels.wheel.value) / levels.wheel.log_stddev, 2);
@@ -173,7 +174,7 @@ TEST(NoiseLevels, WidenTheMountByWhatIsNotKnownOfThem) {
     record.fit = BatchEstimator({}).estimate(withNoise(record.observations, levels),
                                              surestStart(record.fit));
     const NoiseReview review =
-        reviewNoise(record.observations, record.fit, {}, priors, unknownsWith(levels));
+        reviewNoise(record.observations, record.fit, {}, priors, unknownsWith(levels)).value();
     const CartesianEstimate fit = record.fit.last.cartesian();
     const CartesianEstimate estimate =
         changedAs(record.fit.last, record.fit.last, review.average).cartesian();
@@ -239,7 +240,8 @@ TEST(NoiseLevels, ThatAreKnownLeaveTheFitAlone) {
   config.errors.setLightHeight(0.4, 0.1);
   const Record record = recordOf(simulated, {}, config);
   const NoiseReview review =
-      reviewNoise(record.observations, record.fit, config.errors, {1e-4, 1e-4}, unknownsWith({}));
+      reviewNoise(record.observations, record.fit, config.errors, {1e-4, 1e-4}, unknownsWith({}))
+          .value();
   const CartesianEstimate fit = record.fit.last.cartesian();
   const CartesianEstimate average = review.average.cartesian();
   for (int i = 0; i < 5; ++i) {

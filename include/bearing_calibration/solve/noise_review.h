@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "bearing_calibration/filter/robot_errors.h"
@@ -26,9 +27,11 @@ struct NoiseReview {
 /// @param observations  of one light, as stated, those of the fit
 /// @param start  where the search begins
 /// @param told_before  by the observations that have been given away
-NoiseReview reviewNoise(const std::vector<Observation>& observations, const BatchEstimate& fit,
-                        const ErrorPriors& errors, const NoisePriors& priors,
-                        const NoiseUnknowns& start, const NoiseInformation& told_before = {});
+/// @return none where the fit explains so little that no levels can be weighed
+std::optional<NoiseReview> reviewNoise(const std::vector<Observation>& observations,
+                                       const BatchEstimate& fit, const ErrorPriors& errors,
+                                       const NoisePriors& priors, const NoiseUnknowns& start,
+                                       const NoiseInformation& told_before = {});
 
 /// What a fit says after so many observations, over all levels that a review of the same ones
 /// allows: at least as wide as with the likeliest of them.
