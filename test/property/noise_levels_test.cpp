@@ -258,7 +258,7 @@ TEST(NoiseLevels, AreAveragedOverWhereARecordIsCut) {
     return averageAfter(cut, record.observations, record.fit, {}, review);
   };
   const auto reviewWith = [&](const NoisePriors& priors) {
-    return reviewNoise(record.observations, record.fit, {}, priors, unknownsWith({}));
+    return reviewNoise(record.observations, record.fit, {}, priors, unknownsWith({})).value();
   };
   const std::size_t all = record.observations.size();
   const NoiseReview unknown = reviewWith(kPriors);
@@ -280,7 +280,7 @@ TEST(NoiseLevels, AreAveragedOverWhereARecordIsCut) {
 TEST(NoiseLevels, MoveWhatIsGivenAwayToItsOwnAverage) {
   const Record record = recordOf(1, 60.0, {{2.0, 0.0}, {0.25, 0.0}});
   const NoiseReview review =
-      reviewNoise(record.observations, record.fit, {}, kPriors, unknownsWith({}));
+      reviewNoise(record.observations, record.fit, {}, kPriors, unknownsWith({})).value();
   const std::size_t half = record.observations.size() / 2;
   const StateEstimate fit =
       BatchEstimator({}).filteredAt(half - 1, record.observations, record.fit);
@@ -396,7 +396,9 @@ TEST(NoiseLevels, OfBearingsAreNotBelowWhatTheMirrorsLawLeavesOut) {
   config.errors.setGeometry({kLeftOut * kStated_rad / 0.03, 0.0, 0.0});
   const Record record = recordOf(simulated, {{1.0 / kScatter, 0.0}, {1.0, 0.0}}, config);
   const NoiseLevels levels =
-      reviewNoise(record.observations, record.fit, config.errors, kPriors, unknownsWith({})).levels;
+      reviewNoise(record.observations, record.fit, config.errors, kPriors, unknownsWith({}))
+          .value()
+          .levels;
   EXPECT_NEAR(levels.bearing.value, kLeftOut, 1e-6);
 }
 
