@@ -10,8 +10,7 @@ namespace bearing_calibration::core {
 /// the origin of the frame that it is measured in.
 const char* whyNoPoint(const Eigen::Vector3d& point_m);
 
-/// Why a point has no azimuth, in the same way: it is too far for numbers, or lies on the sensor's z
-/// axis.
+/// Why a point has no azimuth, in the same way: too far for numbers, or on the sensor's z axis.
 const char* whyNoAzimuth(const Eigen::Vector3d& point_in_sensor_m);
 
 /// Azimuth and elevation of a point, each with this standard deviation.
