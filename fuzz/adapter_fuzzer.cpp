@@ -92,23 +92,17 @@ bool runScan(ByteReader* bytes) {
   }
   const core::LaserScan scan = ros_side::scanFromMessage(drawScan(bytes));
   if (!core::whyUnusable(scan, *config).empty()) return false;
-  std::vector<core::TimedBearing> candidates;
-  for (const core::ScanLight& light : core::lightsInScan(scan, *config)) {
+  const std::vector<core::ScanLight> lights = core::lightsInScan(scan, *config);
+  for (const core::ScanLight& light : lights) {
     require(light.position_m.allFinite() && light.rays > 0, "a light in a scan is nowhere");
     require(light.stamp >= scan.stamp, "a light was measured before its scan");
-    const Eigen::Vector3d point_m(light.position_m.x(), light.position_m.y(), 0.0);
-    core::Bearing bearing = core::bearingOfPoint(point_m, kStddev_rad);
-    bearing.azimuth_variance_rad2 += core::edgeVariance(scan);
-    candidates.push_back({bearing, light.stamp});
   }
-  const core::BearingSet set = core::atOneMoment(candidates, prediction);
-  require(set.candidates.size() == candidates.size(), "a light in a scan is lost");
+  const core::BearingSet set =
+      core::bearingsInScan(scan, *config, Eigen::Isometry3d::Identity(), kStddev_rad, prediction);
+  require(set.candidates.size() == lights.size(), "a light in a scan is lost");
   for (const core::Bearing& bearing : set.candidates) requireBearing(bearing);
-  const core::FieldOfView view = core::viewOf(scan);
-  require(std::abs(view.centre_rad) <= core::kPi && view.width_rad >= 0.0 &&
-              view.width_rad <= 2.0 * core::kPi,
-          "a scan's field of view is no part of a turn");
-  return !candidates.empty();
+  require(set.view.isPossible(), "a scan's field of view is no part of a turn");
+  return !lights.empty();
 }
 
 geometry_msgs::TransformStamped drawConnection(ByteReader* bytes) {

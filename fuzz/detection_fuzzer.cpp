@@ -45,8 +45,6 @@ core::MirrorKind mirrorOf(std::uint8_t kind) {
   return (kind & kMirror) == 2 ? core::MirrorKind::kOther : core::MirrorKind::kCone;
 }
 
-constexpr double kDeepest = 65535.0;  // of 16 bits
-
 /// Both cannot be set, and stand for a sensor of 16 bits.
 bool isDeep(std::uint8_t kind) { return (kind & kBlinks) != 0 && (kind & kColoured) != 0; }
 
@@ -69,6 +67,7 @@ DetectionNodeConfig rigFor(std::uint8_t kind, const sensor_msgs::Image& image) {
   detector.mirror_kind = mirrorOf(kind);
   config.colour.use = (kind & kColoured) != 0;
   config.blink.use = !config.colour.use && (kind & kBlinks) != 0;
+  constexpr double kDeepest = 65535.0;  // of 16 bits
   if (isDeep(kind)) detector.sensor.saturation_level = kDeepest;
   config.colour.lights = {{1, {1.0, 1.0, 1.0}}, {2, {1.0, 0.1, 0.1}}};
   if ((kind & kDefocus) != 0) detector.defocus_sigma_px = 1.5;
@@ -188,18 +187,12 @@ bool watch(std::uint8_t kind, const std::uint8_t* data, std::size_t size) {
 
 bool DetectionFuzzer::see(const sensor_msgs::Image& image,
                           const std::optional<core::BearingPrediction>& prediction) {
-  core::ImageSensor sensor = bearings_ ? config_.detector.sensor : shipped().detector.sensor;
-  if (!bearings_) {
-    sensor.width_px = static_cast<int>(image.width);
-    sensor.height_px = static_cast<int>(image.height);
-    if (isDeep(kind_)) sensor.saturation_level = kDeepest;
-  }
-  if (const auto refusal = refusalOf(image, sensor)) {
+  if (!bearings_) config_ = rigFor(kind_, image);
+  if (const auto refusal = refusalOf(image, config_.detector.sensor)) {
     require(!refusal->kind.empty() && !refusal->text.empty(), "a refusal says nothing");
     return false;
   }
   if (!bearings_) {
-    config_ = rigFor(kind_, image);
     bearings_.emplace(config_);
     adviser_.emplace(config_.detector);
   }

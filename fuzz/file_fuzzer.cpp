@@ -84,8 +84,9 @@ std::string shipped(const std::string& name) {
       line.replace(colon, std::string::npos, ": " + number.str());
     }
     const std::size_t list = line.find("lights: []");
-    if (list != std::string::npos)
+    if (list != std::string::npos) {
       line.replace(list, std::string::npos, "lights: [[1, 1.0, 0.2, 0.1]]");
+    }
     text += line + "\n";
   }
   return text;

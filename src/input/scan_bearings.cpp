@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/input/point_bearing.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -188,6 +189,27 @@ BearingSet atOneMoment(const std::vector<TimedBearing>& candidates,
     set.candidates.push_back(candidate.bearing);
     set.candidates.back().azimuth_variance_rad2 += std::pow(kTurn_radps * apart_s, 2);
   }
+  return set;
+}
+
+BearingSet bearingsInScan(const LaserScan& scan, const ScanLightConfig& config,
+                          const Eigen::Isometry3d& sensor_from_scan, double stddev_rad,
+                          const std::optional<BearingPrediction>& prediction) {
+  std::vector<TimedBearing> candidates;
+  for (const ScanLight& light : lightsInScan(scan, config)) {
+    const Eigen::Vector3d in_scan_m(light.position_m.x(), light.position_m.y(), 0.0);
+    Bearing bearing = bearingOfPoint(sensor_from_scan * in_scan_m, stddev_rad);
+    bearing.azimuth_variance_rad2 += edgeVariance(scan);
+    bearing.elevation_rad = bearing.elevation_variance_rad2 = Bearing().elevation_rad;
+    candidates.push_back({bearing, light.stamp});
+  }
+  BearingSet set = atOneMoment(candidates, prediction);
+  if (candidates.empty()) set.stamp = scan.stamp;
+  set.view = viewOf(scan);
+  const Eigen::Vector3d middle =
+      sensor_from_scan *
+      Eigen::Vector3d(std::cos(set.view.centre_rad), std::sin(set.view.centre_rad), 0.0);
+  set.view.centre_rad = std::atan2(middle.y(), middle.x());
   return set;
 }
 

@@ -8,7 +8,6 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -168,23 +167,8 @@ class BearingAdapterNodelet : public GuardedNodelet {
     const core::LaserScan scan = scanFromMessage(message);
     const std::string refusal = core::whyUnusable(scan, config_.scan);
     if (!refusal.empty()) return refuse(refusal, "the scan is ignored");
-    std::vector<core::TimedBearing> candidates;
-    for (const core::ScanLight& light : core::lightsInScan(scan, config_.scan)) {
-      const Eigen::Vector3d in_scan(light.position_m.x(), light.position_m.y(), 0.0);
-      const Eigen::Vector3d in_sensor = *sensor_from_frame * in_scan;
-      core::Bearing bearing = core::bearingOfPoint(in_sensor, config_.azimuth_stddev_rad);
-      bearing.azimuth_variance_rad2 += core::edgeVariance(scan);
-      bearing.elevation_rad = bearing.elevation_variance_rad2 = core::Bearing().elevation_rad;
-      candidates.push_back({bearing, light.stamp});
-    }
-    core::BearingSet set = core::atOneMoment(candidates, prediction_);
-    if (candidates.empty()) set.stamp = scan.stamp;
-    set.view = core::viewOf(scan);
-    const Eigen::Vector3d middle =
-        *sensor_from_frame *
-        Eigen::Vector3d(std::cos(set.view.centre_rad), std::sin(set.view.centre_rad), 0.0);
-    set.view.centre_rad = std::atan2(middle.y(), middle.x());
-    publish(set);
+    publish(core::bearingsInScan(scan, config_.scan, *sensor_from_frame, config_.azimuth_stddev_rad,
+                                 prediction_));
   }
 
   void add(const Eigen::Vector3d& point, const Eigen::Isometry3d& sensor_from_frame, int light_id,

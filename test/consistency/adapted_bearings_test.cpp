@@ -53,15 +53,8 @@ BearingSet fromScan(const std::vector<Post>& posts, const SensedDrive& drive, St
   constexpr float kRangeStddev_m = 0.01F;
   for (float& range : scan.ranges_m)
     range += kRangeStddev_m * static_cast<float>(gaussian(*random));
-  std::vector<TimedBearing> candidates;
-  for (const ScanLight& light : lightsInScan(scan, {0.0, 0.2, 0.03, 0.2})) {
-    const Eigen::Vector3d place(light.position_m.x(), light.position_m.y(), 0.0);
-    candidates.push_back({bearingOfPoint(place, kStddev_rad), light.stamp});
-    candidates.back().bearing.azimuth_variance_rad2 += edgeVariance(scan);
-  }
-  BearingSet set = atOneMoment(candidates, prediction);
-  if (candidates.empty()) set.stamp = stamp;
-  return set;
+  return bearingsInScan(scan, {0.0, 0.2, 0.03, 0.2}, Eigen::Isometry3d::Identity(), kStddev_rad,
+                        prediction);
 }
 
 TEST(AdaptedBearings, OfPosesAreAsGoodAsTheySay) { expectHonestAndNearTheBound(fromPose); }

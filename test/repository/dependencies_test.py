@@ -15,8 +15,8 @@ OWN_FOLDERS = {'bearing_calibration', 'bearing_calibration_ros', 'bench', 'fuzz'
 PACKAGES_OF_HEADERS = (
     ('Eigen/', 'eigen'), ('unsupported/Eigen/', 'eigen'), ('opencv2/', 'libopencv-dev'),
     ('boost/program_options', 'libboost-program-options-dev'), ('boost/', 'libboost-dev'),
-    ('ceres/', 'libceres-dev'), ('console_bridge/', 'libconsole-bridge-dev'), ('XmlRpc', 'xmlrpcpp'), ('ros/package.h', 'roslib'),
-    ('ros/', 'roscpp'), ('rosbag/', 'rosbag_storage'),
+    ('ceres/', 'libceres-dev'), ('console_bridge/', 'libconsole-bridge-dev'), ('XmlRpc', 'xmlrpcpp'),
+    ('ros/package.h', 'roslib'), ('ros/', 'roscpp'), ('rosbag/', 'rosbag_storage'),
 )
 PACKAGES_OF_MODULES = {'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib',
                        'numpy': 'python3-numpy', 'rospkg': 'python3-rospkg',

@@ -196,6 +196,23 @@ TEST(PointBearings, PointsThatAreNoneAreNamed) {
   EXPECT_STREQ(whyNoAzimuth({kNaN, 1.0, 0.0}), "point not finite");
 }
 
+TEST(ScanBearings, AreThoseOfTheSensorsFrame) {
+  constexpr double kTurn_rad = 0.4;
+  const LaserScan scan = tracedScan({{placeAt(2.0, -1.0), 0.05}});
+  const Eigen::Isometry3d sensor_from_scan(Eigen::AngleAxisd(kTurn_rad, Eigen::Vector3d::UnitZ()));
+  const auto bearings = [&](const Eigen::Isometry3d& transform) {
+    return bearingsInScan(scan, kPost, transform, 0.02, std::nullopt);
+  };
+  const BearingSet own = bearings(Eigen::Isometry3d::Identity());
+  const BearingSet turned = bearings(sensor_from_scan);
+  ASSERT_EQ(own.candidates.size(), 1U);
+  const Bearing& bearing = turned.candidates.at(0);
+  EXPECT_NEAR(bearing.azimuth_rad, own.candidates[0].azimuth_rad + kTurn_rad, 1e-9);
+  EXPECT_NEAR(bearing.azimuth_variance_rad2, 0.02 * 0.02 + edgeVariance(scan), 1e-12);
+  EXPECT_FALSE(elevationOf(bearing));
+  EXPECT_EQ(turned.stamp, own.stamp);
+}
+
 TEST(LaserScan, SeesWhereItsRaysGo) {
   LaserScan scan;
   scan.first_ray_rad = -2.0;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,5 +64,13 @@ struct TimedBearing {
 };
 BearingSet atOneMoment(const std::vector<TimedBearing>& candidates,
                        const std::optional<BearingPrediction>& prediction);
+
+/// What may be the light in a scan, as bearings without elevation in the sensor's frame, and where
+/// the scanner sees. Without any of them the stamp is the scan's.
+/// @param scan  that whyUnusable() says nothing of
+/// @param stddev_rad  of each azimuth, beside that of its edges
+BearingSet bearingsInScan(const LaserScan& scan, const ScanLightConfig& config,
+                          const Eigen::Isometry3d& sensor_from_scan, double stddev_rad,
+                          const std::optional<BearingPrediction>& prediction);
 
 }  // namespace bearing_calibration::core
