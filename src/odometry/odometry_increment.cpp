@@ -100,7 +100,8 @@ OdometryWindow::OdometryWindow(const std::array<WheelDisplacement, kSamples>& sa
 
 std::size_t OdometryWindow::intervalAt(double time_s) {
   const double steps = std::floor(time_s / kStep_s) + kBefore;
-  return static_cast<std::size_t>(std::clamp(steps, 0.0, static_cast<double>(kSamples - 2)));
+  constexpr double kLast = kSamples - 2;
+  return static_cast<std::size_t>(std::min(std::max(0.0, steps), kLast));  // 0 for NaN, too
 }
 
 WheelDisplacement OdometryWindow::travelTo(double time_s) const {
