@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/filter/motion_model.h"
 #include "bearing_calibration/filter/observation.h"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/symmetric.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -48,6 +49,7 @@ PaperEstimate paperFromCartesian(const CartesianEstimate& cartesian) {
   paper.mean << distance, wrapAngle(-std::atan2(-light.y(), -light.x())), phi, rho,
       wrapAngle(cartesian.sensorYaw() - phi);
   paper.covariance = J_paper_cartesian * cartesian.covariance * J_paper_cartesian.transpose();
+  symmetrise(&paper.covariance);  // whose numbers beside phi and psi grow with 1 / rho
   paper.phi_psi_determined =
       isRhoDetermined(rho, paper.covariance(PaperIndex::kRho, PaperIndex::kRho));
   return paper;

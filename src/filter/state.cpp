@@ -140,13 +140,6 @@ StateEstimate changedAs(StateEstimate estimate, const StateEstimate& from,
   return estimate;
 }
 
-void symmetrise(StateMatrix* covariance) {
-  StateMatrix& P = *covariance;
-  for (Eigen::Index i = 0; i < P.rows(); ++i) {
-    for (Eigen::Index j = 0; j < i; ++j) P(i, j) = P(j, i) = 0.5 * (P(i, j) + P(j, i));
-  }
-}
-
 MountEstimate mountFromCartesian(const CartesianEstimate& cartesian) {
   return {cartesian.mean.tail<3>(), cartesian.covariance.bottomRightCorner<3, 3>()};
 }

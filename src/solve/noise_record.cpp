@@ -4,6 +4,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/cancellation.h"
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/solve/record_weights.h"
 #include "bearing_calibration/solve/smoother.h"
 

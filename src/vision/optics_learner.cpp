@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/vision/detection.h"
 
 namespace bearing_calibration::core {
@@ -180,7 +181,7 @@ bool OpticsLearner::update(const RangedSpot& spot) {
   mean_ = state;
   const Matrix rest = Matrix::Identity() - gain * H;
   covariance_ = rest * covariance_ * rest.transpose() + gain * noise * gain.transpose();
-  covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
+  symmetrise(&covariance_);
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <random>
 
+#include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/filter/live_filter.h"
@@ -115,6 +116,20 @@ TEST(LiveFilter, BothParametrisationsAgreeOnAGoodStart) {
   const StateVector difference = cartesian.estimate().mean - paper.estimate().mean;
   const StateVector stddev = cartesian.estimate().covariance.diagonal().cwiseSqrt();
   EXPECT_LT((difference.array() / stddev.array()).abs().maxCoeff(), 0.1);
+}
+
+TEST(PaperEstimate, HasASymmetricCovarianceHoweverNearTheSensorIsToTheBase) {
+  CartesianEstimate estimate;
+  estimate.mean << 1.5, 0.6, 3e-5, -2e-5, 0.5;
+  Vector5 stddev;
+  stddev << 0.03, 0.03, 6e-5, 5e-5, 2e-3;
+  std::mt19937_64 random(9);
+  for (int i = 0; i < 20; ++i) {
+    const Matrix5 root = stddev.asDiagonal() * randomCovariance(&random);
+    estimate.covariance = root * root.transpose();
+    const Matrix5 covariance = paperFromCartesian(estimate).covariance;
+    EXPECT_EQ(covariance, covariance.transpose()) << i;
+  }
 }
 
 TEST(PaperFilter, GivesANegativeRhoItsUsualName) {

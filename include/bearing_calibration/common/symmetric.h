@@ -20,4 +20,14 @@ Eigen::MatrixXd inverseOf(const Eigen::MatrixXd& positive);
 /// Square of the Mahalanobis distance: off^T covariance^-1 off.
 double chiSquareOf(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance);
 
+/// Rounding makes the two halves of a covariance differ a little, and what is made of it makes the
+/// difference grow: both become their mean.
+template <class Matrix>
+void symmetrise(Matrix* covariance) {
+  Matrix& P = *covariance;
+  for (Eigen::Index i = 0; i < P.rows(); ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) P(i, j) = P(j, i) = 0.5 * (P(i, j) + P(j, i));
+  }
+}
+
 }  // namespace bearing_calibration::core

@@ -102,10 +102,6 @@ StateEstimate widened(StateEstimate estimate, double widening);
 /// of `from`.
 StateEstimate changedAs(StateEstimate estimate, const StateEstimate& from, const StateEstimate& to);
 
-/// Rounding makes the two halves of a covariance differ a little, and updates make the difference
-/// grow: both become their mean.
-void symmetrise(StateMatrix* covariance);
-
 /// The sensor's part of the state (model.md, eq. 13).
 MountEstimate mountFromCartesian(const CartesianEstimate& cartesian);
 
