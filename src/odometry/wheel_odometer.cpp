@@ -207,7 +207,8 @@ void WheelOdometer::moveTo(const Reading& reading, const WheelDisplacement& whee
 
 void WheelOdometer::moveUnseenTo(const Reading& reading) {
   constexpr double kUniformVariance = 1.0 / 3.0;  // of a uniform distribution on [-1, 1]
-  const double reach_m = reach(last_, reading);
+  constexpr double kAnywhere_m = 100.0;  // in a room; after hours more would drown other variances
+  const double reach_m = std::min(reach(last_, reading), kAnywhere_m);
   travel_->unseen_variance_m2 += kUniformVariance * reach_m * reach_m;
   moveTo(reading, {});
 }

@@ -183,6 +183,18 @@ TEST(WheelOdometer, SaysWhenAGapMayHideAWrap) {
   EXPECT_NEAR(odometer.travel()->left_m, 0.09, 1e-12);
 }
 
+TEST(WheelOdometer, AYearOfSilenceDoesNotHideALaterGap) {
+  WheelOdometer odometer(geometry(8));
+  constexpr double kYear_s = 3.2e7;
+  odometer.add(WheelCounts{at(1.0), 0, 0});
+  EXPECT_EQ(odometer.add(WheelCounts{at(kYear_s), 0, 0}).status, InputStatus::kTicksGap);
+  const double year_m2 = odometer.travel()->unseen_variance_m2;
+  EXPECT_NEAR(year_m2, 100.0 * 100.0 / 3.0, 1e-9);  // uniform to 100 m on either side
+  EXPECT_EQ(odometer.add(WheelCounts{at(kYear_s + 2.0), 0, 0}).status, InputStatus::kTicksGap);
+  const double reach_m = 1.0 * (2.0 + 0.01) + 2.0 * 1e-3;  // speed, jitter, two ticks
+  EXPECT_NEAR(odometer.travel()->unseen_variance_m2 - year_m2, reach_m * reach_m / 3.0, 1e-6);
+}
+
 TEST(WheelOdometer, TheSmallerWheelsCounterWrapsFirst) {
   DriveGeometry drive = geometry(8);
   drive.left_wheel_radius_m *= 0.5;  // 64 mm to half the range
