@@ -4,7 +4,10 @@
 
 #include <Eigen/Geometry>
 #include <limits>
+#include <map>
 #include <random>
+#include <string>
+#include <utility>
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/filter/live_filter.h"
@@ -130,6 +133,36 @@ TEST(SensorTilt, ATiltNeedsALightOfUncertainHeight) {
   const std::vector<std::string> errors = errorsOf(priors);
   ASSERT_EQ(errors.size(), 1U);
   EXPECT_NE(errors[0].find("errors/light_height_stddev"), std::string::npos);
+}
+
+/// Gives these numbers where they are asked for.
+class GivenNumbers : public Parameters {
+ public:
+  explicit GivenNumbers(std::map<std::string, double> numbers) : numbers_(std::move(numbers)) {}
+
+ private:
+  bool readInto(const std::string& name, const Target& target) override {
+    const auto number = numbers_.find(name);
+    if (number == numbers_.end()) return false;
+    *std::get<double*>(target) = number->second;
+    return true;
+  }
+
+  std::map<std::string, double> numbers_;
+};
+
+TEST(SensorTilt, TheLightsHeightIsKnownAsItWasSaid) {
+  GivenNumbers given({{"errors/sensor_tilt_stddev", 0.035},
+                      {"errors/light_height", -1.2},
+                      {"errors/light_height_stddev", 0.3}});
+  ErrorPriors priors;
+  priors.declare(given);
+  EXPECT_TRUE(given.errors().empty());
+  EXPECT_EQ(priors.light_height_m, -1.2);
+  EXPECT_EQ(priors.light_height_stddev_m, 0.3);
+  const ErrorEstimate known = priorEstimate(priors);
+  EXPECT_EQ(known.mean(heightAt(0)), -1.2);
+  EXPECT_NEAR(known.covariance(heightAt(0), heightAt(0)), 0.3 * 0.3, 1e-12);
 }
 
 TEST(SensorTilt, ABearingHasAnElevationWhereItsVarianceIsPositive) {

@@ -352,6 +352,7 @@ TEST(CramerRaoBound, IsTheKnownOneAtThePapersSettings) {
     simulated.duration_s = row.time_s;
     const ObservationRun run = simulate(simulated);
     std::vector<Eigen::Vector2d> lights;
+    lights.reserve(run.truth.size());  // a sanitizer sees what is read behind the last
     for (const Vector5& state : run.truth) lights.push_back(state.head<2>());
     const Matrix5 bound =
         cramerRaoBound(run.observations, lights, run.truth.back().tail<3>()).cartesian().covariance;

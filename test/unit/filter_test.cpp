@@ -173,6 +173,25 @@ TEST(PlaceLight, CovarianceIsThatOfTheNumericalJacobian) {
   EXPECT_NEAR(azimuthFromCartesian(placed.mean).azimuth_rad, kAzimuth, 1e-12);
 }
 
+TEST(PlaceLight, IsAsFarFromTheSensorAsItIsSaidToBe) {
+  MountEstimate mount;
+  mount.mean << 0.1, -0.2, kPi / 2.0;  // the sensor looks to the base's left
+  const CartesianEstimate placed = placeLight(mount, {1.5, 0.3}, kPi / 2.0, 1e-4);
+  Vector5 expected;  // left of a sensor that looks to the left is behind it
+  expected << 0.1 - 1.5, -0.2, mount.mean;
+  EXPECT_LT((placed.mean - expected).norm(), 1e-12);
+}
+
+TEST(WidenLight, AddsAVarianceInEveryDirection) {
+  CartesianEstimate estimate;
+  estimate.mean << 3.0, 4.0, 0.1, 0.0, 0.0;
+  estimate.covariance = Matrix5::Identity();
+  const CartesianEstimate wide = widenLight(StateEstimate::of(estimate), 0.2, 0.0).cartesian();
+  Matrix5 expected = Matrix5::Identity();
+  expected.topLeftCorner<2, 2>().diagonal().setConstant(1.0 + 0.2 * 0.2);
+  EXPECT_LT((wide.covariance - expected).norm(), 1e-12);
+}
+
 TEST(WidenLight, LeavesTheMountAlone) {
   CartesianEstimate estimate;
   estimate.mean << 3.0, 4.0, 0.1, 0.0, 0.0;

@@ -60,28 +60,43 @@ TEST(Initializer, APathIsOneThatNoiseDoesNotMake) {
   EXPECT_EQ(motionObstacle(StartLimits::kMinObservations, motion), StartObstacle::kNone);
 }
 
-TEST(Initializer, OnASmallPathThePlaceMustBeKnownBetter) {
+/// What a good fit lacks whose light, 1.5 m away, and mount are known to these standard deviations.
+StartObstacle obstacleWith(double extent_m, const Vector5& stddev) {
   BatchEstimate fit;
   fit.converged = true;
   fit.chi_square = fit.degrees_of_freedom = 100;
   fit.nis.assign(105, 1.0);
-  const auto obstacle = [&fit](double extent_m, double position_stddev_m) {
-    CartesianEstimate light_and_mount;
-    light_and_mount.mean << 1.5, 0.0, 0.0, 0.0, 0.0;
-    light_and_mount.covariance.diagonal()
-        .segment<2>(CartesianIndex::kSensorX)
-        .setConstant(position_stddev_m * position_stddev_m);
-    StartAttempt attempt;
-    attempt.estimate = StateEstimate::of(light_and_mount);
-    attempt.motion.extent_m = extent_m;
-    attempt.motion.path_m = 1.0;
-    attempt.rival.gap = 100.0;
-    return answerObstacle(attempt, fit, InitializerConfig());
+  CartesianEstimate light_and_mount;
+  light_and_mount.mean << 1.5, 0.0, 0.0, 0.0, 0.0;
+  light_and_mount.covariance.diagonal() = stddev.cwiseAbs2();
+  StartAttempt attempt;
+  attempt.estimate = StateEstimate::of(light_and_mount);
+  attempt.motion.extent_m = extent_m;
+  attempt.motion.path_m = 1.0;
+  attempt.rival.gap = 100.0;
+  return answerObstacle(attempt, fit, InitializerConfig());
+}
+
+TEST(Initializer, OnASmallPathThePlaceMustBeKnownBetter) {
+  const auto obstacle = [](double extent_m, double position_stddev_m) {
+    Vector5 stddev = Vector5::Zero();
+    stddev.segment<2>(CartesianIndex::kSensorX).setConstant(position_stddev_m);
+    return obstacleWith(extent_m, stddev);
   };
   EXPECT_EQ(obstacle(1.0, 0.029), StartObstacle::kNone);
   EXPECT_EQ(obstacle(1.0, 0.031), StartObstacle::kWeakDirection);
   EXPECT_EQ(obstacle(0.2, 0.019), StartObstacle::kNone);
   EXPECT_EQ(obstacle(0.2, 0.021), StartObstacle::kWeakDirection);
+}
+
+// A filter is linear about a light that it knows to 0.15 of its distance, in its worst direction.
+TEST(Initializer, TheLightMustBeKnownAlongAndAcross) {
+  constexpr double kMost_m = 0.15 * 1.5;
+  for (const int direction : {CartesianIndex::kLightX, CartesianIndex::kLightY}) {
+    EXPECT_EQ(obstacleWith(1.0, 0.99 * kMost_m * Vector5::Unit(direction)), StartObstacle::kNone);
+    EXPECT_EQ(obstacleWith(1.0, 1.01 * kMost_m * Vector5::Unit(direction)),
+              StartObstacle::kWeakDirection);
+  }
 }
 
 TEST(Initializer, IsReadyAndHonestOnThePapersDance) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "bearing_calibration/record/observation_change.h"
 #include "bearing_calibration/record/observation_path.h"
 #include "bearing_calibration/solve/observability.h"
 
@@ -115,6 +116,35 @@ TEST(Thinned, KeepsTheLastObservationAndAllMotion) {
   OdometryIncrement to_first = few.front().motion;  // since before the whole record
   for (std::size_t i = 1; i < few.size(); ++i) to_first = append(to_first, few[i].motion);
   EXPECT_NEAR(to_first.distance_m, 1003 * 0.0175, 1e-9);
+}
+
+/// Two metres straight ahead, and to the left on a circle of 0.5 m from there on.
+Pose2 poseAfter(double way_m) {
+  constexpr double kStraight_m = 2.0, kRadius_m = 0.5;
+  const double turn_rad = std::max(0.0, way_m - kStraight_m) / kRadius_m;
+  return {{std::min(way_m, kStraight_m) + kRadius_m * std::sin(turn_rad),
+           kRadius_m * (1.0 - std::cos(turn_rad))},
+          turn_rad};
+}
+
+TEST(WithEarlierBearings, TheyAreTakenOnTheWayToTheirStamps) {
+  constexpr double kStep_m = 0.04;
+  constexpr double kHalf = 0.5 * kSeparation_m / 0.5;  // of the separation over the circle's radius
+  std::vector<Observation> observations;
+  for (int i = 0; i < 100; ++i) {
+    const double curved = i > 50 ? kHalf : 0.0;
+    observations.push_back(observationAfter(kStep_m * (1.0 - curved), kStep_m * (1.0 + curved), i));
+  }
+  const auto earlier = withEarlierBearings(observations, 0.025, kSeparation_m);  // of 0.1 s
+  ASSERT_EQ(earlier.size(), 99U);  // where the robot was before the first one, nobody knows
+  Pose2 pose;
+  for (std::size_t i = 0; i < earlier.size(); ++i) {
+    pose = pose * earlier[i].motion.start_from_end;
+    const Pose2 expected = poseAfter(kStep_m * (static_cast<double>(i) + 0.75));
+    EXPECT_LT((pose.position_m - expected.position_m).norm(), 1e-7) << i;
+    EXPECT_NEAR(wrapAngle(pose.yaw_rad - expected.yaw_rad), 0.0, 1e-7) << i;
+    EXPECT_EQ(earlier[i].azimuth_rad, observations[i + 1].azimuth_rad);
+  }
 }
 
 TEST(SummariseMotion, TellsOneCurvatureFromTwo) {

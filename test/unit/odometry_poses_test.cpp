@@ -209,11 +209,16 @@ TEST(OdometryPoses, LoseNoMotionWhenTheClockStepsBack) {
 }
 
 TEST(OdometryPoses, SayWhenAGapMayHideATurn) {
-  WheelOdometer odometer(geometry());  // a turn takes pi 0.25 m / 1 m/s = 0.785 s at the fastest
-  odometer.add(poseAt(0.0, 0.0, 0.0, 0.0));
-  EXPECT_TRUE(odometer.add(poseAt(0.75, 0.3, 0.0, 0.0)).accepted());
-  EXPECT_EQ(odometer.add(poseAt(1.6, 0.6, 0.0, 0.0)).status, InputStatus::kTicksGap);
-  EXPECT_NEAR(odometer.travel()->left_m, 0.3, 1e-9);
+  for (const double yaw_rad : {0.0, 1.5, -2.0, 3.1}) {  // whatever way the robot heads
+    const auto ahead = [yaw_rad](double time_s, double way_m) {
+      return poseAt(time_s, way_m * std::cos(yaw_rad), way_m * std::sin(yaw_rad), yaw_rad);
+    };
+    WheelOdometer odometer(geometry());  // a turn takes pi 0.25 m / 1 m/s = 0.785 s at the fastest
+    odometer.add(ahead(0.0, 0.0));
+    EXPECT_TRUE(odometer.add(ahead(0.75, 0.3)).accepted()) << yaw_rad;
+    EXPECT_EQ(odometer.add(ahead(1.6, 0.6)).status, InputStatus::kTicksGap) << yaw_rad;
+    EXPECT_NEAR(odometer.travel()->left_m, 0.3, 1e-9);
+  }
 }
 
 TEST(OdometryPoses, ThatStandWhileTheTwistMovesAreRefused) {

@@ -1,0 +1,29 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bearing_calibration/input/bearing_input.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+// What the sensor says, what is added in the configuration, and what a mirror's geometry leaves out
+// have nothing to do with each other: their variances add up.
+TEST(CheckedBearings, HaveTheVariancesOfAllThatIsIndependent) {
+  constexpr double kStated_rad = 0.012;
+  BearingInputConfig config;
+  config.extra_stddev_rad = 0.004;
+  config.max_stddev_rad = 1.0;
+  BearingSet set;
+  set.candidates.resize(1);
+  set.candidates[0].azimuth_variance_rad2 = kStated_rad * kStated_rad;
+  set.geometry.harmonic_stddev_rad = 0.1;
+  const CheckedBearings checked = checkBearings(set, config);
+  ASSERT_EQ(checked.bearings.candidates.size(), 1U);
+  EXPECT_NEAR(std::sqrt(checked.bearings.candidates[0].azimuth_variance_rad2),
+              std::hypot(kStated_rad, config.extra_stddev_rad, set.geometry.unmodelledStddev()),
+              1e-12);
+}
+
+}  // namespace
+}  // namespace bearing_calibration::core
