@@ -32,8 +32,21 @@ struct Series {
   double nees() const { return sum_nees / found; }
 };
 
+/// Patches of 3 x 3 pixels, each of a level of its own.
+void addTexture(cv::Mat* expected_levels, double stddev_levels, std::mt19937* random) {
+  constexpr int kPatch_px = 3;
+  std::normal_distribution<double> level(0.0, stddev_levels);
+  const cv::Rect image(cv::Point(0, 0), expected_levels->size());
+  for (int v = 0; v < image.height; v += kPatch_px) {
+    for (int u = 0; u < image.width; u += kPatch_px) {
+      cv::Mat patch = (*expected_levels)(cv::Rect(u, v, kPatch_px, kPatch_px) & image);
+      patch = patch + level(*random);
+    }
+  }
+}
+
 Series runSeries(const DetectorConfig& config, double light_levels, int images, unsigned seed,
-                 bool with_bound) {
+                 bool with_bound, double texture_levels = 0.0) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> azimuth_of(-kPi, kPi);
   std::uniform_real_distribution<double> log_distance_of(std::log(0.5), std::log(5.0));
@@ -45,6 +58,7 @@ Series runSeries(const DetectorConfig& config, double light_levels, int images, 
     const test::SpotDrawing spot = test::spotOfLight(config, light, azimuth, light_levels);
     cv::Mat expected =
         test::flatImage(config.sensor.width_px, config.sensor.height_px, kBackground);
+    if (texture_levels > 0.0) addTexture(&expected, texture_levels, &random);
     addSpot(&expected, spot);
     const DetectionResult& result = detector.detect(test::expose(expected, config.sensor, &random));
     ++series.images;
@@ -102,6 +116,39 @@ TEST(BearingVariance, IsNotTooSmallForASaturatedLight) {
   EXPECT_EQ(series.found, series.images);
   EXPECT_LT(series.nees(), 1.3);
   EXPECT_LT(series.rmse_deg(), 0.02);
+}
+
+// What lies behind a light varies with it, over patches that are larger than a pixel.
+TEST(BearingVariance, IsHonestOnATexturedBackground) {
+  constexpr double kTexture_levels = 3.0;
+  const Series series = runSeries(defaultDetector(), 160.0, 100, 25, false, kTexture_levels);
+  EXPECT_EQ(series.found, series.images);
+  expectHonest(series.nees(), series.found);
+}
+
+// A slope is no texture: it is found from the ring around the light and taken away, and the noise
+// that it takes from one side it gives to the other.
+TEST(BearingVariance, IsTheSameOnASlopeAsOnALevel) {
+  constexpr double kMiddle_levels = 60.0;
+  constexpr double kSlope = 0.1;  // levels per pixel
+  const DetectorConfig config = defaultDetector();
+  const test::SpotDrawing spot =
+      test::spotOfLight(config, {1.0, test::kDefaultLightHeight_m}, 0.5 * kPi, 140.0);
+  const auto lightOn = [&](double slope) {
+    cv::Mat expected =
+        test::flatImage(config.sensor.width_px, config.sensor.height_px, kMiddle_levels);
+    for (int u = 0; u < expected.cols; ++u) {
+      cv::Mat column = expected.col(u);
+      column = column + slope * (u - spot.centre_px.x());
+    }
+    addSpot(&expected, spot);
+    std::mt19937 random(26);
+    LightDetector detector(config);
+    return detector.detect(test::expose(expected, config.sensor, &random)).lights.at(0).ellipse;
+  };
+  const Eigen::Array2d ratio = lightOn(kSlope).noise_px2.array() / lightOn(0.0).noise_px2.array();
+  EXPECT_LT(ratio.maxCoeff(), 1.2);
+  EXPECT_GT(ratio.minCoeff(), 1.0 / 1.2);
 }
 
 // An azimuth's variance is that of the image's noise alone: what the alignment does to all of them

@@ -70,14 +70,55 @@ TEST(DriverAdvice, NamesWhatIsKnownLeast) {
       << advice;
 }
 
-// Half of the bearings from a mount that is turned by 6 deg: a fault where the noise is known.
-TEST(ConvergenceJudge, PartsThatMoreNoiseExplainsAreNoFault) {
+StartAttempt afterMoving(double path_m, double turn_rad, StartObstacle obstacle) {
+  StartAttempt attempt;
+  attempt.obstacle = obstacle;
+  attempt.motion.path_m = path_m;
+  attempt.motion.turn_rad = turn_rad;
+  return attempt;
+}
+
+// A mount is told by a way and by turns: either alone leaves one that fits to be found yet.
+TEST(DriverAdvice, NothingFitsOnlyAfterBothAWayAndTurns) {
+  constexpr double kLongWay_m = 20.0;
+  constexpr double kManyTurns_rad = 20.0 * kPi;
+  for (const StartObstacle obstacle : {StartObstacle::kNoSolution, StartObstacle::kPoorFit}) {
+    EXPECT_FALSE(doesNotFit(afterMoving(kLongWay_m, 0.0, obstacle)));
+    EXPECT_FALSE(doesNotFit(afterMoving(0.0, kManyTurns_rad, obstacle)));
+    EXPECT_TRUE(doesNotFit(afterMoving(kLongWay_m, kManyTurns_rad, obstacle)));
+  }
+  EXPECT_FALSE(doesNotFit(afterMoving(kLongWay_m, kManyTurns_rad, StartObstacle::kNone)));
+}
+
+/// A drive whose second half has its bearings from a mount that is turned by 6 deg.
+ObservationRun turnedHalfway() {
   ObservationRun run = simulate(paperCase(3));
   for (std::size_t i = run.observations.size() / 2; i < run.observations.size(); ++i)
     run.observations[i].azimuth_rad += radiansFromDegrees(6.0);
+  return run;
+}
+
+BatchEstimate fitOf(const ObservationRun& run) {
   const std::size_t last = run.observations.size() - 1;
-  const BatchEstimate fit =
-      BatchEstimator(BatchConfig()).estimate(run.observations, {run.truth[last], last});
+  return BatchEstimator(BatchConfig()).estimate(run.observations, {run.truth[last], last});
+}
+
+TEST(ConvergenceJudge, OneMountIsToldByPartsThatGiveTheSame) {
+  const ObservationRun steady = simulate(paperCase(3));
+  const ObservationRun turned = turnedHalfway();
+  const auto isOneMount = [](const ObservationRun& run) {
+    const BatchEstimate fit = fitOf(run);
+    EXPECT_TRUE(fit.converged);
+    return tellsOneMount(MountTracker(FilterConfig(), fit.last, 0.0), run.observations, fit);
+  };
+  EXPECT_TRUE(isOneMount(steady));
+  EXPECT_FALSE(isOneMount(turned));
+}
+
+// A fault where the noise is known.
+TEST(ConvergenceJudge, PartsThatMoreNoiseExplainsAreNoFault) {
+  const ObservationRun run = turnedHalfway();
+  const BatchEstimate fit = fitOf(run);
   ASSERT_TRUE(fit.converged);
   const SlipAverage settled{fit, fit, fit.last, {}};
   const MountTracker tracker(FilterConfig(), fit.last, 0.0);

@@ -238,6 +238,26 @@ TEST(LightDetector, FindsALightThatTouchesAWindow) {
   }
 }
 
+// Of a sharp lens: what an opening keeps is wider than its lights, though they are small.
+TEST(LightDetector, FindsASmallLightBesideAWindow) {
+  DetectorConfig config = defaultDetector();
+  config.mirror.aperture_m = 0.2e-3;
+  LightDetector detector(config);
+  for (double distance_m : {0.5, 1.0, 3.0}) {
+    const SpotDrawing spot = lightAt(config, distance_m, 0.0);
+    cv::Mat image = exposeSpots(config, {spot}, 15);
+    const int first_row = static_cast<int>(spot.centre_px.y() - 0.5 * spot.minor_diameter_px + 0.5);
+    const int end_row = first_row - 1;  // a row lies between them
+    image(cv::Rect(cvRound(spot.centre_px.x()) - 40, end_row - 41, 80, 41)).setTo(255);
+    const DetectionResult& result = detector.detect(image);
+    ASSERT_EQ(result.lights.size(), 1u) << distance_m << " m: " << onlyRejection(result);
+    EXPECT_TRUE(result.opened);
+    const Bearing& bearing = result.lights.front().bearing;
+    EXPECT_LT(std::abs(bearing.azimuth_rad), 3.0 * std::sqrt(bearing.azimuth_variance_rad2));
+    EXPECT_LT(std::abs(bearing.azimuth_rad), radiansFromDegrees(0.3));
+  }
+}
+
 TEST(LightDetector, AWindowAloneIsRejectedAsItStandsInTheImage) {
   const DetectorConfig config = defaultDetector();
   LightDetector detector(config);

@@ -1,0 +1,102 @@
+// What several lights say of one mount together, from answers that each has given by itself.
+
+#include "bearing_calibration/calibration/joint_calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "bearing_calibration/common/formatted.h"
+#include "tools/study/default_calibration.h"
+#include "tools/study/lights_case.h"
+#include "tools/study/simulated_case.h"
+
+namespace bearing_calibration::core {
+namespace {
+
+/// A drive with lights that have numbers, and what each of them says by itself.
+class SeparateAnswers {
+ public:
+  SeparateAnswers(int lights, double duration_s) : simulated_(paperCase(6)) {
+    simulated_.duration_s = duration_s;
+    addLights(simulated_, lights, 6);
+    simulated_.robot.sensor.identifies_lights = true;
+    const ObservationRun run = simulate(simulated_);
+    images = imagesOf(run, run.observations.size());
+    lights_in_base = LightPositions(2, lights);
+    for (int i = 0; i < lights; ++i) {
+      const auto light = static_cast<std::size_t>(i);
+      const std::vector<Observation> observations = observationsOf(images, {light});
+      Vector5 truth = run.truth.back();
+      truth.head<2>() = run.world_from_base.back().inverse() * simulated_.lights[light].position_m;
+      LandmarkSolution answer;
+      for (const Observation& each : observations) answer.stamps.push_back(each.stamp);
+      answer.fit = BatchEstimator(config().initializer.batch)
+                       .estimate(observations, {truth, observations.size() - 1});
+      EXPECT_TRUE(answer.fit.converged);
+      answer.average = answer.fit.last;
+      lights_in_base.col(i) = truth.head<2>();
+      answers_.push_back(answer);
+    }
+  }
+
+  CalibratorConfig config() const {
+    const EncoderConfig& encoders = simulated_.robot.encoders;
+    return defaultCalibration(encoders.drive, encoders.noise);
+  }
+
+  JointCalibration reviewedBy(const CalibratorConfig& config) const {
+    std::vector<const LandmarkSolution*> answers;
+    for (const LandmarkSolution& answer : answers_) answers.push_back(&answer);
+    JointCalibration joint(config);
+    for (const LightsImage& image : images) joint.add(image);
+    joint.review(answers, lights_in_base, std::nullopt);
+    return joint;
+  }
+
+  std::vector<LightsImage> images;
+  LightPositions lights_in_base;  ///< at the last image
+
+ private:
+  SimulatedCase simulated_;
+  std::vector<LandmarkSolution> answers_;
+};
+
+TEST(JointCalibration, SaysTheLargerStandardDeviationOfThePosition) {
+  const SeparateAnswers drive(2, 8.0);  // it has hardly turned
+  CalibratorConfig config = drive.config();
+  config.converged.position_stddev_m = 1e-4;  // farther off than it can be known by then
+  const JointCalibration calibration = drive.reviewedBy(config);
+  ASSERT_EQ(calibration.outcome(), JointCalibration::Outcome::kJoint);
+  const auto& joint = calibration.joint();
+  const Eigen::Matrix3d covariance = joint->filter.estimate().mount().covariance;
+  const double x_m = std::sqrt(covariance(0, 0));
+  const double y_m = std::sqrt(covariance(1, 1));
+  ASSERT_GT(std::abs(x_m - y_m), 1e-3) << "both alike";
+  const std::string position = formatted("position known to %.3f m", std::max(x_m, y_m));
+  EXPECT_NE(joint->judgement.advice.find(position), std::string::npos) << joint->judgement.advice;
+}
+
+// By itself it has given the same mount; then its bearings scatter ten times as much as they
+// should.
+TEST(JointCalibration, TheOnlyLightWhoseBearingsDoNotFitBesideTheOthersIsLeftOut) {
+  for (const std::size_t noisy : {0, 1, 2}) {
+    SeparateAnswers drive(3, 40.0);
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    for (LightsImage& image : drive.images) {
+      LightObservation& seen = image.lights.at(noisy);
+      seen.azimuth_rad += 10.0 * std::sqrt(seen.azimuth_variance_rad2) * normal(random);
+    }
+    const JointCalibration calibration = drive.reviewedBy(drive.config());
+    EXPECT_EQ(calibration.outcome(), JointCalibration::Outcome::kJoint);
+    EXPECT_EQ(calibration.contradicting(), std::vector<std::size_t>{noisy});
+    ASSERT_TRUE(calibration.joint());
+    EXPECT_EQ(calibration.joint()->lights.size(), 2U);
+  }
+}
+
+}  // namespace
+}  // namespace bearing_calibration::core
