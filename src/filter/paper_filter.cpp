@@ -1,10 +1,10 @@
 #include "bearing_calibration/filter/paper_filter.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/symmetric.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -16,6 +16,14 @@ constexpr double kDeterminedSigmas = 3.0;
 /// Whether rho is so clearly above zero that phi and psi mean something.
 bool isRhoDetermined(double rho_m, double rho_variance_m2) {
   return rho_m * rho_m > kDeterminedSigmas * kDeterminedSigmas * rho_variance_m2;
+}
+
+/// A matrix R of which R R^T is the covariance, without what rounding has made negative of it.
+Matrix5 rootOf(const Matrix5& covariance) {
+  const Eigen::LDLT<Matrix5> factors(covariance);
+  Matrix5 root = factors.matrixL();
+  root *= factors.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  return factors.transpositionsP().transpose() * root;
 }
 
 }  // namespace
@@ -48,8 +56,9 @@ PaperEstimate paperFromCartesian(const CartesianEstimate& cartesian) {
   PaperEstimate paper;
   paper.mean << distance, wrapAngle(-std::atan2(-light.y(), -light.x())), phi, rho,
       wrapAngle(cartesian.sensorYaw() - phi);
-  paper.covariance = J_paper_cartesian * cartesian.covariance * J_paper_cartesian.transpose();
-  symmetrise(&paper.covariance);  // whose numbers beside phi and psi grow with 1 / rho
+  // A sum of squares: rounding, which 1 / rho makes large, leaves no variance negative.
+  const Matrix5 J_root = J_paper_cartesian * rootOf(cartesian.covariance);
+  paper.covariance = J_root * J_root.transpose();
   paper.phi_psi_determined =
       isRhoDetermined(rho, paper.covariance(PaperIndex::kRho, PaperIndex::kRho));
   return paper;
