@@ -67,8 +67,9 @@ DetectionNodeConfig rigFor(std::uint8_t kind, const sensor_msgs::Image& image) {
   detector.mirror_kind = mirrorOf(kind);
   config.colour.use = (kind & kColoured) != 0;
   config.blink.use = !config.colour.use && (kind & kBlinks) != 0;
-  config.blink.rate_hz = 2.0;           // to be told within
-  config.blink.window_s = 1.5;          // so few images
+  // A rate that a few images tell.
+  config.blink.rate_hz = 2.0;
+  config.blink.window_s = 1.5;
   constexpr double kDeepest = 65535.0;  // of 16 bits
   if (isDeep(kind)) detector.sensor.saturation_level = kDeepest;
   config.colour.lights = {{1, {1.0, 1.0, 1.0}}, {2, {1.0, 0.1, 0.1}}};
