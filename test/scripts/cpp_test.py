@@ -70,6 +70,16 @@ class CoreAlone(unittest.TestCase):
         libraries = {name for name in os.listdir(os.path.join(self.prefix, 'lib')) if '.so' in name}
         self.assertEqual(libraries, {'libbearing_calibration_core.so'})
 
+    def testItIsConfiguredWhereThereIsNoRos(self):
+        build = os.path.join(self.folder, 'alone')
+        said = self.run_('cmake', '-S', REPOSITORY, '-B', build, '-DBEARING_CALIBRATION_CORE_ALONE=ON',
+                         '-DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON', '-DCMAKE_DISABLE_FIND_PACKAGE_OpenCV=ON')
+        self.assertRegex(said, r'not used by the project:\s+CMAKE_DISABLE_FIND_PACKAGE_OpenCV\s+'
+                         r'CMAKE_DISABLE_FIND_PACKAGE_catkin\s')  # nor asked for
+        targets = self.run_('cmake', '--build', build, '--target', 'help')
+        self.assertRegex(targets, r'\bbearing_calibration_core\b')
+        self.assertNotIn('bearing_calibration_vision', targets)
+
     def testItAsksForCpp17(self):
         targets, = glob.glob(os.path.join(self.prefix, 'lib', 'cmake', '*', '*Targets.cmake'))
         with open(targets) as file:

@@ -150,9 +150,9 @@ class Build(CopyOfTheScripts):
         cmake = shutil.which('cmake')
         self.standIn(self.path('stand_ins', 'cmake'), '[ "$1" = --build ] || exec %s "$@"' % cmake)
 
-    def commandsOfThePrograms(self):
-        """How their objects are compiled, by object."""
-        listed = subprocess.run(['ninja', '-C', self.build_folder, '-t', 'commands', 'programs'],
+    def commandsOf(self, target='programs'):
+        """How its objects are compiled, by object."""
+        listed = subprocess.run(['ninja', '-C', self.build_folder, '-t', 'commands', target],
                                 stdout=subprocess.PIPE, universal_newlines=True, check=True,
                                 timeout=60).stdout
         return {re.search(r' -o (\S+)', line).group(1): line
@@ -161,10 +161,14 @@ class Build(CopyOfTheScripts):
     def testTestsCompileNothingAnewThatIsThereToUse(self):
         if not shutil.which('ninja'):
             self.skipTest('ninja is not installed: its commands cannot be listed')
+        self.call(self.path('scripts', 'build'), '--for-core')
+        core = self.commandsOf('bearing_calibration_core')
+        self.assertTrue(core)
         self.call(self.path('scripts', 'build'), '--to-use')
-        to_use = self.commandsOfThePrograms()
-        for library in ['core', 'vision', 'simulation', 'nodelets']:
-            folder = 'CMakeFiles/bearing_calibration_%s.dir/' % library
+        self.assertEqual(self.commandsOf('bearing_calibration_core'), core)
+        to_use = self.commandsOf()
+        for library, above in [('core', 'src/'), ('vision', ''), ('simulation', ''), ('nodelets', '')]:
+            folder = '%sCMakeFiles/bearing_calibration_%s.dir/' % (above, library)
             self.assertTrue([name for name in to_use if name.startswith(folder)], library)
         for target in ['calibrate_bag', 'calibrate_bag_parts', 'command_line', 'csv_to_bag',
                        'drive_instructions', 'find_mirror', 'recording_csv', 'render_scene',
@@ -173,9 +177,39 @@ class Build(CopyOfTheScripts):
             self.assertTrue([name for name in to_use if name.startswith(folder)], target)
         calls = self.call(self.path('scripts', 'build'), '--werror', 'all', 'tests')
         self.assertEqual([call[0:2] for call in calls], [['cmake', '-S'], ['cmake', '--build']])
-        self.assertEqual(self.commandsOfThePrograms(), to_use)
-        self.call(self.path('scripts', 'build'), '--to-use')
-        self.assertEqual(self.commandsOfThePrograms(), to_use)
+        self.assertEqual(self.commandsOf(), to_use)
+        for option in ('--to-use', '--for-core'):
+            self.call(self.path('scripts', 'build'), option)
+            self.assertEqual(self.commandsOf(), to_use)
+
+
+class Demo(CopyOfTheScripts):
+    """What scripts/demo does before the demo starts."""
+
+    def setUp(self):
+        super().setUp()
+        self.standIn(self.path('scripts', 'install_dependencies'), 'test "$1" != --to-use || sleep 1')
+        self.standIn(self.path('scripts', 'build'))
+        self.standIn(self.path('stand_ins', 'python3'))
+        os.makedirs(os.path.join(self.build_folder, 'devel'))
+        with open(os.path.join(self.build_folder, 'devel', 'setup.bash'), 'w'):
+            pass
+
+    def callsOf(self, *arguments):
+        return [' '.join(call[:2]) for call in self.call(self.path('scripts', 'demo'), *arguments)[:-1]]
+
+    def testInstallsAndBuildsWhatItNeeds(self):
+        built = ['install_dependencies --to-use', 'build --to-use']
+        self.assertEqual(self.callsOf(), built)
+        self.assertEqual(self.callsOf('rviz:=true'), ['install_dependencies', 'build --to-use'])
+
+    def testCompilesTheCoreWhileRosIsInstalled(self):
+        with open(self.path('scripts', 'environment.sh'), 'a') as file:
+            file.write('command() { [[ "$2" != roslaunch ]]; }\n')
+        calls = self.callsOf()
+        self.assertEqual(calls[0], 'install_dependencies --for-core')
+        self.assertEqual(sorted(calls[1:3]), ['build --for-core', 'install_dependencies --to-use'])
+        self.assertEqual(calls[3:], ['build --to-use'])
 
 
 class Sanitize(CopyOfTheScripts):
