@@ -2,6 +2,7 @@
 
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
+#include <std_msgs/Header.h>
 
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -12,6 +13,10 @@
 #include "bearing_calibration_ros/refusal.h"
 
 namespace bearing_calibration_ros {
+
+/// Pixels of that encoding as a message, which has a copy of them.
+sensor_msgs::ImagePtr imageMessage(const std_msgs::Header& header, const std::string& encoding,
+                                   const cv::Mat& pixels);
 
 /// Compares the message with itself (data against step and height, step against width and
 /// encoding) and with the sensor that is configured. Nothing when it may be converted.

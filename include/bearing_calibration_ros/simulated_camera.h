@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cv_bridge/cv_bridge.h>
 #include <image_transport/image_transport.h>
 #include <ros/node_handle.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -23,6 +22,7 @@
 #include "bearing_calibration/simulation/image_renderer.h"
 #include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration_ros/conversions.h"
+#include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/thrown.h"
 
@@ -33,7 +33,7 @@ namespace bearing_calibration_ros {
 inline sensor_msgs::ImagePtr messageFromRendered(const cv::Mat& values,
                                                  const core::ImageEncoding& encoding) {
   const std::string& name = core::layoutNames()[static_cast<std::size_t>(encoding.layout)];
-  return cv_bridge::CvImage({}, name, core::encode(values, encoding)).toImageMsg();
+  return imageMessage({}, name, core::encode(values, encoding));
 }
 
 /// The lens alone: the mirror in front of it has no place in this message.

@@ -1,9 +1,10 @@
 #include "bearing_calibration_ros/image_conversion.h"
 
-#include <cv_bridge/cv_bridge.h>
+#include <sensor_msgs/fill_image.h>
 #include <sensor_msgs/image_encodings.h>
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
 #include <cstdint>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
@@ -142,6 +143,17 @@ cv::Mat pixelsOf(const sensor_msgs::CompressedImage& compressed) {
 
 }  // namespace
 
+sensor_msgs::ImagePtr imageMessage(const std_msgs::Header& header, const std::string& encoding,
+                                   const cv::Mat& pixels) {
+  const cv::Mat whole = pixels.isContinuous() ? pixels : pixels.clone();
+  auto image = boost::make_shared<sensor_msgs::Image>();
+  image->header = header;
+  sensor_msgs::fillImage(*image, encoding, static_cast<std::uint32_t>(whole.rows),
+                         static_cast<std::uint32_t>(whole.cols),
+                         static_cast<std::uint32_t>(whole.step), whole.data);
+  return image;
+}
+
 std::optional<Refusal> refusalOf(const sensor_msgs::Image& image, const core::ImageSensor& sensor) {
   if (const auto refusal = layoutRefusal(image)) return refusal;
   const auto width = static_cast<unsigned>(sensor.width_px);
@@ -167,7 +179,7 @@ sensor_msgs::ImagePtr decoded(const sensor_msgs::CompressedImage& compressed) {
   if (pixels.empty()) return nullptr;
   const std::string encoding = encodingOf(pixels, compressed.format);
   if (encoding.empty()) return nullptr;
-  return cv_bridge::CvImage(compressed.header, encoding, pixels).toImageMsg();
+  return imageMessage(compressed.header, encoding, pixels);
 }
 
 std::string describeUndecoded(const sensor_msgs::CompressedImage& compressed) {

@@ -1,7 +1,6 @@
 #include <bearing_calibration/FindMirror.h>
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/PredictedBearing.h>
-#include <cv_bridge/cv_bridge.h>
 #include <image_transport/camera_common.h>
 #include <image_transport/image_transport.h>
 #include <ros/ros.h>
@@ -184,8 +183,7 @@ class LightDetectionNodelet : public GuardedNodelet {
 
   void publishAnnotated(const std_msgs::Header& header, const core::DetectionResult& result) {
     const cv::Mat picture = core::annotate(bearings_->grey(), result, config_.detector);
-    annotated_publisher_.publish(
-        cv_bridge::CvImage(header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
+    annotated_publisher_.publish(imageMessage(header, sensor_msgs::image_encodings::BGR8, picture));
   }
 
   bool onFindMirror(msg::FindMirror::Request& request, msg::FindMirror::Response& response) {

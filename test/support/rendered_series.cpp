@@ -1,9 +1,8 @@
 #include "support/rendered_series.h"
 
-#include <cv_bridge/cv_bridge.h>
-
 #include <algorithm>
 #include <stdexcept>
+#include <string>
 
 #include "bearing_calibration/vision/light_detector.h"
 #include "bearing_calibration_ros/image_conversion.h"
@@ -85,9 +84,9 @@ class Camera {
 
   const cv::Mat& photograph(const Light& light, const SensorMotion& motion, std::size_t number) {
     const cv::Mat image = renderer_.render(drawLeds(light, ring_, &random_), motion, number);
-    const cv_bridge::CvImage message({}, layoutNames()[static_cast<std::size_t>(encoding_.layout)],
-                                     encode(image, encoding_));
-    return converter_.convert(message.toImageMsg());
+    const std::string& name = layoutNames()[static_cast<std::size_t>(encoding_.layout)];
+    return converter_.convert(
+        bearing_calibration_ros::imageMessage({}, name, encode(image, encoding_)));
   }
 
  private:
