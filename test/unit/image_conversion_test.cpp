@@ -140,6 +140,21 @@ TEST(ImageConversion, TheOrderOfBytesIsTheMessages) {
   EXPECT_EQ(greyOf(image).at<std::uint16_t>(2, 2), 0x0102);
 }
 
+TEST(ImageConversion, PixelsBecomeAMessageAlsoWhereTheyArePartOfOthers) {
+  cv::Mat all(kHeight + 2, kWidth + 3, CV_16UC1);
+  for (int i = 0; i < static_cast<int>(all.total()); ++i) {
+    all.at<std::uint16_t>(i / all.cols, i % all.cols) = static_cast<std::uint16_t>(257 * i);
+  }
+  const cv::Mat part = all(cv::Rect(3, 1, kWidth, kHeight));
+  std_msgs::Header header;
+  header.frame_id = "camera";
+  header.stamp = ros::Time(1, 0);
+  const sensor_msgs::ImagePtr image = imageMessage(header, encodings::MONO16, part);
+  EXPECT_EQ(refusedAs(*image), "");
+  EXPECT_EQ(image->header.frame_id, "camera");
+  EXPECT_EQ(cv::countNonZero(greyOf(*image) != part), 0);
+}
+
 TEST(ImageConversion, EachFaultHasItsName) {
   const sensor_msgs::Image good = imageOf(encodings::MONO8, {7});
   EXPECT_EQ(refusedAs(good), "");
