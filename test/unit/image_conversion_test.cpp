@@ -151,6 +151,7 @@ TEST(ImageConversion, PixelsBecomeAMessageAlsoWhereTheyArePartOfOthers) {
   header.stamp = ros::Time(1, 0);
   const sensor_msgs::ImagePtr image = imageMessage(header, encodings::MONO16, part);
   EXPECT_EQ(refusedAs(*image), "");
+  EXPECT_EQ(image->data.size(), part.total() * part.elemSize()) << "none of the others";
   EXPECT_EQ(image->header.frame_id, "camera");
   EXPECT_EQ(cv::countNonZero(greyOf(*image) != part), 0);
 }
