@@ -5,6 +5,7 @@
 
 #include <boost/make_shared.hpp>
 #include <cmath>
+#include <opencv2/core.hpp>
 
 namespace bearing_calibration_ros {
 namespace {
