@@ -17,6 +17,9 @@ done
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }
 
+# Clones share what the compiler has made: the path to them is no part of it.
+export CCACHE_BASEDIR="$repository"
+
 # ROS's own scripts start with `env python3` and need the system's interpreter.
 export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"
 unset PYTHONHOME

@@ -242,7 +242,7 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
   StateEstimate estimate = widened(fit.last, fit.scatter().widening());
   addSpread(taken, &estimate);
-  joint_ = Joint{LiveFilter(estimate), lights, {}, {}};
+  joint_ = Joint{LiveFilter(estimate), lights, Judgement(), RecentInnovations()};
   oldest_ = oldestPart(observations, fit, lights.size());
   const double most = contradictionOf(*answers[mostContradicted(answers)]);
   return most > largestContradiction(lights.size(), kFalseAlarm) ? Outcome::kTorn : Outcome::kJoint;

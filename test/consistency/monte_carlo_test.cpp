@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <thread>
-
 #include "bearing_calibration/calibration/calibrator.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/monte_carlo_bars.h"
@@ -90,14 +87,8 @@ SimulatedCase longImperfectDance(std::uint64_t run) {
 
 std::vector<Trial> runTrials(TrialFunction attempt, CaseFunction makeCase, std::size_t runs,
                              const std::vector<double>& times_s) {
-  std::vector<Trial> trials(runs);
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < runs; i = next++) trials[i] = attempt(makeCase(i), times_s);
-  };
-  std::thread other(work);
-  work();
-  other.join();
+  std::vector<Trial> trials;
+  for (std::size_t i = 0; i < runs; ++i) trials.push_back(attempt(makeCase(i), times_s));
   return trials;
 }
 

@@ -69,7 +69,7 @@ PARAMETERS = {
         'ticks_per_revolution': 2 * math.pi * WHEEL_RADIUS_M / METERS_PER_TICK,
         'counter_bits': 64,
         'max_speed': 3.0,
-        # At 10 times real time a bearing that waits for a second, on a busy machine, is 10 s late.
+        # At 20 times real time a bearing that waits for a second, on a busy machine, is 20 s late.
         'history': 60.0,
         'noise_independent': NOISE_INDEPENDENT_M,
         'noise_common': NOISE_COMMON_M,
@@ -77,9 +77,9 @@ PARAMETERS = {
     'bearings': {
         'latency': LATENCY_S,
         'extra_stddev': 0.0,
-        # At 10 times real time a clock message that is late by two seconds, on a busy machine,
-        # makes all others look 20 s early.
-        'max_future': 20.0,
+        # At 20 times real time a clock message that is late by two seconds, on a busy machine,
+        # makes all others look 40 s early.
+        'max_future': 40.0,
     },
     'errors': {
         'bearing_noise_stddev': 0.0,
@@ -88,11 +88,11 @@ PARAMETERS = {
 }
 
 START_TIME_S = 1000000  # of the recording, on the bags' clock
-# A message every 1.2 ms for all landmarks together, unless the nine calibrations do not keep up: then
+# A message every 0.6 ms for all landmarks together, unless the nine calibrations do not keep up: then
 # the player pauses before their queues are full.
-PLAYBACK_RATE = 10
+PLAYBACK_RATE = 20
 MOST_WAITING = 100  # bearings on their way to one calibration, half of what its queue holds
-CLOCK_RATE_HZ = 1000  # in wall time: steps of 10 ms in the recording's
+CLOCK_RATE_HZ = 250  # in wall time: steps of 80 ms in the recording's
 START_DEADLINE_S = 180
 PLAYBACK_DEADLINE_S = 900
 
