@@ -27,6 +27,11 @@ void batchStates(benchmark::State& state) {
   const ObservationRun& run = elevationRun();
   BatchConfig config;
   config.errors.stddev.head(state.range(0) - 5).setConstant(kErrorStddev);
+  if (config.errors.usesElevations()) {
+    // the heights of lights that are not there are no states, but have a prior
+    config.errors.stddev.segment<SensorTilt::kSize>(placeOf<SensorTilt>())
+        .setConstant(kErrorStddev);
+  }
   const BatchEstimator estimator{config};
   const RecordStart start{run.truth.back(), run.observations.size() - 1};
   for (auto _ : state) benchmark::DoNotOptimize(estimator.estimate(run.observations, start));

@@ -45,6 +45,12 @@ class BenchTable(unittest.TestCase):
             known |= {'%s/%s' % (program, name) for name in listed.split()}
         self.assertLessEqual(namesInTable(), known)
 
+    def testEachIsMeasured(self):
+        folder = os.path.dirname(roslib.packages.find_node('bearing_calibration',
+                                                           bench_table.PROGRAMS[0])[0])
+        measured = bench_table.runAll(folder, bench_table.PROGRAMS, repetitions=1, min_time_s=1e-9)
+        self.assertLessEqual(namesInTable(), set(measured['benchmarks']))
+
     def testTimesAreNanosecondsOfEachRepetition(self):
         def entry(time, unit, run_type='iteration'):
             return {'name': 'n', 'run_name': 'step', 'run_type': run_type, 'cpu_time': time,
