@@ -68,30 +68,33 @@ void propagate(const LinearMotion& motion, StateEstimate* estimate) {
   const StateLayout& layout = estimate->layout;
   const int at = layout.lastingSize();
   const int size = 2 * layout.lights;
-  const int errors = layout.errors;
-  const Eigen::Matrix2d& R = motion.R_end_start;
-  const auto J_errors = [&](int i) { return motion.J_lights_errors.middleRows<2>(2 * i); };
   StateVector& mean = estimate->mean;
   StateMatrix& P = estimate->covariance;
-  const StateVector change = mean.segment(kMountSize, errors) - motion.errors_at.head(errors);
   for (int i = 0; i < layout.lights; ++i) {
     const int light = layout.lightAt(i);
     mean.segment<2>(light) =
-        (R * (mean.segment<2>(light) - motion.start_from_end.position_m)).eval();
-    auto rows = P.middleRows<2>(light);
-    rows = (R * rows).eval();
-    rows += J_errors(i).lazyProduct(P.middleRows(kMountSize, errors));
+        (motion.R_end_start * (mean.segment<2>(light) - motion.start_from_end.position_m)).eval();
+    P.middleRows<2>(light) = (motion.R_end_start * P.middleRows<2>(light)).eval();
   }
   mean.tail(size).noalias() -= motion.J_lights_error * motion.error;
-  mean.tail(size).noalias() += motion.J_lights_errors.lazyProduct(change);
-  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3> J_noise =
-      motion.J_lights_error * motion.covariance;
+  if (layout.errors > 0) {
+    const StateVector change =
+        mean.segment(kMountSize, layout.errors) - motion.errors_at.head(layout.errors);
+    mean.tail(size).noalias() += motion.J_lights_errors.lazyProduct(change);
+    P.bottomRows(size).noalias() +=
+        motion.J_lights_errors.lazyProduct(P.middleRows(kMountSize, layout.errors));
+  }
   auto P_lights = P.bottomRightCorner(size, size);
   for (int i = 0; i < layout.lights; ++i) {
     auto columns = P_lights.middleCols<2>(2 * i);
-    columns = (columns * R.transpose()).eval();
-    columns += P.block(at, kMountSize, size, errors).lazyProduct(J_errors(i).transpose());
+    columns = (columns * motion.R_end_start.transpose()).eval();
   }
+  if (layout.errors > 0) {
+    P_lights.noalias() += P.block(at, kMountSize, size, layout.errors)
+                              .lazyProduct(motion.J_lights_errors.transpose());
+  }
+  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 2 * kMostLights, 3> J_noise =
+      motion.J_lights_error * motion.covariance;
   P_lights.noalias() += J_noise.lazyProduct(motion.J_lights_error.transpose());
   P.topRightCorner(at, size) = P.bottomLeftCorner(size, at).transpose();
 }
