@@ -159,7 +159,7 @@ TEST_F(Litw, TurningTheSensorTurnsTheYawAlone) {
   const std::int32_t landmark = landmarksOf(setup, kAnyObservations).front();
   const LandmarkRecording recording = readLandmark(setup, landmark);
   const MountEstimate reference = *drive(recording, configFor(setup)).last.base_from_sensor;
-  for (int turn_deg : {70, 250}) {
+  for (int turn_deg : {70, 160, 250, 340}) {
     LandmarkRecording turned = recording;
     for (BearingSet& bearings : turned.bearings) {
       double& azimuth_rad = bearings.candidates[0].azimuth_rad;
