@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
+#include <cstddef>
+#include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
@@ -78,6 +80,12 @@ DetectionNodeConfig rigFor(std::uint8_t kind, const sensor_msgs::Image& image) {
   if ((kind & kFaint) != 0) detector.threshold.min_contrast_levels = 1.0;
   return config;
 }
+
+/// Of all inputs, each of which is up to 36 of them.
+struct ImageCount {
+  std::size_t images = 0;
+  ~ImageCount() { std::fprintf(stderr, "images that lights were detected in: %zu\n", images); }
+};
 
 core::Camera cameraOf(std::uint8_t kind, const core::MirrorView& view) {
   constexpr double kFocal_px = 150.0;
@@ -208,6 +216,8 @@ bool DetectionFuzzer::see(const sensor_msgs::Image& image,
     require(config_.colour.use && !hasColours(image.encoding), "a sound image is refused");
     return false;
   }
+  static ImageCount count;
+  ++count.images;
   const core::DetectionResult& result = bearings_->result();
   advice_.add(adviser_->adviceFor(result));
   core::annotate(bearings_->grey(), result, config_.detector);

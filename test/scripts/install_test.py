@@ -65,18 +65,30 @@ class Install(unittest.TestCase):
             error = result['base_from_camera'][name] - true
             self.assertLess(abs(error), 4.0 * result['stddev'][name], name)
 
-    def testTheInstallationIsTheOneThatIsRun(self):
-        self.assertEqual(self.run_('rospack', 'find', 'bearing_calibration').strip(),
-                         os.path.join(self.prefix, 'share', 'bearing_calibration'))
+    def installed(self):
+        """The paths of all libraries and programs."""
         libraries = glob.glob(os.path.join(self.prefix, 'lib', '*.so'))
         programs = glob.glob(os.path.join(self.prefix, 'lib', 'bearing_calibration', '*'))
         self.assertGreaterEqual(len(libraries), 4)
         self.assertGreaterEqual(len(programs), 10)
-        for path in libraries + [path for path in programs if os.path.isfile(path)]:
+        return libraries + [path for path in programs if os.path.isfile(path)]
+
+    def testTheInstallationIsTheOneThatIsRun(self):
+        self.assertEqual(self.run_('rospack', 'find', 'bearing_calibration').strip(),
+                         os.path.join(self.prefix, 'share', 'bearing_calibration'))
+        for path in self.installed():
             with self.subTest(file=os.path.basename(path)):
                 listed = self.run_('bash', '-c', 'ldd %s || true' % path)
                 self.assertNotIn('not found', listed)
                 self.assertNotIn(buildFolder(), listed)
+
+    def testNoFunctionOfEigenIsSharedWithOtherLibraries(self):
+        """Theirs are perhaps compiled for other instructions, and then allocate memory in another way."""
+        for path in self.installed():
+            with self.subTest(file=os.path.basename(path)):
+                shared = self.run_('bash', '-c',
+                                   'nm -D --defined-only %s | grep -c " _ZNK*5Eigen" || true' % path)
+                self.assertEqual(int(shared.split()[-1]), 0)
 
     def testCalibrateBagAndItsReport(self):
         output = self.path('out')
