@@ -8,6 +8,9 @@
 
 namespace bearing_calibration::core {
 
+template <>
+const char EigenAlignedTo<EIGEN_MAX_STATIC_ALIGN_BYTES>::kAsInTheCore = 0;
+
 Vector5 cartesianOf(const StateLayout& layout, const StateVector& state, int light) {
   Vector5 cartesian;
   cartesian << state.segment<2>(layout.lightAt(light)), state.head<kMountSize>();

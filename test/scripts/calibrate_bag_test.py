@@ -63,7 +63,7 @@ class CalibrateBag(Drives):
         return subprocess.run([self.program, '--config', SIMULATED_ROBOT, *arguments,
                                '--output', self.output],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, timeout=120)
+                              universal_newlines=True, timeout=600)
 
     def assertStatus(self, done, status):
         self.assertEqual(done.returncode, status, done.stdout + done.stderr)
@@ -415,7 +415,7 @@ class CalibrateBag(Drives):
         done = subprocess.run([self.program, self.drives[0], '--config', SIMULATED_ROBOT,
                                '--output', '/proc/nope'],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, timeout=120)
+                              universal_newlines=True, timeout=600)
         self.assertStatus(done, USAGE)
         self.assertIn('--output /proc/nope cannot be made: No such file or directory', done.stderr)
 
@@ -499,7 +499,7 @@ class JobQueues(Drives):
     def runInFolder(self, command, **environment):
         done = subprocess.run(['bash', '-c', command], cwd=self.folder, stdin=subprocess.DEVNULL,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              universal_newlines=True, timeout=120,
+                              universal_newlines=True, timeout=600,
                               env=dict(os.environ, **environment))
         self.assertEqual(done.returncode, 0, done.stdout)
 

@@ -70,6 +70,14 @@ class CoreAlone(unittest.TestCase):
         libraries = {name for name in os.listdir(os.path.join(self.prefix, 'lib')) if '.so' in name}
         self.assertEqual(libraries, {'libbearing_calibration_core.so'})
 
+    def testAProgramWhoseEigenAlignsOtherwiseIsNotLinked(self):
+        """As -march=native does it on a machine that has the instructions."""
+        build = os.path.join(self.folder, 'wider')
+        self.run_('cmake', '-S', 'examples/core_only', '-B', build, '-DCMAKE_PREFIX_PATH=' + self.prefix,
+                  '-DCMAKE_CXX_FLAGS=-DEIGEN_MAX_STATIC_ALIGN_BYTES=64')
+        with self.assertRaisesRegex(AssertionError, 'undefined reference to .*EigenAlignedTo<64>'):
+            self.run_('cmake', '--build', build)
+
     def testItIsConfiguredWhereThereIsNoRos(self):
         build = os.path.join(self.folder, 'alone')
         said = self.run_('cmake', '-S', REPOSITORY, '-B', build, '-DBEARING_CALIBRATION_CORE_ALONE=ON',

@@ -8,6 +8,16 @@
 
 namespace bearing_calibration::core {
 
+/// Where wider instructions may be used (-march=native) Eigen aligns its matrices to more bytes,
+/// and whatever contains them lies otherwise in memory. A program that is compiled so, while the
+/// core is not, does not find this symbol when it is linked, instead of crashing.
+template <int kBytes>
+struct EigenAlignedTo {
+  static const char kAsInTheCore;
+};
+[[gnu::used]] static const char* const kEigenAlignment =
+    &EigenAlignedTo<EIGEN_MAX_STATIC_ALIGN_BYTES>::kAsInTheCore;
+
 inline constexpr int kMountSize = 3;
 inline constexpr int kMostState = kMountSize + kErrorCount + 2 * kMostLights;
 using StateVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostState, 1>;
