@@ -7,7 +7,9 @@
 
 namespace bearing_calibration::fuzz {
 
-/// Takes a fuzzer's bytes one after another; zeros when there are no more.
+/// Takes a fuzzer's bytes one after another; zeros when there are no more. The arguments of a call
+/// in (), and the sides of most operators, are evaluated in any order: two readings of one
+/// expression stand in {}, or in statements of their own.
 class ByteReader {
  public:
   ByteReader(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
@@ -17,7 +19,10 @@ class ByteReader {
     --left_;
     return *data_++;
   }
-  std::uint16_t word() { return static_cast<std::uint16_t>(byte() | byte() << 8U); }
+  std::uint16_t word() {
+    const std::uint8_t low = byte();
+    return static_cast<std::uint16_t>(low | byte() << 8U);
+  }
   bool isEmpty() const { return left_ == 0; }
 
   bool flag() { return (byte() & 1U) != 0; }

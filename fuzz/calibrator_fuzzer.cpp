@@ -78,9 +78,11 @@ void CalibratorFuzzer::doWhatBytesSay() {
       drive(-0.5 * separation_m * turn_rad, 0.5 * separation_m * turn_rad);
       break;
     }
-    case 2:
-      drive(bytes_.between(-2.0, 2.0), bytes_.between(-2.0, 2.0));
+    case 2: {
+      const double left_m = bytes_.between(-2.0, 2.0);
+      drive(left_m, bytes_.between(-2.0, 2.0));
       break;
+    }
     case 3:
       for (int times = bytes_.byte() % 8; times >= 0; --times) driveToCalibrate();
       break;
@@ -178,7 +180,7 @@ void CalibratorFuzzer::setChannel() {
 }
 
 void CalibratorFuzzer::changeWorld() {
-  const Eigen::Vector2d by(bytes_.between(-2.0, 2.0), bytes_.between(-2.0, 2.0));
+  const Eigen::Vector2d by{bytes_.between(-2.0, 2.0), bytes_.between(-2.0, 2.0)};
   if (bytes_.flag()) {
     world_.displaceMount({0.1 * by, bytes_.between(-core::kPi, core::kPi)});
   } else {

@@ -44,10 +44,10 @@ void drawEllipses(ByteReader* bytes, cv::Mat* picture) {
   constexpr int kFractionBits = 4;
   while (!bytes->isEmpty()) {
     const int scale = 1 << kFractionBits;
-    const cv::Point centre(bytes->word() % (picture->cols * scale + 1),
-                           bytes->word() % (picture->rows * scale + 1));
-    const cv::Size axes(bytes->word() % (picture->cols * scale + 1),
-                        bytes->word() % (picture->rows * scale + 1));
+    const cv::Point centre{bytes->word() % (picture->cols * scale + 1),
+                           bytes->word() % (picture->rows * scale + 1)};
+    const cv::Size axes{bytes->word() % (picture->cols * scale + 1),
+                        bytes->word() % (picture->rows * scale + 1)};
     const double turn_deg = bytes->byte();
     const double level = bytes->byte();
     constexpr int kFilled = -1;

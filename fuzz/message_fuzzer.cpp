@@ -140,8 +140,8 @@ bool runCount(ByteReader* bytes) {
   topic_tools::ShapeShifter message;
   message.morph("*", "some_msgs/Count", definition, "");
   constexpr std::size_t kMostBody = 64;
-  const std::string body =
-      std::string(1, static_cast<char>(bytes->byte())) + bytes->text(kMostBody);
+  std::string body(1, static_cast<char>(bytes->byte()));
+  body += bytes->text(kMostBody);
   std::vector<std::uint8_t> content(body.begin(), body.end());
   ros::serialization::IStream in(content.data(), static_cast<std::uint32_t>(content.size()));
   message.read(in);
@@ -158,7 +158,7 @@ bool runCount(ByteReader* bytes) {
 
 bool runPrediction(ByteReader* bytes) {
   PredictedBearing message;
-  message.header.stamp = ros::Time(static_cast<std::uint32_t>(bytes->bits()), bytes->word());
+  message.header.stamp = ros::Time{static_cast<std::uint32_t>(bytes->bits()), bytes->word()};
   message.azimuth = bytes->anyNumber();
   message.azimuth_variance = bytes->anyNumber();
   message.light_id = static_cast<std::int32_t>(bytes->bits());
