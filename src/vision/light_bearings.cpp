@@ -129,8 +129,8 @@ const Detection* likeliestLight(const std::vector<Detection>& lights) {
 }
 
 void ShutterConfig::declare(Parameters& params) {
-  constexpr double kLongest_s = 10.0;  // no camera is later; a larger value is in milliseconds
-  params.number("time/stamp_to_mid_exposure", stamp_to_mid_exposure_s, -kLongest_s, kLongest_s);
+  constexpr double kLatest_s = 10.0;  // no camera is later; a larger value is in milliseconds
+  params.number("time/stamp_to_mid_exposure", stamp_to_mid_exposure_s, -kLatest_s, kLatest_s);
   params.number("time/row_time", row_time_s, -1.0, 1.0);
   params.number("time/max_turn_rate", max_turn_rate_radps, 0.0, plausible::kFastestTurn_radps);
 }

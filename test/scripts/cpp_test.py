@@ -1,6 +1,7 @@
 """The core library for C++ programs, as cpp.md has it: installed alone, found by CMake, and an
 example that calibrates with it; the pages of its API."""
 
+import concurrent.futures
 import glob
 import os
 import re
@@ -112,6 +113,28 @@ class CoreAlone(unittest.TestCase):
                 self.assertIn('found: %d' % found, self.run_(
                     'cmake', '-S', project, '-B', os.path.join(project, 'build'),
                     '-DCMAKE_PREFIX_PATH=' + self.prefix))
+
+
+class AnotherCompiler(unittest.TestCase):
+
+    def testClangTakesWhatNeedsNoRos(self):
+        """Users build with it, and scripts/fuzz does."""
+        rooms = sorted(set(os.listdir(os.path.join(REPOSITORY, 'src'))) - {'CMakeLists.txt', 'ros'})
+        self.assertIn('filter', rooms)
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            for room, said in zip(rooms, pool.map(self.clangSaysOf, rooms)):
+                with self.subTest(room=room):
+                    self.assertEqual(said, '')
+
+    def clangSaysOf(self, room):
+        sources = sorted(glob.glob(os.path.join(REPOSITORY, 'src', room, '*.cpp')))
+        self.assertNotEqual(sources, [])
+        return subprocess.run(
+            ['clang++', '-std=c++17', '-Wall', '-Wextra', '-Wpedantic', '-Wshadow', '-fsyntax-only',
+             '-I' + os.path.join(REPOSITORY, 'include'), '-isystem', '/usr/include/eigen3',
+             '-isystem', '/usr/include/opencv4', '-x', 'c++', '-'],
+            input=''.join('#include "%s"\n' % source for source in sources), timeout=600,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True).stdout
 
 
 class ApiPages(unittest.TestCase):

@@ -15,6 +15,8 @@ template <int kBytes>
 struct EigenAlignedTo {
   static const char kAsInTheCore;
 };
+template <>
+const char EigenAlignedTo<EIGEN_MAX_STATIC_ALIGN_BYTES>::kAsInTheCore;
 [[gnu::used]] static const char* const kEigenAlignment =
     &EigenAlignedTo<EIGEN_MAX_STATIC_ALIGN_BYTES>::kAsInTheCore;
 
