@@ -33,6 +33,7 @@ FIRST_TESTS = {
     'input': ('scan_bearings_test',),
     'record': ('batch_estimator_test', 'initializer_test'),
     'solve': ('batch_estimator_test', 'robot_errors_test', 'initializer_test'),
+    'noise': ('batch_estimator_test', 'initializer_test'),
     'init': ('initializer_test',),
     'track': ('filter_test',),
     'judge': ('batch_estimator_test',),

@@ -8,7 +8,7 @@
 #include "bearing_calibration/init/other_answers.h"
 #include "bearing_calibration/init/start_candidates.h"
 #include "bearing_calibration/init/start_obstacle.h"
-#include "bearing_calibration/solve/noise_review.h"
+#include "bearing_calibration/noise/noise_review.h"
 #include "bearing_calibration/solve/slip_hypotheses.h"
 
 namespace bearing_calibration::core {

@@ -5,12 +5,12 @@
 #include <Eigen/Eigenvalues>
 
 #include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/joint_record.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/judge/lights_agreement.h"
-#include "bearing_calibration/solve/joint_record.h"
 #include "bearing_calibration/solve/rival_mount.h"
 #include "support/mount_chi_square.h"
 #include "tools/study/default_calibration.h"

@@ -11,8 +11,8 @@
 #include "bearing_calibration/calibration/record_fit.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/common/symmetric.h"
+#include "bearing_calibration/noise/noise_review.h"
 #include "bearing_calibration/output/quality.h"
-#include "bearing_calibration/solve/noise_review.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {

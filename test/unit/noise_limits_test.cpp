@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "bearing_calibration/solve/noise_levels.h"
+#include "bearing_calibration/noise/noise_levels.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "bearing_calibration/calibration/joint_record.h"
 #include "bearing_calibration/record/lights_record.h"
-#include "bearing_calibration/solve/joint_record.h"
 #include "tools/study/simulated_case.h"
 
 namespace bearing_calibration::core {

@@ -8,9 +8,9 @@
 
 #include "bearing_calibration/filter/observation.h"
 #include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/noise/noise_levels.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
 #include "bearing_calibration/simulation/trajectory.h"
-#include "bearing_calibration/solve/noise_levels.h"
 
 namespace bearing_calibration::core {
 

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "bearing_calibration/calibration/config.h"
+#include "bearing_calibration/calibration/joint_record.h"
 #include "bearing_calibration/calibration/schedule.h"
 #include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/record/lights_record.h"
-#include "bearing_calibration/solve/joint_record.h"
 #include "bearing_calibration/track/recent_innovations.h"
 
 namespace bearing_calibration::core {

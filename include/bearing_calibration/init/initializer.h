@@ -7,9 +7,9 @@
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/observation.h"
+#include "bearing_calibration/noise/noise_levels.h"
 #include "bearing_calibration/record/observation_record.h"
 #include "bearing_calibration/solve/batch_estimator.h"
-#include "bearing_calibration/solve/noise_levels.h"
 #include "bearing_calibration/solve/observability.h"
 #include "bearing_calibration/solve/rival_mount.h"
 

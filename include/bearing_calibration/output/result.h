@@ -12,8 +12,8 @@
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/judge/calibration_state.h"
 #include "bearing_calibration/judge/fault.h"
+#include "bearing_calibration/noise/noise_levels.h"
 #include "bearing_calibration/optics/bearing.h"
-#include "bearing_calibration/solve/noise_levels.h"
 #include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {

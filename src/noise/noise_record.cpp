@@ -1,4 +1,4 @@
-#include "bearing_calibration/solve/noise_record.h"
+#include "bearing_calibration/noise/noise_record.h"
 
 #include <cmath>
 

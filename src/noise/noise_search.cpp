@@ -1,4 +1,4 @@
-#include "bearing_calibration/solve/noise_search.h"
+#include "bearing_calibration/noise/noise_search.h"
 
 #include <algorithm>
 #include <array>

@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "bearing_calibration/noise/noise_levels.h"
 #include "bearing_calibration/record/lights_record.h"
 #include "bearing_calibration/solve/batch_estimator.h"
-#include "bearing_calibration/solve/noise_levels.h"
 
 namespace bearing_calibration::core {
 

@@ -1,4 +1,4 @@
-#include "bearing_calibration/solve/joint_record.h"
+#include "bearing_calibration/calibration/joint_record.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -40,10 +40,9 @@ std::vector<Observation> withNoise(std::vector<Observation> observations,
                                    const std::vector<const LandmarkSolution*>& answers) {
   const NoiseLevels& surest = surestOf(answers).noise;
   for (Observation& observation : observations) {
-    const NoiseLevels& own = answers[static_cast<std::size_t>(observation.light)]->noise;
-    observation.azimuth_variance_rad2 *= own.bearing.value * own.bearing.value;
-    observation.light_size_m = own.light_size.stddev_m;
-    observation.motion = withNoise(observation.motion, surest);
+    NoiseLevels levels = answers[static_cast<std::size_t>(observation.light)]->noise;
+    levels.wheel = surest.wheel;
+    observation = withNoise(observation, levels);
   }
   return observations;
 }

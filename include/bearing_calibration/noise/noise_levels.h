@@ -65,6 +65,7 @@ CorrelationTime correlationTime(const std::vector<Observation>& observations, do
 double bearingLevelFromDifferences(const std::vector<Observation>& observations);
 
 /// The same with the noise that was found.
+Observation withNoise(Observation observation, const NoiseLevels& noise);
 std::vector<Observation> withNoise(std::vector<Observation> observations, const NoiseLevels& noise);
 /// @param range_m  to the light
 Bearing withNoise(Bearing bearing, const NoiseLevels& noise, double range_m);

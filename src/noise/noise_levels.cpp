@@ -1,4 +1,4 @@
-#include "bearing_calibration/solve/noise_levels.h"
+#include "bearing_calibration/noise/noise_levels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -85,13 +85,16 @@ double bearingLevelFromDifferences(const std::vector<Observation>& observations)
   return thirds.size() < kFewest ? 1.0 : robustStddev(std::move(thirds));
 }
 
+Observation withNoise(Observation observation, const NoiseLevels& noise) {
+  observation.azimuth_variance_rad2 *= noise.bearing.value * noise.bearing.value;
+  observation.light_size_m = noise.light_size.stddev_m;
+  observation.motion = withNoise(observation.motion, noise);
+  return observation;
+}
+
 std::vector<Observation> withNoise(std::vector<Observation> observations,
                                    const NoiseLevels& noise) {
-  for (Observation& observation : observations) {
-    observation.azimuth_variance_rad2 *= noise.bearing.value * noise.bearing.value;
-    observation.light_size_m = noise.light_size.stddev_m;
-    observation.motion = withNoise(observation.motion, noise);
-  }
+  for (Observation& observation : observations) observation = withNoise(observation, noise);
   return observations;
 }
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "bearing_calibration/filter/robot_errors.h"
+#include "bearing_calibration/noise/noise_search.h"
 #include "bearing_calibration/solve/batch_estimator.h"
-#include "bearing_calibration/solve/noise_search.h"
 
 namespace bearing_calibration::core {
 

@@ -1,4 +1,4 @@
-#include "bearing_calibration/solve/noise_review.h"
+#include "bearing_calibration/noise/noise_review.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "bearing_calibration/solve/noise_levels.h"
-#include "bearing_calibration/solve/noise_record.h"
+#include "bearing_calibration/noise/noise_levels.h"
+#include "bearing_calibration/noise/noise_record.h"
 
 namespace bearing_calibration::core {
 
