@@ -29,7 +29,7 @@ OTHERWISE = {
     'libboost-program-options': 'the library of the programs',
     'roslaunch': "roslaunch starts the launch files, and roslaunch.xmlloader's modules are tests'",
     'libopencv-dev': 'its libraries, too', 'liburdfdom-tools': 'check_urdf, in tests',
-    'python3-catkin-lint': 'catkin_lint, in tests', 'xvfb': 'Xvfb, in tests',
+    'clang': 'clang++, in tests', 'python3-catkin-lint': 'catkin_lint, in tests', 'xvfb': 'Xvfb, in tests',
     'actionlib_msgs': "an action's messages", 'rosbag': 'rosbag play and record',
 }
 BUILD, EXPORT, RUN, TEST = 'build_depend', 'build_export_depend', 'exec_depend', 'test_depend'

@@ -260,6 +260,8 @@ class Sanitize(CopyOfTheScripts):
             self.assertTrue(run)
             if kind == 'address':
                 self.assertEqual((calls['build'], run), (['all', 'tests'], tests))
+                with open(self.path('.build', kind, 'devel', 'lib', 'nodelet', 'nodelet')) as file:
+                    self.assertRegex(file.read(), r'LD_PRELOAD="\S*libclang_rt\.asan\S*\.so ')
             else:
                 self.assertEqual(set(calls['build']) - {'programs', 'rostests'}, run)
 
