@@ -196,6 +196,12 @@ TEST(MirrorRim, IsNotFoundWhereNoneIs) {
   }
 }
 
+// Pixels are counted by their centres, from 0.
+TEST(MirrorRim, IsSearchedAboutTheMiddleOfTheImage) {
+  const RimSearch search = rimSearchIn(cv::Mat(5, 9, CV_8U));
+  EXPECT_EQ(search.centre_px, Vector2d(4.0, 2.0));
+}
+
 TEST(MirrorRim, RefusesOtherImagesAndSearches) {
   EXPECT_THROW(findMirrorRim(cv::Mat(), rimSearchAround(test::defaultDetector())),
                std::invalid_argument);

@@ -95,6 +95,17 @@ TEST(Smoother, AFirstMotionHasNothingToGain) {
   EXPECT_GT(pass.observations[1].slip_gain, 0.0);
 }
 
+// Where nothing was known before it, a record begins with its first image.
+TEST(Smoother, WhatTheRobotDidBeforeTheFirstImageCountsForNothing) {
+  ObservationRun run = shortRun(1);
+  const std::vector<ObservationWeight> weights = plainWeights(run.observations);
+  const StateEstimate last = smooth(run.observations, weights, pathOf(run), kFreePass).last;
+  run.observations[0].motion = append({}, {0.5, 0.7}, 0.25, {1e-3, 1e-3});
+  const StateEstimate same = smooth(run.observations, weights, pathOf(run), kFreePass).last;
+  EXPECT_EQ(same.mean, last.mean);
+  EXPECT_EQ(same.covariance, last.covariance);
+}
+
 // The least cost of a linear problem is that of its innovations.
 TEST(Smoother, ItsCostsAddUpToThatOfTheInnovations) {
   const ObservationRun run = shortRun(1);
@@ -249,6 +260,15 @@ double learntScale(const StateEstimate& estimate, const StateVector& at,
   return growth.dot(estimate.covariance.ldlt().solve(growth)) - lengths.cwiseAbs2().dot(prior);
 }
 
+/// How the priors pull at the metric scale, as seen from a state: nothing else does, so that it is 0
+/// where they are content.
+double pullOnScale(const StateEstimate& estimate, const StateVector& at,
+                   const ErrorPriors& priors) {
+  const Eigen::Array3d lengths = 1.0 + at.segment<3>(4).array();
+  const Eigen::Array3d off = estimate.mean.segment<3>(4) - priors.mean.segment<3>(1);
+  return (lengths * off / priors.stddev.segment<3>(1).array().square()).sum();
+}
+
 // Lights, mount and wheels could be any size together, whatever the record. One linearisation knows
 // that; seen from another place, it seems to have learnt the scale.
 TEST(MetricScale, IsKnownByThePriorsAlone) {
@@ -272,6 +292,8 @@ TEST(MetricScale, IsKnownByThePriorsAlone) {
   const StateEstimate known = withoutLearntScale(fit, other, priors);
   EXPECT_LT(std::abs(learntScale(known, other, priors)), 1e-9 * prior);
   EXPECT_GE(known.covariance(0, 0), fit.covariance(0, 0));
+  EXPECT_GT(std::abs(pullOnScale(fit, other, priors)), 1.0);
+  EXPECT_LT(std::abs(pullOnScale(known, other, priors)), 1e-6);
 
   ErrorPriors measured = priors;  // a length that is known for certain tells the scale
   measured.setBlock(WheelSeparation::kName, 0.0);

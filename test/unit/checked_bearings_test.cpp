@@ -25,5 +25,21 @@ TEST(CheckedBearings, HaveTheVariancesOfAllThatIsIndependent) {
               1e-12);
 }
 
+// Nobody's sensor is better than the least standard deviation, in whatever direction.
+TEST(CheckedBearings, AreNoBetterThanTheLeastStandardDeviation) {
+  BearingInputConfig config;
+  config.min_stddev_rad = 0.02;
+  config.max_stddev_rad = 1.0;
+  BearingSet set;
+  set.candidates.resize(1);
+  set.candidates[0].azimuth_variance_rad2 = 1e-6;
+  set.candidates[0].elevation_variance_rad2 = 1e-6;
+  const CheckedBearings checked = checkBearings(set, config);
+  ASSERT_EQ(checked.bearings.candidates.size(), 1U);
+  EXPECT_NEAR(checked.bearings.candidates[0].azimuth_variance_rad2, 4e-4, 1e-15);
+  EXPECT_NEAR(checked.bearings.candidates[0].elevation_variance_rad2, 4e-4, 1e-15);
+  EXPECT_EQ(checked.remarks.size(), 2U);
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core

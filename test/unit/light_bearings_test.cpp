@@ -166,6 +166,21 @@ TEST(SearchRegion, ABoxEndsWithTheImage) {
   EXPECT_EQ(boxAround({{315.0, kPi}, 0.1, 5.0}, expected, config).x, 0);
 }
 
+// Of a lamp whose size and distance are known, all that is not is the lens: a blur of 0 to 0.5 px,
+// whose variance adds to the others.
+TEST(ConicMirrorOptics, TheLensAddsItsBlurToALightOfKnownSize) {
+  DetectorConfig config = mirrorInVga();
+  config.light.min_distance_m = config.light.max_distance_m = 2.0;
+  config.light.radius_m = config.light.min_radius_m = 0.01;
+  const LightOptics optics = conicMirrorOptics(config);
+  for (const double radius_px : {20.0, 100.0, 180.0}) {
+    const SpotSize size = optics.sizeAt(radius_px);
+    const Eigen::Array2d added_px2 =
+        size.most_stddev_px.array().square() - size.least_stddev_px.array().square();
+    EXPECT_LT((added_px2 - 0.25).abs().maxCoeff(), 1e-12) << radius_px;
+  }
+}
+
 /// A camera whose lights are wider by a tenth of a pixel for each of the image radius; of a point,
 /// one and a half times as long as wide.
 LightOptics wideningLights() {

@@ -37,6 +37,22 @@ void expectSameMotion(const OdometryIncrement& a, const OdometryIncrement& b) {
   EXPECT_LT((a.covariance - b.covariance).norm(), 1e-9 * b.covariance.norm());
 }
 
+// What is not known of the poses adds up from the record's beginning.
+TEST(ObservationPath, LosesItsHeadingAndPlaceWithEachMotion) {
+  std::vector<Observation> observations;
+  for (int i = 0; i < 3; ++i) observations.push_back(observationAfter(0.02, 0.03, i));
+  const std::vector<PosedObservation> posed = poseObservations(observations);
+  const Eigen::Matrix3d each = observations[1].motion.covariance;
+  const Pose2 step = observations[1].motion.start_from_end;
+  ASSERT_EQ(posed.size(), 3U);
+  for (std::size_t i = 0; i < posed.size(); ++i) {
+    const auto motions = static_cast<double>(i);
+    EXPECT_NEAR(posed[i].heading_variance_rad2, motions * each(2, 2), 1e-15);
+    EXPECT_NEAR(posed[i].position_variance_m2, motions * 0.5 * (each(0, 0) + each(1, 1)), 1e-15);
+    EXPECT_NEAR(posed[i].first_from_base.yaw_rad, motions * step.yaw_rad, 1e-12);
+  }
+}
+
 // Promise bounded: a robot that stands for hours
 TEST(ObservationRecord, StandingStillCostsNoRoomAndLosesNoMotion) {
   ObservationRecord record{ObservationRecordConfig()};

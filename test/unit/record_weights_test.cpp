@@ -64,6 +64,32 @@ TEST(RecordWeights, ABearingBetweenTwoMotionsThatSlippedIsLeftOut) {
   EXPECT_EQ(leftOut(circleOf(20, 0.1), 10), (std::vector<std::size_t>{8, 9, 10, 11}));
 }
 
+/// Lag-1 correlation that is found in innovations of 101 bearings, one standard deviation each, of
+/// which so many have the sign of the one before.
+double correlationFound(std::size_t alike) {
+  const Record record = circleOf(101, 0.1);
+  SmootherPass pass;
+  double residual = 1.0;
+  for (std::size_t i = 0; i < record.observations.size(); ++i) {
+    if (i > alike) residual = -residual;
+    pass.observations.emplace_back().azimuth = {residual, 1.0};
+  }
+  const BatchConfig config;
+  RecordWeights weights(record.observations, std::vector<bool>(record.observations.size(), true),
+                        config, {});
+  const bool is_wider = weights.widenForCorrelation(pass, record.path);
+  EXPECT_EQ(is_wider, weights.correlation() > 0.0);
+  return weights.correlation();
+}
+
+// White ones scatter about 0 with a standard deviation of 0.1: below two of these none is found.
+TEST(RecordWeights, AreWidenedForACorrelationThatIsSignificant) {
+  EXPECT_EQ(correlationFound(40), 0.0);
+  EXPECT_EQ(correlationFound(57), 0.0);  // 0.14
+  EXPECT_NEAR(correlationFound(62), 0.24, 1e-9);
+  EXPECT_NEAR(correlationFound(80), 0.6, 1e-9);
+}
+
 /// What giving up the last motion would gain, where the last bearing is off by so much, as Huber's
 /// loss with this limit weighs it.
 double gainOfLastMotion(double sigmas, double huber_limit) {
