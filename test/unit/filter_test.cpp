@@ -260,6 +260,17 @@ StateEstimate numberedEstimate() {
   return estimate;
 }
 
+// The mount and the scales of the wheels, the fifth and the sixth number; not when a camera is
+// late.
+TEST(LastingPart, IsWithoutWhatIsAnotherAtTheNextStart) {
+  const StateEstimate lasting = lastingPart(numberedEstimate());
+  ASSERT_EQ(lasting.layout.size(), kMountSize + kErrorCount);
+  StateVector number = StateVector::Zero(lasting.layout.size());
+  number.head(6) << 1, 2, 3, 0, 5, 6;
+  EXPECT_EQ(lasting.mean, number);
+  EXPECT_EQ(lasting.covariance, StateMatrix(number * number.transpose()));
+}
+
 // Of numbers whose covariance is the product of their means, that of a part is it, too.
 TEST(PartOf, TakesTheMountTheFirstErrorsAndTheLightsThatAreAskedFor) {
   const StateEstimate part = partOf(numberedEstimate(), 1, {std::nullopt, 1});
