@@ -260,8 +260,8 @@ StateEstimate numberedEstimate() {
   return estimate;
 }
 
-// The mount and the scales of the wheels, the fifth and the sixth number; not when a camera is
-// late.
+// The mount and the wheels' scales, the fifth and the sixth number, do; how late a camera is does
+// not.
 TEST(LastingPart, IsWithoutWhatIsAnotherAtTheNextStart) {
   const StateEstimate lasting = lastingPart(numberedEstimate());
   ASSERT_EQ(lasting.layout.size(), kMountSize + kErrorCount);
