@@ -37,6 +37,13 @@ void expectSameMotion(const OdometryIncrement& a, const OdometryIncrement& b) {
   EXPECT_LT((a.covariance - b.covariance).norm(), 1e-9 * b.covariance.norm());
 }
 
+TEST(ObservationChange, AMirroredMotionIsThatOfSwappedWheels) {
+  const OdometryIncrement mirror = mirrored({observationAfter(0.02, 0.3, 1)}).front().motion;
+  const OdometryIncrement swapped = observationAfter(0.3, 0.02, 1).motion;
+  expectSameMotion(mirror, swapped);
+  EXPECT_LT((mirror.J_pose_wheels - swapped.J_pose_wheels).norm(), 1e-12);
+}
+
 // What is not known of the poses adds up from the record's beginning.
 TEST(ObservationPath, LosesItsHeadingAndPlaceWithEachMotion) {
   std::vector<Observation> observations;

@@ -155,6 +155,17 @@ TEST(WheelOdometer, TellsAResetFromMotion) {
   EXPECT_NEAR(odometer.travel()->left_m, 0.05, 1e-12);
 }
 
+// The wheel with the longer ticks may have rolled farther than its readings say.
+TEST(WheelOdometer, WhatMovesUnseenIsWithinTwoOfTheLongerTicks) {
+  DriveGeometry drive = geometry(32);
+  drive.left_wheel_radius_m *= 10.0;  // 10 mm a tick, and 1 mm of the right one
+  WheelOdometer odometer(drive);
+  odometer.add(WheelCounts{at(0.0), 50000, 60000});
+  EXPECT_EQ(odometer.add(WheelCounts{at(0.1), 3, 5}).status, InputStatus::kCounterReset);
+  const double reach_m = 1.0 * (0.1 + 0.01) + 2.0 * 0.01;  // speed, jitter, two ticks
+  EXPECT_NEAR(odometer.travel()->unseen_variance_m2, reach_m * reach_m / 3.0, 1e-9);
+}
+
 TEST(WheelOdometer, LeavesOutASingleWrongReading) {
   WheelOdometer odometer(geometry(32));
   odometer.add(WheelCounts{at(0.0), 50000, 50000});
