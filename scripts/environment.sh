@@ -5,7 +5,11 @@
 repository="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 # Hidden from rospack by the leading dot: the repository is the package, and the build folder holds
 # things that look like packages too.
-build_folder="$repository/.build/${sanitize:-release}"
+build_folder="$repository/.build/release"
+# Of builds for something else. Not below the repository: rosrun looks for programs in all of it, and
+# would find two of each.
+other_builds=${XDG_CACHE_HOME:-~/.cache}/bearing_calibration$repository
+if [[ -n "${sanitize:-}" ]]; then build_folder="$other_builds/$sanitize"; fi
 # Where ROS is not the distribution's own: ROS-O, or Noetic.
 ros_setup=
 for ros_name in noetic one; do

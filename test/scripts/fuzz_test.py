@@ -39,7 +39,7 @@ class Fuzz(CopyOfTheScripts):
         self.programs = self.makePrograms('fuzz')
 
     def makePrograms(self, build):
-        programs = self.path('.build', build, 'devel', 'lib', 'bearing_calibration')
+        programs = os.path.join(self.other_builds, build, 'devel', 'lib', 'bearing_calibration')
         os.makedirs(programs)
         for target in TARGETS:
             self.standIn(os.path.join(programs, target + '_fuzz'), FINE)
@@ -129,7 +129,7 @@ class Fuzz(CopyOfTheScripts):
         self.standIn(os.path.join(self.programs, 'files_fuzz'), FINDS)
         code, said, _ = self.fuzz('1')
         self.assertNotEqual(code, 0)
-        self.assertIn(self.path('.build', 'fuzz', 'findings', 'files', 'crash-1'), said)
+        self.assertIn(os.path.join(self.other_builds, 'fuzz', 'findings', 'files', 'crash-1'), said)
         self.assertIn('AddressSanitizer: heap-buffer-overflow', said)
         self.assertIn(['messages', '4321', '150', '30', '0'],
                       [line.split()[:1] + line.split()[2:5] + line.split()[6:] for line in said.splitlines()])

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import tempfile
 import unittest
+from unittest import mock
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 DOCUMENTS = [os.path.join(REPOSITORY, name) for name in ('README.md', 'CONTRIBUTING.md')] + glob.glob(
@@ -28,6 +29,13 @@ class CopyOfTheScripts(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
         self.build_folder = self.path('.build', 'release')
+        cache = tempfile.TemporaryDirectory()
+        self.addCleanup(cache.cleanup)
+        patch = mock.patch.dict(os.environ, XDG_CACHE_HOME=cache.name)
+        patch.start()
+        self.addCleanup(patch.stop)
+        # rosrun looks for programs in all of the repository, and finds those of one build only
+        self.other_builds = os.path.join(cache.name, 'bearing_calibration') + self.folder
         self.log = self.path('log')
         shutil.copytree(os.path.join(REPOSITORY, 'scripts'), self.path('scripts'))
         os.mkdir(self.path('stand_ins'))
@@ -234,11 +242,11 @@ class Sanitize(CopyOfTheScripts):
         done = self.sanitize('exit 0')
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn('Nothing found', done.stdout)
-        with open(self.path('.build', 'thread', 'devel', 'lib', 'nodelet', 'nodelet')) as file:
+        with open(os.path.join(self.other_builds, 'thread', 'devel', 'lib', 'nodelet', 'nodelet')) as file:
             self.assertRegex(file.read(), r'LD_PRELOAD="/\S+libtsan.so [^"]+" \\\n +exec /\S+nodelet "\$@"')
 
     def testAFindingFailsAlsoWhereAllTestsPass(self):
-        finding = self.path('.build', 'thread', 'findings', 'of.1')
+        finding = os.path.join(self.other_builds, 'thread', 'findings', 'of.1')
         done = self.sanitize('echo A RACE > "%s"' % finding)
         self.assertNotEqual(done.returncode, 0)
         self.assertIn('A RACE', done.stdout)
@@ -252,7 +260,7 @@ class Sanitize(CopyOfTheScripts):
         for kind, option in (('thread', 'TSAN_OPTIONS'), ('address', 'ASAN_OPTIONS')):
             done = self.sanitize('echo "$%s"' % option, kind)
             self.assertEqual(done.returncode, 0, done.stdout)
-            self.assertIn('log_path=' + self.path('.build', kind, 'findings'), done.stdout)
+            self.assertIn('log_path=' + os.path.join(self.other_builds, kind, 'findings'), done.stdout)
             with open(self.log) as file:
                 calls = {line.split()[0]: line.split()[1:] for line in file}
             pattern = calls['ctest'][calls['ctest'].index('-R') + 1]
@@ -260,7 +268,7 @@ class Sanitize(CopyOfTheScripts):
             self.assertTrue(run)
             if kind == 'address':
                 self.assertEqual((calls['build'], run), (['all', 'tests'], tests))
-                with open(self.path('.build', kind, 'devel', 'lib', 'nodelet', 'nodelet')) as file:
+                with open(os.path.join(self.other_builds, kind, 'devel', 'lib', 'nodelet', 'nodelet')) as file:
                     self.assertRegex(file.read(), r'LD_PRELOAD="\S*libclang_rt\.asan\S*\.so ')
             else:
                 self.assertEqual(set(calls['build']) - {'programs', 'rostests'}, run)
