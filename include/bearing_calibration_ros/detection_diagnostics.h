@@ -100,9 +100,7 @@ inline void fillDiagnostics(const DetectionCounts& counts, const ImagesOfLate& i
   status->add("background (levels)", observation.background.median);
   status->add("threshold (levels)", observation.threshold_levels);
   if (!observation.light) return;
-  const auto width = [](double variance_px2) {
-    return 4.0 * std::sqrt(std::max(0.0, variance_px2));
-  };
+  const auto width = [](double variance_px2) { return 4.0 * std::sqrt(variance_px2); };
   status->add("light's peak (levels)", observation.light->peak_levels);
   status->add("light's saturated part", observation.light->saturated_fraction);
   const Eigen::Vector2d variances_px2 = observation.light->variances_px2();

@@ -56,7 +56,7 @@ void drawLight(cv::Mat* picture, const Detection& light, const DetectorConfig& c
   const Eigen::Vector2d from_centre = ellipse.centre_px - config.view.centre_px();
   const double radius_angle_deg = degreesFromRadians(std::atan2(from_centre.y(), from_centre.x()));
   // An evenly filled ellipse ends at two standard deviations.
-  const Eigen::Array2d half_px = 2.0 * ellipse.variances_px2().array().max(0.0).sqrt();
+  const Eigen::Array2d half_px = 2.0 * ellipse.variances_px2().array().sqrt();
   const cv::Size half_axes(cvRound(half_px(1)), cvRound(half_px(0)));
   const cv::Point centre = pointOf(ellipse.centre_px);
   cv::ellipse(*picture, centre, half_axes, radius_angle_deg, 0.0, kDegreesPerTurn, kAccepted, 1,

@@ -41,7 +41,7 @@ constexpr double kAxisStddev_rad = radiansFromDegrees(2.0);
 double halfSquare(double sigmas) { return 0.5 * sigmas * sigmas; }
 
 Vector2d logStddevs(const LightEllipse& ellipse) {
-  return 0.5 * ellipse.variances_px2().cwiseMax(kPixelVariance).array().log();
+  return 0.5 * ellipse.variances_px2().array().log();
 }
 
 /// A light's image is as large as a point's (but for the optics' uncertainty), or larger by the

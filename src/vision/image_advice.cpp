@@ -25,9 +25,7 @@ constexpr double kOutOfFocus = 0.25;
 
 using Eigen::Array2d;  // (tangential, radial)
 
-Array2d stddevsOf(const LightEllipse& ellipse) {
-  return ellipse.variances_px2().cwiseMax(0.0).cwiseSqrt();
-}
+Array2d stddevsOf(const LightEllipse& ellipse) { return ellipse.variances_px2().cwiseSqrt(); }
 
 double imageRadiusOf(const DetectorConfig& config, const LightEllipse& ellipse) {
   return (ellipse.centre_px - config.view.centre_px()).norm();

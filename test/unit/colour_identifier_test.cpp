@@ -94,6 +94,17 @@ TEST(ColourIdentifier, AMirroredImageHasTheSameColours) {
   }
 }
 
+// More than there was may have been taken for its background: it has a pixel's size all the same.
+TEST(ColourIdentifier, ASpotOfWhichNothingIsLeftHasNoColour) {
+  const DetectorConfig config = test::defaultDetector();
+  const cv::Mat bgr(config.sensor.height_px, config.sensor.width_px, CV_8UC3, {50.0, 150.0, 240.0});
+  Detection light;
+  light.ellipse.centre_px = {200.0, 150.0};
+  light.ellipse.moments_px2 = -1.0 * Eigen::Matrix2d::Identity();
+  EXPECT_EQ(light.ellipse.variances_px2(), Eigen::Vector2d::Constant(kPixelVariance));
+  EXPECT_FALSE(coloursOf(bgr, {light}, config).front());
+}
+
 /// Of lights whose middles are clipped: by the rim, whose pixels are lit in part.
 void expectColoursWithoutFullPixels(const cv::Mat& bgr, const DetectorConfig& config) {
   const std::vector<Detection> lights = lightsIn(test::defaultDetector(), greyOf(bgr));

@@ -88,6 +88,12 @@ TEST(LightBearings, ARefusedSpotBesideTheLightMakesItLessCertain) {
   const double within_px = 1.9 * kStddev_px;
   EXPECT_NEAR(variance_rad2(within_px) - alone_rad2, std::pow(within_px / kFromCentre_px, 2), 1e-9);
   EXPECT_EQ(variance_rad2(2.1 * kStddev_px), alone_rad2) << "not a part of it";
+  // more than there was has been taken for its background
+  Detection far;
+  far.ellipse.centre_px = light.centre_px + Eigen::Vector2d(50.0, 50.0);
+  far.ellipse.moments_px2 = -1.0 * Eigen::Matrix2d::Identity();
+  far.rejection = Rejection::kTangentialSize;
+  EXPECT_EQ(bearingOf(light, search, {far}, nullptr, config)->azimuth_variance_rad2, alone_rad2);
 }
 
 SearchConfig search() {

@@ -55,7 +55,8 @@ struct LightEllipse {
   int pixels = 0;                   ///< of the thresholded spot
   bool cut = false;                 ///< they reach the end of what was searched
 
-  Eigen::Vector2d variances_px2() const { return moments_px2.diagonal(); }
+  /// At least a pixel's: what is left of a spot without its background may seem to have less.
+  Eigen::Vector2d variances_px2() const { return moments_px2.diagonal().cwiseMax(kPixelVariance); }
   /// As the sensor took the spot, before any software defocus.
   Eigen::Vector2d sensedVariances_px2(double defocus_sigma_px) const {
     return (variances_px2().array() - defocus_sigma_px * defocus_sigma_px).max(kPixelVariance);
