@@ -56,6 +56,11 @@ class SeparateAnswers {
     return joint;
   }
 
+  /// Each light's answer supposes a slip of the wheels then.
+  void supposeSlipAt(std::size_t observation) {
+    for (LandmarkSolution& answer : answers_) answer.fit.slips = {observation};
+  }
+
   std::vector<LightsImage> images;
   LightPositions lights_in_base;  ///< at the last image
 
@@ -77,6 +82,18 @@ TEST(JointCalibration, SaysTheLargerStandardDeviationOfThePosition) {
   ASSERT_GT(std::abs(x_m - y_m), 1e-3) << "both alike";
   const std::string position = formatted("position known to %.3f m", std::max(x_m, y_m));
   EXPECT_NE(joint->judgement.advice.find(position), std::string::npos) << joint->judgement.advice;
+}
+
+// The oldest part is given away up to an image that no slip is near; one that is long ago does not
+// matter.
+TEST(JointCalibration, AFullRecordGivesItsOldestPartAwayThoughTheWheelsHaveSlipped) {
+  SeparateAnswers drive(2, 40.0);
+  drive.supposeSlipAt(20);
+  CalibratorConfig config = drive.config();
+  config.initializer.record.capacity = drive.images.size() + 10;
+  const JointCalibration calibration = drive.reviewedBy(config);
+  ASSERT_EQ(calibration.outcome(), JointCalibration::Outcome::kJoint);
+  EXPECT_GT(calibration.since(), drive.images[30].stamp);
 }
 
 // By itself it has given the same mount; then its bearings scatter ten times as much as they
