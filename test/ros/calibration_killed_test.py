@@ -70,16 +70,23 @@ class CalibrationKilledTest(unittest.TestCase):
         self.manager.kill()
         thread.join()
 
-    def assertWhole(self):
+    def writtenAt(self):
         with open(os.path.join(self.folder, 'result.yaml')) as file:
             result = yaml.safe_load(file)
         self.assertTrue(result['complete'])
-        written_at = result['provenance']['written_at']
-        for name in os.listdir(self.folder):
-            path = os.path.join(self.folder, name)
-            if name not in ('result.yaml', '.bearing_calibration') and os.path.isfile(path):
-                with open(path) as file:
-                    self.assertIn(written_at, file.read(), name + ' is of another result')
+        return result['provenance']['written_at']
+
+    def assertWhole(self):
+        texts, written_at = {}, None
+        while written_at != self.writtenAt():  # a manager that lives saves every second
+            written_at = self.writtenAt()
+            for name in os.listdir(self.folder):
+                path = os.path.join(self.folder, name)
+                if name not in ('result.yaml', '.bearing_calibration') and os.path.isfile(path):
+                    with open(path) as file:
+                        texts[name] = file.read()
+        for name, text in texts.items():
+            self.assertIn(written_at, text, name + ' is of another result')
 
     def unfinished(self):
         """What lies there while something is written, and nothing else."""
