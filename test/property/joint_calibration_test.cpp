@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "bearing_calibration/calibration/several_lights.h"
 #include "bearing_calibration/common/formatted.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/lights_case.h"
@@ -56,6 +57,13 @@ class SeparateAnswers {
     return joint;
   }
 
+  /// What the first light has said by itself, farther ahead by so many of its standard deviations.
+  void moveFirstAnswer(double sigmas) {
+    StateEstimate& average = answers_.front().average;
+    average.mean(0) =
+        answers_.front().fit.last.mean(0) + sigmas * std::sqrt(average.covariance(0, 0));
+  }
+
   /// Each light's answer supposes a slip of the wheels then.
   void supposeSlipAt(std::size_t observation) {
     for (LandmarkSolution& answer : answers_) answer.fit.slips = {observation};
@@ -94,6 +102,59 @@ TEST(JointCalibration, AFullRecordGivesItsOldestPartAwayThoughTheWheelsHaveSlipp
   const JointCalibration calibration = drive.reviewedBy(config);
   ASSERT_EQ(calibration.outcome(), JointCalibration::Outcome::kJoint);
   EXPECT_GT(calibration.since(), drive.images[30].stamp);
+}
+
+// The one that is farther from what they say together decides, not the one that is nearer.
+TEST(JointCalibration, IsNotConvergedWhereOneOfTwoDoesNotQuiteAgree) {
+  SeparateAnswers drive(2, 40.0);
+  CalibratorConfig config = drive.config();
+  config.converged.position_stddev_m = config.converged.yaw_stddev_rad = 1.0;
+  int converged = 0;
+  int in_doubt = 0;
+  for (double sigmas = 0.0; sigmas < 6.0; sigmas += 0.25) {
+    drive.moveFirstAnswer(sigmas);
+    const JointCalibration calibration = drive.reviewedBy(config);
+    if (calibration.outcome() != JointCalibration::Outcome::kJoint) continue;
+    const Judgement& judgement = calibration.joint()->judgement;
+    if (judgement.state == CalibrationState::kConverged) ++converged;
+    in_doubt += judgement.advice.find("do not quite agree") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_GT(converged, 0);
+  EXPECT_GT(in_doubt, 0);
+}
+
+/// Numbers of the lights that it knows.
+std::vector<std::int32_t> numbersOf(const SeveralLights& lights) {
+  CalibrationResult result;
+  lights.describe(&result);
+  std::vector<std::int32_t> numbers;
+  for (const LightSummary& light : result.lights) numbers.push_back(light.light_id);
+  return numbers;
+}
+
+// A glimpse of something takes no light's place for ever.
+TEST(SeveralLights, OneThatWasNeverFoundGivesItsPlaceToAnother) {
+  CalibratorConfig config = SeparateAnswers(2, 8.0).config();
+  config.max_lights = 2;
+  SeveralLights lights(config);
+  const auto show = [&](double at_s, std::vector<std::int32_t> numbers) {
+    Frame frame;
+    frame.image.stamp = stampFromSeconds(at_s);
+    for (const std::int32_t number : numbers) {
+      Bearing candidate;
+      candidate.light_id = number;
+      candidate.azimuth_rad = 0.1 * number;
+      candidate.azimuth_variance_rad2 = 1e-4;
+      candidate.probability = 1.0;
+      frame.image.candidates.push_back(candidate);
+    }
+    lights.process(frame);
+  };
+  show(1.0, {1, 2});
+  show(2.0, {2, 3});
+  EXPECT_EQ(numbersOf(lights), (std::vector<std::int32_t>{1, 2}));
+  for (int i = 0; i < 40; ++i) show(3.0 + i, {2, 3});
+  EXPECT_EQ(numbersOf(lights), (std::vector<std::int32_t>{3, 2}));
 }
 
 // By itself it has given the same mount; then its bearings scatter ten times as much as they
