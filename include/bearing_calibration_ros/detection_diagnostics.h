@@ -3,7 +3,6 @@
 #include <diagnostic_msgs/DiagnosticStatus.h>
 #include <diagnostic_updater/DiagnosticStatusWrapper.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
