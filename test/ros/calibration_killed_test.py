@@ -77,9 +77,9 @@ class CalibrationKilledTest(unittest.TestCase):
         return result['provenance']['written_at']
 
     def assertWhole(self):
-        texts, written_at = {}, None
+        written_at = None
         while written_at != self.writtenAt():  # a manager that lives saves every second
-            written_at = self.writtenAt()
+            written_at, texts = self.writtenAt(), {}
             for name in os.listdir(self.folder):
                 path = os.path.join(self.folder, name)
                 if name not in ('result.yaml', '.bearing_calibration') and os.path.isfile(path):
