@@ -81,8 +81,10 @@ TEST_F(RendererGeometry, PixelLooksWhereItsLightIs) {
   constexpr double kFar_m = 1e6;  // the mirror's size is then 1e-7 rad
   for (int i = 0; i < 200; ++i) {
     const ConeTracer tracer(misalignedRig());
-    const Light light =
-        lightAt(kFar_m, uniform(-kPi, kPi), kFar_m * std::tan(uniform(-0.15, 0.02)));
+    // Every mirror of misalignedRig reflects what is at least 0.05 rad below the horizon.
+    const double azimuth_rad = uniform(-kPi, kPi);
+    const double elevation_rad = uniform(-0.15, -0.05);
+    const Light light = lightAt(kFar_m, azimuth_rad, kFar_m * std::tan(elevation_rad));
     const auto hit = tracer.rayFrom(light.place_m(), Vector2d::Zero());
     ASSERT_TRUE(hit.has_value());
     const auto direction = tracer.directionSeenBy(hit->pixel);
