@@ -220,9 +220,16 @@ INSTANTIATE_TEST_SUITE_P(
         Interruption{"TakeUp", [](Calibrator* calibrator, Stamp) { calibrator->resume({}); }}),
     [](const auto& interruption) { return std::string(interruption.param.name); });
 
+/// For what does not ask how good the fits are: when a record is twice as long as at the last one.
+CalibratorConfig seldomFitted() {
+  CalibratorConfig config = configFor(kMostLights);
+  config.refit_growth = 1.0;
+  return config;
+}
+
 /// As SeveralLights is shown them.
 std::vector<Frame> framesOf(const SimulatedRecord& record) {
-  Calibrator calibrator(configFor(kMostLights), FitsRun::kBeside);
+  Calibrator calibrator(seldomFitted(), FitsRun::kBeside);
   std::vector<Frame> frames;
   calibrator.observe([&](const AssociationOutcome& outcome) {
     frames.push_back(
@@ -436,7 +443,7 @@ TEST(FitsBeside, EndWithinATenthOfASecondWhenTheyAreCancelled) {
 
 /// CPU time of the filter alone for an image.
 double meanOfFilter_s(const std::vector<Frame>& frames) {
-  SeveralLights lights(configFor(kMostLights), FitsRun::kBeside);
+  SeveralLights lights(seldomFitted(), FitsRun::kBeside);
   double all_s = 0.0;
   for (const Frame& frame : frames) {
     const double begin_s = ownCpuSeconds();
