@@ -9,7 +9,7 @@ import unittest
 import numpy
 import rospy
 import rostest
-from bearing_calibration.msg import LightBearings
+from bearing_calibration.msg import CalibrationEstimate, LightBearings
 from geometry_msgs.msg import (Point, PointStamped, Pose, PoseArray, PoseStamped, TransformStamped)
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
@@ -18,6 +18,7 @@ from calibration_world import Node, PIECE_S, World, assert_finds_the_mount, wait
 
 STDDEV_RAD = 0.01  # bearing_adapter_overrides.yaml
 DRIVE_S = 120.0
+MOST_DRIVE_S = 480.0  # it is driven so fast that on a slow machine the fits are a minute behind
 LIGHT_HEIGHT_M = 0.4
 OTHER_LIGHT = (2.5, 2.0)
 RAYS, TURN_S, POST_RADIUS_M, ROOM_M, RANGE_STDDEV_M = 720, 0.1, 0.05, 8.0, 0.01
@@ -137,7 +138,9 @@ class BearingAdapterTest(unittest.TestCase):
         cls.world = AdapterWorld(rospy.Time.now().to_sec() - 1000.0)
         cls.waitForStaticTransforms(publisher, sense)
         is_ready = cls.world.stamp()
-        for _ in range(round(DRIVE_S / PIECE_S)):
+        for piece in range(round(MOST_DRIVE_S / PIECE_S)):
+            if piece >= DRIVE_S / PIECE_S and cls.node.estimate().state == CalibrationEstimate.CONVERGED:
+                break
             cls.drive(publisher, sense)
         cls.estimate = cls.node.estimate()
         # Of the last image before, one light may have come without its transform, the other one with it.
@@ -178,11 +181,12 @@ class BearingAdapterTest(unittest.TestCase):
             self.assertEqual(message.header.frame_id, 'mast')
             steps = (message.header.stamp.to_sec() - self.world.start_stamp_s) * World.TICK_RATE
             azimuth, distance = self.world.directions(self.world.light, steps)
-            offs += [wrap(each.azimuth - azimuth) / math.sqrt(each.azimuth_variance)
-                     for each in message.candidates if each.light_id in (-1, 1, 7)]
+            of_lights = [wrap(each.azimuth - azimuth) / math.sqrt(each.azimuth_variance)
+                         for each in message.candidates if each.light_id in (-1, 1, 7)]
+            if self.source == 'poses':  # the other one is not the light, and nearer in 1 of 400 only
+                of_lights = [min(of_lights, key=abs)]
+            offs += of_lights
         self.assertGreater(len(offs), 0.9 * DRIVE_S * World.BEARING_RATE)
-        if self.source == 'poses':  # half of them are not the light
-            offs = [off for off in offs if abs(off) < 5.0]
         spread = math.sqrt(sum(off * off for off in offs) / len(offs))
         self.assertAlmostEqual(spread, 1.0, delta=5.0 / math.sqrt(2.0 * len(offs)))
 
