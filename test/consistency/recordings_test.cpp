@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -154,24 +153,11 @@ TEST_F(Litw, EachLandmarkAloneFindsTheMountFromNothing) {
   EXPECT_LE(worst_converged, 16.3);
 }
 
-/// Its first minutes.
-LandmarkRecording beginningOf(LandmarkRecording recording, std::chrono::minutes length) {
-  const Stamp end = recording.ticks.front().stamp + length;
-  const auto isLater = [end](const auto& reading) { return reading.stamp > end; };
-  recording.ticks.erase(std::find_if(recording.ticks.begin(), recording.ticks.end(), isLater),
-                        recording.ticks.end());
-  recording.bearings.erase(
-      std::find_if(recording.bearings.begin(), recording.bearings.end(), isLater),
-      recording.bearings.end());
-  return recording;
-}
-
 // Turning the sensor about its own axis turns the answer's yaw and nothing else.
 TEST_F(Litw, TurningTheSensorTurnsTheYawAlone) {
   const RecordingSetup setup = litwSetup();
   const std::int32_t landmark = landmarksOf(setup, kAnyObservations).front();
-  const LandmarkRecording recording =
-      beginningOf(readLandmark(setup, landmark), std::chrono::minutes(7));
+  const LandmarkRecording recording = readLandmark(setup, landmark);
   const MountEstimate reference = *drive(recording, configFor(setup)).last.base_from_sensor;
   for (int turn_deg : {70, 160, 250, 340}) {
     LandmarkRecording turned = recording;
