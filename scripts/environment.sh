@@ -62,11 +62,12 @@ runInRoot() {
   return "$status"
 }
 
-# ROS's setup files read variables that are not set.
+# ROS's setup files read variables that are not set, and without --extend forget the workspace that the
+# caller has sourced, with the messages of his robot.
 source_setup() {
   set +u
   # shellcheck disable=SC1090
-  source "$1"
+  CATKIN_SETUP_UTIL_ARGS=--extend source "$1"
   set -u
 }
 

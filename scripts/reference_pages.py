@@ -37,10 +37,11 @@ PARAMETERS_HEAD = """# Parameters
 
 Made from `config/*.yaml`, and the bounds from the code, by `scripts/reference_pages.py`: change the comments there. SI
 units and radians. The launch files load these files first, then the numbers of your robot (`robot:=FILE`), then other
-values of yours (`overrides:=FILE`). Where the default is `required` there is none: only you know that number
-([robots.md](../tutorials/robots.md), [camera.md](../tutorials/camera.md)). Bounds include their ends and hold whatever
-else is set; where one parameter limits another, the error says so. Parameters that are missing, misspelt or out of
-bounds stop the node, which lists all of them, with the bounds. Write only what differs into your file:
+values of yours: `overrides:=FILE`, which in live.launch and replay.launch is the calibration's; the detection's is
+`detection_overrides` there, the drive's `drive_overrides`. Where the default is `required` there is none: only you know
+that number ([robots.md](../tutorials/robots.md), [camera.md](../tutorials/camera.md)). Bounds include their ends and
+hold whatever else is set; where one parameter limits another, the error says so. Parameters that are missing, misspelt
+or out of bounds stop the node, which lists all of them, with the bounds. Write only what differs into your file:
 
 ```yaml
 wheels:

@@ -101,6 +101,19 @@ class LaunchFiles(unittest.TestCase):
         self.assertEqual({name: params[name].value for name in expected}, expected)
         self.assertNotIn('/light_detection/wheels/separation', params)
 
+    def testTheDriveTakesItsParametersFromTheRobotsFileToo(self):
+        with tempfile.TemporaryDirectory() as folder:
+            arguments = []
+            for name, text in (('robot', 'region: {radius: 0.7}\nlimits: {wheel_speed: 0.06}'),
+                               ('overrides', 'limits: {wheel_speed: 0.05}')):
+                path = os.path.join(folder, name + '.yaml')
+                arguments.append('%s:=%s' % (name, path))
+                with open(path, 'w') as file:
+                    file.write(text)
+            params = load(os.path.join(REPOSITORY, 'launch', 'drive.launch'), *arguments).params
+        self.assertEqual(params['/calibration_drive/region/radius'].value, 0.7)
+        self.assertEqual(params['/calibration_drive/limits/wheel_speed'].value, 0.05)
+
     def testReplayPlaysCompressedImages(self):
         config = load(os.path.join(REPOSITORY, 'launch', 'replay.launch'),
                       'image_transport:=compressed', 'image:=/eye/image_raw')

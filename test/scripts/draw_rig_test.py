@@ -122,7 +122,7 @@ class DrawRig(unittest.TestCase):
         self.config['mirror']['half_angle'] = -0.9
         self.config['mirror']['base_radius'] = 'wide'
         self.config['sensor']['width'] = True
-        self.config['mirror']['kind'] = 'conic'
+        self.config['mirror']['kind'] = 'cone'
         path = self.write(self.config)
         self.assertRefused(self.draw(path), path + ': lens/focal_length is missing',
                            path + ': mask/inner_radius is missing', 'mirror/half_angle is -0.9',

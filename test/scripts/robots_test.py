@@ -70,7 +70,7 @@ class Duckiebot(Robot):
     """Its wheels are read at moments of their own: each second of them, in turns."""
 
     WHEEL_SEPARATION, WHEEL_RADIUS, TICKS_PER_REVOLUTION = 0.100, 0.0318, 135
-    TOPICS = ('/left_wheel_encoder_node/tick', '/right_wheel_encoder_node/tick')
+    TOPICS = ('/duckie/left_wheel_encoder_node/tick', '/duckie/right_wheel_encoder_node/tick')
 
     def __init__(self, *arguments):
         super().__init__(*arguments)

@@ -18,7 +18,7 @@ MEASURING = {'monte_carlo', 'fault_table', 'drive_table', 'render_rate', 'observ
              'gallery_data'}
 COMPARING = {'comparison_table'}  # needs Ceres, as benches and tests do
 COMMANDS = ('roscore', 'roslaunch', 'rostopic', 'rosservice', 'rosbag', 'rosrun', 'rviz', 'rostest',
-            'parallel')  # stand-ins, so that nothing is started
+            'parallel', 'sbatch')  # stand-ins, so that nothing is started
 
 
 class CopyOfTheScripts(unittest.TestCase):
@@ -103,6 +103,21 @@ class Run(CopyOfTheScripts):
                         'parallel rosrun bearing_calibration calibrate_bag {} ::: a.bag'):
             with self.subTest(command=command):
                 self.assertTakesNothingMore(command)
+
+    def testACommandStillFindsTheWorkspaceThatItsCallerHasSourced(self):
+        devel = os.path.join(self.build_folder, 'devel')
+        shutil.rmtree(devel)
+        os.symlink(os.environ['CMAKE_PREFIX_PATH'].split(':')[0], devel)
+        with tempfile.TemporaryDirectory() as workspace, mock.patch.dict(
+                os.environ, CMAKE_PREFIX_PATH=workspace, PYTHONPATH=os.path.join(workspace, 'lib/python3/dist-packages')):
+            os.makedirs(os.environ['PYTHONPATH'])
+            with open(os.path.join(workspace, '.catkin'), 'w'):
+                pass
+            self.call(self.path('scripts', 'run'), 'sh', '-c', 'echo "sees $PYTHONPATH" >> ' + self.log)
+            with open(self.log) as file:
+                seen, = [line for line in file if line.startswith('sees ')]
+            self.assertIn(os.environ['PYTHONPATH'], seen)
+            self.assertIn(os.path.join(devel, 'lib/python3/dist-packages'), seen)
 
     def testWindowsAreInstalledAndNothingMoreIsBuilt(self):
         for command in ('rviz', 'rosrun rviz rviz', 'rviz --help',

@@ -52,7 +52,7 @@ def numbersOf(files):
                         numbers[name] = group[key]
         except (rosparam.RosParamException, yaml.YAMLError) as error:
             sys.exit('draw_rig: %s: %s' % (file, error))
-    if numbers.get('mirror/kind', 'conic') != 'conic':
+    if numbers.get('mirror/kind', 'cone') != 'cone':
         sys.exit('draw_rig: mirror/kind is %s: only a conic mirror can be drawn' % numbers['mirror/kind'])
     faults = ['%s is missing' % name for name in NUMBERS if name not in numbers]
     faults += ['%s is %s, which is not a number above 0' % (name, numbers[name]) for name in NUMBERS + (FIRST_ROW,)
