@@ -8,6 +8,11 @@ double chiSquareQuantile(double probability, double degrees_of_freedom) {
   return boost::math::quantile(boost::math::chi_squared(degrees_of_freedom), probability);
 }
 
+double chiSquareExceededBy(double probability, double degrees_of_freedom) {
+  return boost::math::quantile(
+      boost::math::complement(boost::math::chi_squared(degrees_of_freedom), probability));
+}
+
 double chiSquareProbability(double value, double degrees_of_freedom) {
   return boost::math::cdf(boost::math::chi_squared(degrees_of_freedom), value);
 }

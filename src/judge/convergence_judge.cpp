@@ -36,13 +36,12 @@ constexpr double kIndependentDisplacementsAtSlip = 10.0;
 double largestGainByChance(double way_m) {
   const double block = 1.0 + std::floor(way_m / kBlock_m);
   const double share = 1.0 / (block * (block + 1.0));
-  return chiSquareQuantile(1.0 - kDisplacementFalseAlarm * share / kIndependentDisplacements,
-                           kMountSize);
+  return chiSquareExceededBy(kDisplacementFalseAlarm * share / kIndependentDisplacements,
+                             kMountSize);
 }
 
 double largestGainAtSlip() {
-  return chiSquareQuantile(1.0 - kDisplacementFalseAlarm / kIndependentDisplacementsAtSlip,
-                           kMountSize);
+  return chiSquareExceededBy(kDisplacementFalseAlarm / kIndependentDisplacementsAtSlip, kMountSize);
 }
 
 const DisplacementTest& larger(const DisplacementTest& a, const DisplacementTest& b) {
@@ -158,18 +157,16 @@ void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Obse
     return;
   }
   const double motion_m = motionOf(record, settled->best.beginning);
-  if (confirmed_) {
-    if (staysWhereItWas(tracker.filter().estimate().mount(), motion_m)) return;
+  if (!good_since_m_) good_since_m_ = motion_m;
+  confirmed_ = confirmed_ || motion_m - *good_since_m_ >= kHeldOver_m;
+  if (!confirmed_) {
+    last_ = {CalibrationState::kConverging,
+             "accurate enough: the next metre and turn must confirm it"};
+  } else if (!staysWhereItWas(tracker.filter().estimate().mount(), motion_m)) {
     last_ = {CalibrationState::kConverging,
              "the estimate has changed by more than its uncertainty: the next metre and turn must "
              "confirm it"};
-    return;
   }
-  if (!good_since_m_) good_since_m_ = motion_m;
-  confirmed_ = motion_m - *good_since_m_ >= kHeldOver_m;
-  if (confirmed_) return;
-  last_ = {CalibrationState::kConverging,
-           "accurate enough: the next metre and turn must confirm it"};
 }
 
 /// A record that grows moves its answer within what was left open, or it has been misread for a

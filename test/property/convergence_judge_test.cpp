@@ -40,6 +40,17 @@ TEST(ConvergenceJudge, AnAnswerThatLeapsIsConfirmedAnew) {
   EXPECT_EQ(judgeFirst(1000, kLeap, run, &judge), CalibrationState::kConverged) << "it stays so";
 }
 
+// The youngest record is the likeliest one to be misread.
+TEST(ConvergenceJudge, TheFirstAnswerOfAllIsHeldAgainstTheNextOne) {
+  constexpr double kLeap = 10.0;
+  const ObservationRun run = simulate(paperCase(3));
+  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);
+  for (std::size_t count : {700, 850}) judgeFirst(count, 0.0, run, &judge);
+  ASSERT_EQ(judge.last().state, CalibrationState::kConverged);
+  EXPECT_EQ(judgeFirst(860, kLeap, run, &judge), CalibrationState::kConverging);
+  EXPECT_EQ(judgeFirst(1000, kLeap, run, &judge), CalibrationState::kConverged) << "it stays so";
+}
+
 TEST(ConvergenceJudge, TakesBackWhatTheLatestBearingsContradict) {
   const ObservationRun run = simulate(paperCase(3));
   ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);

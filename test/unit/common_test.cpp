@@ -42,7 +42,9 @@ TEST(ChiSquare, AgreesWithTheClosedFormOfTwoDegrees) {
     const double probability = 1.0 - std::exp(-0.5 * value);
     EXPECT_NEAR(chiSquareProbability(value, 2.0), probability, 1e-12);
     EXPECT_NEAR(chiSquareQuantile(probability, 2.0), value, 1e-9);
+    EXPECT_NEAR(chiSquareExceededBy(std::exp(-0.5 * value), 2.0), value, 1e-9);
   }
+  EXPECT_NEAR(chiSquareExceededBy(1e-30, 2.0), 60.0 * std::log(10.0), 1e-9);
 }
 
 }  // namespace

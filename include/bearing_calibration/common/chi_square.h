@@ -6,6 +6,10 @@ namespace bearing_calibration::core {
 /// @throws std::domain_error unless degrees_of_freedom > 0 and 0 <= probability < 1.
 double chiSquareQuantile(double probability, double degrees_of_freedom);
 
+/// The same for what it exceeds with `probability`, however small: 1 less it would be 1.
+/// @throws std::domain_error unless degrees_of_freedom > 0 and 0 < probability <= 1.
+double chiSquareExceededBy(double probability, double degrees_of_freedom);
+
 /// Probability that a chi-square variable with `degrees_of_freedom` stays below `value` >= 0.
 double chiSquareProbability(double value, double degrees_of_freedom);
 
