@@ -228,8 +228,10 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   const std::vector<Observation> observations =
       withNoise(observationsOf(record_.entries(), lights), taken);
   if (observations.empty()) return Outcome::kTooFew;
+  const auto since = withNoise(motionAfter(observations, record_.entries()), wheel_noise_);
   RecordStart start(surestOf(taken).fit.last, observations.size() - 1);
   start.lights_in_base = lights_in_base_(Eigen::all, lights);
+  for (auto light : start.lights_in_base.colwise()) light = since.start_from_end * light;
   for (std::size_t i = 0; i < taken.size(); ++i) {
     start.errors(heightAt(static_cast<int>(i))) = taken[i]->fit.path.errors(heightAt(0));
   }
@@ -243,6 +245,7 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   StateEstimate estimate = widened(fit.last, fit.scatter().widening());
   addSpread(taken, &estimate);
   joint_ = Joint{LiveFilter(estimate), lights, Judgement(), RecentInnovations()};
+  joint_->filter.predict(since);
   oldest_ = oldestPart(observations, fit, lights.size());
   const double most = contradictionOf(*answers[mostContradicted(answers)]);
   return most > largestContradiction(lights.size(), kFalseAlarm) ? Outcome::kTorn : Outcome::kJoint;

@@ -36,6 +36,15 @@ std::vector<Observation> observationsOf(const std::vector<LightsImage>& images,
   return observations;
 }
 
+OdometryIncrement motionAfter(const std::vector<Observation>& observations,
+                              const std::vector<LightsImage>& images) {
+  OdometryIncrement motion;
+  for (const LightsImage& image : images) {
+    if (image.stamp > observations.back().stamp) motion = append(motion, image.motion);
+  }
+  return motion;
+}
+
 std::vector<Observation> withNoise(std::vector<Observation> observations,
                                    const std::vector<const LandmarkSolution*>& answers) {
   const NoiseLevels& surest = surestOf(answers).noise;
@@ -53,6 +62,7 @@ std::vector<std::size_t> slipsOf(const std::vector<Observation>& observations,
   for (const LandmarkSolution* answer : answers) {
     for (std::size_t slip : answer->fit.slips) {
       const Stamp stamp = answer->stamps[slip];
+      if (stamp <= observations.front().stamp) continue;
       const auto image = std::lower_bound(observations.begin() + 1, observations.end(), stamp,
                                           [](const Observation& observation, Stamp slipped) {
                                             return observation.stamp < slipped;

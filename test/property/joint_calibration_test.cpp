@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "bearing_calibration/calibration/several_lights.h"
+#include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/common/formatted.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/lights_case.h"
@@ -48,12 +50,20 @@ class SeparateAnswers {
     return defaultCalibration(encoders.drive, encoders.noise);
   }
 
-  JointCalibration reviewedBy(const CalibratorConfig& config) const {
+  std::vector<const LandmarkSolution*> answers() const {
     std::vector<const LandmarkSolution*> answers;
     for (const LandmarkSolution& answer : answers_) answers.push_back(&answer);
+    return answers;
+  }
+
+  /// @param sound  so many of the lights have an answer, the first ones
+  JointCalibration reviewedBy(const CalibratorConfig& config,
+                              std::size_t sound = kMostLights) const {
+    std::vector<const LandmarkSolution*> given = answers();
+    for (std::size_t i = sound; i < given.size(); ++i) given[i] = nullptr;
     JointCalibration joint(config);
     for (const LightsImage& image : images) joint.add(image);
-    joint.review(answers, lights_in_base, std::nullopt);
+    joint.review(given, lights_in_base, std::nullopt);
     return joint;
   }
 
@@ -121,6 +131,31 @@ TEST(JointCalibration, IsNotConvergedWhereOneOfTwoDoesNotQuiteAgree) {
   }
   EXPECT_GT(converged, 0);
   EXPECT_GT(in_doubt, 0);
+}
+
+// The robot has driven on for two seconds, in view of another light only.
+TEST(JointCalibration, StandsAtTheLastImageThoughThatShowsOthersOnly) {
+  SeparateAnswers drive(3, 40.0);
+  constexpr std::size_t kLast = 20;
+  for (std::size_t i = drive.images.size() - kLast; i < drive.images.size(); ++i) {
+    for (std::size_t light : {0, 1}) drive.images[i].lights.at(light) = {};
+  }
+  const JointCalibration calibration = drive.reviewedBy(drive.config(), 2);
+  ASSERT_EQ(calibration.outcome(), JointCalibration::Outcome::kJoint);
+  const StateEstimate& estimate = calibration.joint()->filter.estimate();
+  const Eigen::Vector4d lights = estimate.mean.tail<4>();
+  const Eigen::Vector4d off = lights - drive.lights_in_base.leftCols<2>().reshaped();
+  const Eigen::Matrix4d covariance = estimate.covariance.bottomRightCorner<4, 4>();
+  EXPECT_LT(off.dot(covariance.ldlt().solve(off)), chiSquareQuantile(0.9999, 4.0)) << off;
+}
+
+// What a light's own record still has may be given away in the common one.
+TEST(JointCalibration, ASlipFromBeforeItsRecordConcernsNoneOfItsImages) {
+  SeparateAnswers drive(2, 40.0);
+  drive.supposeSlipAt(20);
+  const std::vector<LightsImage> later(drive.images.begin() + 100, drive.images.end());
+  EXPECT_TRUE(slipsOf(observationsOf(later, {0, 1}), drive.answers()).empty());
+  EXPECT_EQ(slipsOf(observationsOf(drive.images, {0, 1}), drive.answers()).size(), 1U);
 }
 
 /// Numbers of the lights that it knows.

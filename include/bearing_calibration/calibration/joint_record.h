@@ -26,6 +26,11 @@ const LandmarkSolution& surestOf(const std::vector<const LandmarkSolution*>& ans
 std::vector<Observation> observationsOf(const std::vector<LightsImage>& images,
                                         const std::vector<std::size_t>& lights);
 
+/// What the base has moved after the last of these observations: the last images may show none of
+/// their lights.
+OdometryIncrement motionAfter(const std::vector<Observation>& observations,
+                              const std::vector<LightsImage>& images);
+
 /// The same observations with the noise that was found: each light's bearings with that of its own
 /// answer, the wheels with the surest one's.
 /// @param observations  their light i is the one of answers[i]
