@@ -293,7 +293,7 @@ void MountCalibration::startAnew() {
 std::optional<AzimuthPrediction> MountCalibration::predictAzimuthAfter(
     const OdometryIncrement& motion, const OdometryWindow& nearby) const {
   if (!tracker_ || tracker_->isSearching()) return std::nullopt;
-  return tracker_->predictAzimuthAfter(motion, nearby);
+  return tracker_->predictAzimuthAfter(withNoise(motion, noise_), nearby);
 }
 
 }  // namespace bearing_calibration::core

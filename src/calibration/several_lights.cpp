@@ -74,14 +74,18 @@ OdometryIncrement SeveralLights::withHiddenTurn(const Frame& frame) const {
   constexpr double kTurned_rad = 0.05;
   if (lights_.size() < 2) return frame.motion;  // one alone tells no turn from a mistake
   std::vector<AzimuthPrediction> expected;
+  std::vector<Bearing> candidates;  // all of one sensor, whose noise each light has found
   for (const MountCalibration& light : lights_) {
     if (!light.isFound() || light.lightId() != kUnknownLight) continue;
-    if (const auto azimuth = light.predictAzimuthAfter(frame.motion, frame.nearby))
-      expected.push_back(*azimuth);
+    const auto azimuth = light.predictAzimuthAfter(frame.motion, frame.nearby);
+    if (!azimuth) continue;
+    expected.push_back(*azimuth);
+    candidates = withNoise(frame.image.candidates, light.noise(), azimuth->range_m);
   }
-  const std::optional<double> turn_rad = hiddenTurn(expected, frame.image.candidates);
+  const std::optional<double> turn_rad = hiddenTurn(expected, candidates);
   if (!turn_rad) return frame.motion;
   OdometryIncrement slip;
+  slip.has_unseen = true;
   slip.start_from_end.yaw_rad = *turn_rad;
   slip.covariance.diagonal() << kSlid_m * kSlid_m, kSlid_m * kSlid_m, kTurned_rad * kTurned_rad;
   return append(frame.motion, slip);

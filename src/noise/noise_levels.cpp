@@ -111,7 +111,7 @@ std::vector<Bearing> withNoise(std::vector<Bearing> bearings, const NoiseLevels&
 }
 
 OdometryIncrement withNoise(OdometryIncrement motion, const NoiseLevels& noise) {
-  motion.covariance *= noise.wheel.value;
+  motion.covariance *= wheelFactor(noise.wheel.value, motion.has_unseen);
   return motion;
 }
 

@@ -5,6 +5,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/cancellation.h"
 #include "bearing_calibration/common/symmetric.h"
+#include "bearing_calibration/noise/noise_levels.h"
 #include "bearing_calibration/solve/record_weights.h"
 #include "bearing_calibration/solve/smoother.h"
 
@@ -33,7 +34,8 @@ NoiseRecord::NoiseRecord(const std::vector<Observation>& observations, const Bat
          at, expected.J_angle_state, wrapAngle(observation.azimuth_rad - expected.angle_rad),
          std::sqrt(observation.azimuth_variance_rad2), path.rangeAt(i, observation.light),
          usual_interval_s > 0.0 ? interval_s / usual_interval_s : 1.0, i > 0 || fit.beginning,
-         fit.weights[i].slipped, fit.weights[i].use_bearing, std::nullopt});
+         observation.motion.has_unseen, fit.weights[i].slipped, fit.weights[i].use_bearing,
+         std::nullopt});
     if (!errors.usesElevations() || !observation.elevation) continue;
     const ExpectedAngle over = expectElevation(layout, at, 0, observation.nearby);
     steps_.back().elevation = {
@@ -80,7 +82,7 @@ FilteredRecord NoiseRecord::filter(const NoiseUnknowns& unknowns, bool gives_up_
     const Step& step = steps_[i];
     if (step.moves) {
       LinearMotion motion = step.motion;
-      motion.covariance *= wheel_factor;
+      motion.covariance *= wheelFactor(wheel_factor, step.has_unseen);
       if (step.slipped && gives_up_slips) motion.covariance += slipCovariance();
       propagate(motion, &estimate);
       shared.tail<2>() = (motion.R_end_start * shared.tail<2>()).eval() +

@@ -62,6 +62,7 @@ OdometryIncrement append(const OdometryIncrement& increment, const WheelDisplace
   OdometryIncrement step;
   step.start_from_end = arc.start_from_end;
   step.covariance = arc.J_pose_wheels * wheel_covariance * arc.J_pose_wheels.transpose();
+  step.has_unseen = unseen_variance_m2 > 0.0;
   step.distance_m = 0.5 * std::abs(wheels.left_m + wheels.right_m);
   step.rotation_rad = std::abs(wheels.right_m - wheels.left_m) / wheel_separation_m;
   step.J_pose_wheels.col(0) = arc.J_pose_wheels.col(0) * wheels.left_m;
@@ -83,6 +84,7 @@ OdometryIncrement append(const OdometryIncrement& first, const OdometryIncrement
   result.covariance = J_sum_first * first.covariance * J_sum_first.transpose() +
                       J_sum_second * second.covariance * J_sum_second.transpose();
   result.J_pose_wheels = J_sum_first * first.J_pose_wheels + J_sum_second * second.J_pose_wheels;
+  result.has_unseen = first.has_unseen || second.has_unseen;
   result.distance_m = first.distance_m + second.distance_m;
   result.rotation_rad = first.rotation_rad + second.rotation_rad;
   return result;
@@ -96,6 +98,18 @@ OdometryWindow::OdometryWindow(const std::array<WheelDisplacement, kSamples>& sa
     sample.left_m -= zero.left_m;
     sample.right_m -= zero.right_m;
   }
+}
+
+OdometryWindow OdometryWindow::withOtherWheels(const Eigen::Matrix2d& wheels_from_wheels,
+                                               double wheel_separation_m) const {
+  OdometryWindow changed = *this;
+  changed.wheel_separation_m_ = wheel_separation_m;
+  for (WheelDisplacement& sample : changed.samples_) {
+    const Eigen::Vector2d wheels =
+        wheels_from_wheels * Eigen::Vector2d(sample.left_m, sample.right_m);
+    sample = {wheels.x(), wheels.y()};
+  }
+  return changed;
 }
 
 std::size_t OdometryWindow::intervalAt(double time_s) {

@@ -63,13 +63,17 @@ std::vector<Observation> withOtherWheels(const std::vector<Observation>& observa
       arc.rotation_rad += motion.rotation_rad - believed.rotation_rad;
     }
     arc.covariance = motion.covariance;
+    arc.has_unseen = motion.has_unseen;
     motion = arc;
+    observation.nearby =
+        observation.nearby.withOtherWheels(wheels_from_wheels, changed_separation_m);
   }
   return changed;
 }
 
 std::vector<Observation> mirrored(const std::vector<Observation>& observations) {
   const Eigen::Vector3d flip(1.0, -1.0, -1.0);  // x, y, yaw
+  const Eigen::Matrix2d swapped = (Eigen::Matrix2d() << 0.0, 1.0, 1.0, 0.0).finished();
   std::vector<Observation> changed = observations;
   for (Observation& observation : changed) {
     OdometryIncrement& motion = observation.motion;
@@ -78,6 +82,8 @@ std::vector<Observation> mirrored(const std::vector<Observation>& observations) 
     motion.covariance = flip.asDiagonal() * motion.covariance * flip.asDiagonal();
     motion.J_pose_wheels = flip.asDiagonal() * motion.J_pose_wheels;
     motion.J_pose_wheels.col(0).swap(motion.J_pose_wheels.col(1));
+    observation.nearby =
+        observation.nearby.withOtherWheels(swapped, observation.nearby.wheelSeparation());
   }
   return changed;
 }

@@ -61,6 +61,7 @@ Told calibrate(const SimulatedCase& simulated, const SimulatedRecord& record, in
   CalibratorConfig config = testing::calibratorConfig();
   config.max_lights = most;
   config.initializer.batch.errors = simulated.looked_for;
+  config.initializer.noise = simulated.noise_looked_for;
   Calibrator calibrator(config);
   Told told;
   for (double second = 0.0; second < simulated.duration_s; second += 1.0) {
@@ -264,6 +265,31 @@ TEST(SeveralLights, AreToldApartWithoutNumbers) {
   EXPECT_EQ(told.result.state, CalibrationState::kConverged) << told.result.advice;
   EXPECT_EQ(lightsInEstimate(told.result), 2);
   EXPECT_LT(told.worst_claim, kWrongChiSquare);
+}
+
+// Noise that is larger than stated takes lights off where they are expected, and is no slip.
+TEST(SeveralLights, WithoutNumbersAreKnownAsWellWhateverIsStatedOfTheirNoise) {
+  Eigen::Array3d ratios = Eigen::Array3d::Zero();  // of the standard deviations
+  const std::vector<std::uint64_t> seeds = {2, 4, 7};
+  for (const std::uint64_t seed : seeds) {
+    SimulatedCase simulated = danceWith(3, seed);
+    simulated.duration_s = 80.0;
+    simulated.noise_looked_for = usualNoise();
+    simulated.robot.sensor.identifies_lights = false;
+    SimulatedRecord record = simulate(simulated).record;
+    const Told honest = calibrate(simulated, record, 3);
+    for (BearingSet& image : record.bearings) {
+      for (Bearing& bearing : image.candidates) bearing.azimuth_variance_rad2 /= 9.0;
+    }
+    const Told understated = calibrate(simulated, record, 3);
+    ASSERT_TRUE(honest.result.base_from_sensor && understated.result.base_from_sensor);
+    EXPECT_EQ(lightsInEstimate(understated.result), 3);
+    EXPECT_LT(understated.worst_claim, kWrongChiSquare);
+    ratios += (understated.result.base_from_sensor->covariance.diagonal().array() /
+               honest.result.base_from_sensor->covariance.diagonal().array())
+                  .sqrt();
+  }
+  EXPECT_LT((ratios / static_cast<double>(seeds.size())).maxCoeff(), 1.2) << ratios;
 }
 
 // Lights that pass each other, and slips after which each is seen elsewhere: where one could be

@@ -18,5 +18,23 @@ TEST(NoiseLevels, AtMostALimitAreTheLowerOnesOfEach) {
   EXPECT_EQ(mixed.wheel.value, low.wheel.value);
 }
 
+// Wheels that are better than stated say nothing of what a break in their readings has hidden.
+TEST(NoiseLevels, WhatNobodyHasSeenIsNotKnownAnyBetter) {
+  NoiseLevels quiet;
+  quiet.wheel.value = 0.01;
+  NoiseLevels loud;
+  loud.wheel.value = 100.0;
+  const OdometryIncrement seen = append({}, {0.1, 0.2}, 0.25, {1e-6, 0.0});
+  const OdometryIncrement unseen = append(seen, {0.0, 0.0}, 0.25, {1e-6, 0.0}, 0.3);
+  const OdometryIncrement both = append(unseen, seen);
+  for (const OdometryIncrement& motion : {unseen, both}) {
+    EXPECT_TRUE(motion.has_unseen);
+    EXPECT_EQ(withNoise(motion, quiet).covariance, motion.covariance);
+    EXPECT_EQ(withNoise(motion, loud).covariance, 100.0 * motion.covariance);
+  }
+  EXPECT_FALSE(seen.has_unseen);
+  EXPECT_EQ(withNoise(seen, quiet).covariance, 0.01 * seen.covariance);
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core

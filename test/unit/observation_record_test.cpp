@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
+#include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/record/observation_change.h"
 #include "bearing_calibration/record/observation_path.h"
 #include "bearing_calibration/solve/observability.h"
@@ -42,6 +45,30 @@ TEST(ObservationChange, AMirroredMotionIsThatOfSwappedWheels) {
   const OdometryIncrement swapped = observationAfter(0.3, 0.02, 1).motion;
   expectSameMotion(mirror, swapped);
   EXPECT_LT((mirror.J_pose_wheels - swapped.J_pose_wheels).norm(), 1e-12);
+}
+
+// A bearing that is late by less than was thought needs the travel around it, too.
+TEST(ObservationChange, OtherWheelsHaveOtherTravelAroundEachStamp) {
+  std::array<WheelDisplacement, OdometryWindow::kSamples> samples;
+  std::array<WheelDisplacement, OdometryWindow::kSamples> swapped;
+  for (int i = 0; i < OdometryWindow::kSamples; ++i) {
+    samples[static_cast<std::size_t>(i)] = {0.002 * i, 0.001 * i * i};
+    swapped[static_cast<std::size_t>(i)] = {0.001 * i * i, 0.002 * i};
+  }
+  Observation observation = observationAfter(0.02, 0.3, 1);
+  observation.nearby = OdometryWindow(samples, kSeparation_m);
+  const OdometryWindow expected(swapped, kSeparation_m);
+  Eigen::Matrix2d swap;
+  swap << 0.0, 1.0, 1.0, 0.0;
+  for (const OdometryWindow& changed :
+       {mirrored({observation}).front().nearby,
+        withOtherWheels({observation}, swap, kSeparation_m, kSeparation_m).front().nearby}) {
+    for (const double time_s : {-0.2, -0.06, 0.1}) {
+      EXPECT_NEAR(changed.travelTo(time_s).left_m, expected.travelTo(time_s).left_m, 1e-12);
+      EXPECT_NEAR(changed.travelTo(time_s).right_m, expected.travelTo(time_s).right_m, 1e-12);
+    }
+    EXPECT_EQ(changed.wheelSeparation(), kSeparation_m);
+  }
 }
 
 // What is not known of the poses adds up from the record's beginning.
@@ -195,6 +222,17 @@ TEST(WeakestDirection, IsTheLongestAxisWithYawAsALength) {
   EXPECT_NEAR(weakest.lever_m, 5.0, 1e-12);
   EXPECT_NEAR(weakest.stddev_m, 5.0 * std::sqrt(1e-3), 1e-12);
   EXPECT_NEAR(std::abs(weakest.direction(CartesianIndex::kSensorYaw)), 1.0, 1e-12);
+}
+
+// A robot that drives before it sees the light for the first time has told nothing of the mount.
+TEST(Initializer, TheMotionBeforeItsFirstObservationCountsAsNone) {
+  Initializer initializer{InitializerConfig()};
+  initializer.add(observationAfter(3.0, 3.1, 0));
+  initializer.add(observationAfter(0.02, 0.03, 1));
+  const std::vector<Observation>& observations = initializer.record().observations();
+  EXPECT_EQ(observations[0].motion.distance_m, 0.0);
+  EXPECT_EQ(observations[0].motion.rotation_rad, 0.0);
+  EXPECT_NEAR(observations[1].motion.distance_m, 0.025, 1e-12);
 }
 
 }  // namespace

@@ -76,6 +76,7 @@ class MountCalibration {
   /// What the judge says; null before the start.
   const Judgement* judgement() const { return judge_ ? &judge_->last() : nullptr; }
   const std::optional<StateEstimate>& earlier() const { return earlier_; }
+  const NoiseLevels& noise() const { return noise_; }  ///< against the stated one
   /// Of the last attempt to start, or of the last fit.
   const RivalMount& rival() const { return rival_; }
 

@@ -85,7 +85,11 @@ class Initializer {
   /// @throws std::invalid_argument with every sentence of errorsOf().
   explicit Initializer(const InitializerConfig& config);
 
-  void add(const Observation& observation) { record_.add(observation); }
+  /// The motion before the first one counts as none: nothing was seen meanwhile.
+  void add(Observation observation) {
+    if (record_.observations().empty()) observation.motion = {};
+    record_.add(observation);
+  }
   /// Milliseconds of work: call it about once in a second, not at each observation.
   /// @param noise_before  of an earlier attempt that found an answer; else none
   StartAttempt attempt(const std::optional<NoiseLevels>& noise_before = std::nullopt) const {

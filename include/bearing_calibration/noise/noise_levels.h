@@ -64,6 +64,12 @@ CorrelationTime correlationTime(const std::vector<Observation>& observations, do
 /// is passed quickly makes it larger. 1 where there are too few.
 double bearingLevelFromDifferences(const std::vector<Observation>& observations);
 
+/// By so much the covariance of a motion is larger than stated: what nobody has seen of it is not
+/// known any better because the wheels are.
+inline double wheelFactor(double found, bool has_unseen) {
+  return has_unseen && found < 1.0 ? 1.0 : found;
+}
+
 /// The same with the noise that was found.
 Observation withNoise(Observation observation, const NoiseLevels& noise);
 std::vector<Observation> withNoise(std::vector<Observation> observations, const NoiseLevels& noise);

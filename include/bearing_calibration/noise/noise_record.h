@@ -65,7 +65,7 @@ class NoiseRecord {
     double stddev_rad;    ///< as stated
     double range_m;       ///< to the light
     double intervals;     ///< since the observation before it
-    bool moves, slipped, use_bearing;
+    bool moves, has_unseen, slipped, use_bearing;
     struct Elevation {
       StateRow H;
       double residual_rad;

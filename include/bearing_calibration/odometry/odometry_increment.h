@@ -31,6 +31,9 @@ struct OdometryIncrement {
   /// motion as it would be with other wheels, without integrating it again. Its last entry is minus
   /// the whole turn, not wrapped.
   Eigen::Matrix3d J_pose_wheels = Eigen::Matrix3d::Zero();
+  /// The covariance is, in part, of motion that nobody has seen: no noise of the wheels, which may
+  /// be smaller than stated.
+  bool has_unseen = false;
 
   /// The turn is known too badly for a linearised filter to follow.
   bool isTurnUnknown() const {
@@ -76,6 +79,9 @@ class OdometryWindow {
   /// @param samples  travel at the moment plus (i - kBefore) kStep_s; its zero does not matter.
   /// @param wheel_separation_m  as believed
   OdometryWindow(const std::array<WheelDisplacement, kSamples>& samples, double wheel_separation_m);
+  /// The same with other wheels, as (left, right) from (left, right).
+  OdometryWindow withOtherWheels(const Eigen::Matrix2d& wheels_from_wheels,
+                                 double wheel_separation_m) const;
 
   /// Travel from the moment to `time_s` after it (negative: before it). Outside of the samples the
   /// nearest speed goes on.
