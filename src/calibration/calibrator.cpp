@@ -14,6 +14,7 @@ Calibrator::Calibrator(const CalibratorConfig& config, FitsRun fits_run)
 
 Calibrator::Calibrator(const CalibratorConfig& config, std::unique_ptr<FitsBeside> estimation)
     : config_(config),
+      assumed_(config.initializer.batch.errors.geometry()),
       pairing_(config.drive.counter_bits, config.wheel_times.max_apart_s),
       odometer_(config.drive),
       track_(config.drive.wheel_separation_m, config.wheel_noise,
@@ -102,7 +103,7 @@ InputOutcome Calibrator::accept(const BearingSet& bearings, Stamp received) {
         {InputStatus::kStampNotAfterLast, secondsFromDuration(*last - checked.bearings.stamp)});
   }
   InputOutcome worst;
-  if (isLessKnown(bearings.geometry)) checked.remarks.push_back(assume(bearings.geometry));
+  if (isAnother(bearings.geometry)) checked.remarks.push_back(assume(bearings.geometry));
   for (const InputOutcome& remark : checked.remarks) {
     countBearings(remark);
     if (!worst.isBadInput()) worst = remark;
@@ -193,16 +194,21 @@ InputOutcome Calibrator::judgeGeometry(const SensorGeometry& stated) const {
   return checkGeometry(stated);
 }
 
-bool Calibrator::isLessKnown(const SensorGeometry& stated) const {
+/// Less is known than before, or a near light's harmonic differs by more than that leaves open.
+bool Calibrator::isAnother(const SensorGeometry& stated) const {
   constexpr double kSame = 1.001;
-  const SensorGeometry assumed = config_.initializer.batch.errors.geometry();
-  return stated.harmonic_stddev_rad > kSame * assumed.harmonic_stddev_rad ||
-         stated.nearness_stddev_rad_m > kSame * assumed.nearness_stddev_rad_m;
+  const double nearness_rad_m =
+      stated.harmonic_stddev_rad * std::abs(stated.near_per_far_m - assumed_.near_per_far_m);
+  return stated.harmonic_stddev_rad > kSame * assumed_.harmonic_stddev_rad ||
+         stated.nearness_stddev_rad_m > kSame * assumed_.nearness_stddev_rad_m ||
+         nearness_rad_m > assumed_.nearness_stddev_rad_m;
 }
 
 InputOutcome Calibrator::assume(const SensorGeometry& stated) {
-  config_.initializer.batch.errors.setGeometry(stated);
-  estimation_->forget(config_);
+  CalibratorConfig config = config_;
+  config.initializer.batch.errors.setGeometry(stated);
+  assumed_ = config.initializer.batch.errors.geometry();
+  estimation_->forget(config);
   if (earlier_) estimation_->resume(*earlier_);
   if (!last_fused_) return {};
   return {InputStatus::kGeometryChanged, stated.harmonic_stddev_rad};

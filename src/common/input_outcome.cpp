@@ -20,9 +20,9 @@ constexpr StatusWords kStatusWords[] = {
     {InputStatus::kVarianceRaised, "variance raised to that of bearings/min_stddev",
      "a stated variance of %.9g rad^2 is below that of bearings/min_stddev: raised to it; state "
      "the spread that is seen while the robot stands"},
-    {InputStatus::kGeometryChanged, "sensor's geometry known less well than before",
-     "the sensor now states a harmonic's standard deviation of %.9g rad, more than before: the "
-     "calibration begins again"},
+    {InputStatus::kGeometryChanged, "sensor's geometry changed",
+     "the sensor now states another geometry, with a harmonic's standard deviation of %.9g rad, or "
+     "less that is known of it: the calibration begins again"},
     {InputStatus::kNoStamp, "stamp is zero", "the stamp is zero: left out"},
     {InputStatus::kStampInFuture, "stamp in the future",
      "the stamp lies %.9g s after the time of receipt: left out"},

@@ -487,6 +487,36 @@ TEST(SensorGeometry, KnownLessWellThanBeforeBeginsTheCalibrationAgain) {
             chiSquareQuantile(0.999, 3.0));
 }
 
+// Where the mirror's centre was measured anew, its bearings obey another law.
+TEST(SensorGeometry, AnotherLawForNearLightsBeginsTheCalibrationAgain) {
+  const SensorGeometry measured{0.02, -0.6, 0.005};
+  SensorGeometry nearly = measured;
+  nearly.near_per_far_m = -0.5;
+  for (const auto& [later, times] :
+       {std::pair(SensorGeometry{0.02, 0.0, 0.005}, 1U), std::pair(nearly, 0U)}) {
+    Calibrator calibrator(calibratorConfig());
+    UnderAMisalignedMirror changing(measured);
+    for (std::size_t i = changing.record.bearings.size() / 2; i < changing.record.bearings.size();
+         ++i) {
+      changing.record.bearings[i].geometry = later;
+    }
+    const CalibrationResult result = play(changing.record, &calibrator);
+    EXPECT_EQ(result.bearing_inputs[InputStatus::kGeometryChanged], times);
+  }
+}
+
+// A sensor may have been aligned before the owner calls ~reset.
+TEST(SensorGeometry, IsForgottenByAReset) {
+  Calibrator calibrator(calibratorConfig());
+  play(UnderAMisalignedMirror(UnderAMisalignedMirror::kUnmeasured).record, &calibrator);
+  calibrator.reset();
+  const UnderAMisalignedMirror aligned{{}};
+  const CalibrationResult result = play(aligned.record, &calibrator);
+  ASSERT_TRUE(result.base_from_sensor.has_value());
+  EXPECT_EQ(result.robot_errors.covariance(placeOf<MirrorHarmonic>(), placeOf<MirrorHarmonic>()),
+            0.0);
+}
+
 // The paper's state has no place for it: taken for noise, it would make a wrong mount look sure.
 TEST(SensorGeometry, IsRefusedByThePapersFilter) {
   Calibrator calibrator(configWith(FilterConfig::Parametrisation::kPaper));

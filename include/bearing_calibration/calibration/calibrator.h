@@ -75,7 +75,7 @@ class Calibrator {
   InputOutcome pair(WheelSide side, const WheelCount& count, Stamp received);
   InputOutcome accept(const BearingSet& bearings, Stamp received);
   InputOutcome judgeGeometry(const SensorGeometry& stated) const;
-  bool isLessKnown(const SensorGeometry& stated) const;
+  bool isAnother(const SensorGeometry& stated) const;
   InputOutcome assume(const SensorGeometry& stated);
   void noteStepBack();
   InputOutcome countBearings(const InputOutcome& outcome);
@@ -84,6 +84,7 @@ class Calibrator {
   void processCovered();
 
   CalibratorConfig config_;
+  SensorGeometry assumed_;  ///< that of config_, or what the sensor states
   WheelPairing pairing_;
   WheelOdometer odometer_;
   OdometryTrack track_;
