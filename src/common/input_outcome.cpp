@@ -39,6 +39,9 @@ constexpr StatusWords kStatusWords[] = {
      "azimuth variance %.9g rad^2 is above the largest allowed: candidate left out"},
     {InputStatus::kProbabilityOutOfRange, "probability not in 0 to 1",
      "probability %.9g is not in 0 to 1: candidate left out"},
+    {InputStatus::kProbabilityZero, "probability is zero",
+     "the probability is %.9g, as where nobody fills it in: candidate left out; a sensor that does "
+     "not know it states 1"},
     {InputStatus::kGeometryAbsurd, "sensor's geometry impossible",
      "the sensor states %.9g of its geometry (harmonic_stddev, near_per_far, nearness_stddev), "
      "which no mirror has: message left out"},

@@ -77,7 +77,12 @@ CheckedBearings checkBearings(const BearingSet& bearings, const BearingInputConf
       checked.remarks.push_back(outcome);
       continue;
     }
-    if (candidate.overallProbability() < config.min_probability) continue;
+    const double probability = candidate.overallProbability();
+    if (probability < config.min_probability) {
+      if (probability == 0.0)
+        checked.remarks.push_back({InputStatus::kProbabilityZero, probability});
+      continue;
+    }
     const double least_rad2 = config.min_stddev_rad * config.min_stddev_rad;
     raiseVariance(least_rad2, &candidate.azimuth_variance_rad2, &checked.remarks);
     raiseVariance(least_rad2, &candidate.elevation_variance_rad2, &checked.remarks);

@@ -591,6 +591,22 @@ TEST_F(BadInput, TrackProbabilityOutOfRange) {
   bearings.candidates[0].track_probability = -0.5;
   expectRefused(bearings, InputStatus::kProbabilityOutOfRange);
 }
+// Zero is a message's default; a light that is hardly one is no mistake of the sensor.
+TEST(CheckedBearings, SayThatAProbabilityIsNotFilledIn) {
+  BearingInputConfig config;
+  config.max_stddev_rad = 1.0;
+  config.min_probability = 0.1;
+  BearingSet set = bearingsAt(Stamp(Duration(1)), 0.0);
+  for (const auto& [probability, remarks] : {std::pair(0.0, 1U), std::pair(0.05, 0U)}) {
+    set.candidates[0].probability = probability;
+    const CheckedBearings checked = checkBearings(set, config);
+    EXPECT_TRUE(checked.bearings.candidates.empty());
+    ASSERT_EQ(checked.remarks.size(), remarks);
+    for (const InputOutcome& remark : checked.remarks) {
+      EXPECT_EQ(remark.status, InputStatus::kProbabilityZero);
+    }
+  }
+}
 TEST(CheckedBearings, AreThoseOfAProbableTrackOrElseImage) {
   BearingInputConfig config;
   config.max_stddev_rad = 1.0;

@@ -23,6 +23,7 @@ enum class InputStatus : std::uint8_t {
   kVarianceNotPositive,    ///< zero, negative or not finite
   kVarianceAbsurd,         ///< larger than the largest allowed, no information
   kProbabilityOutOfRange,  ///< not in [0, 1]
+  kProbabilityZero,        ///< as where a sensor does not fill it in
   kGeometryAbsurd,         ///< a misalignment that is negative, or that no mirror has
   kGeometryUnmodelled,     ///< the paper's filter has no place for a misaligned mirror
   kViewImpossible,         ///< a field of view that is no part of a turn
