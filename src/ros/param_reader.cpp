@@ -238,9 +238,11 @@ std::vector<std::string> ParamReader::namesIn(const std::string& group) const {
 
 void ParamReader::addError(const std::string& sentence) {
   std::istringstream words(sentence);
-  const bool speaks_of_failed =
-      std::any_of(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>(),
-                  [this](const std::string& word) { return failed_names_.count(word) != 0; });
+  const bool speaks_of_failed = std::any_of(
+      std::istream_iterator<std::string>(words), std::istream_iterator<std::string>(),
+      [this](const std::string& word) {
+        return failed_names_.count(word.substr(0, word.find_last_not_of(":;,.") + 1)) != 0;
+      });
   const bool is_said = std::count(errors().begin(), errors().end(), sentence) > 0;
   if (!speaks_of_failed && !is_said) Parameters::addError(sentence);
 }

@@ -219,6 +219,9 @@ TEST_F(ParamReaderTest, LeavesOutWhatIsSaidOfAnUnreadValueAndOfWhatWasSaid) {
   params_.number("group/absent", number, 1.0, 2.0);
   params_.number("group/absent", number, 1.0, 2.0);
   params_.that(false, "group/number and group/absent must not be equal");
+  for (const char* mark : {":", ",", ";", "."}) {
+    params_.that(false, std::string("group/number must not exceed group/absent") + mark + " or so");
+  }
   for (int i = 0; i < 2; ++i) params_.that(false, "group/absentee must be greater than 0");
   ASSERT_EQ(params_.errors().size(), 2U);
   EXPECT_EQ(params_.errors().back(), "group/absentee must be greater than 0");

@@ -74,6 +74,12 @@ TEST(DriveParams, WheelsFasterThanBelievedAreRefused) {
   EXPECT_NE(errorsWith("limits: {wheel_speed: 3.0}").find("wheels/max_speed"), std::string::npos);
 }
 
+TEST(DriveParams, OfAnUnreadSpeedOfTheWheelsNothingElseIsSaid) {
+  EXPECT_EQ(errorsWith("wheels: {max_speed: fast}"),
+            "1 wrong parameter(s):\n"
+            "  - parameter wheels/max_speed must be a finite number, but is the string 'fast'");
+}
+
 TEST(SafetyInput, ObjectsToANoAndToSilence) {
   using core::DriveEnd;
   const SafetyInput::Ends ends{DriveEnd::kDisabled, DriveEnd::kEnableLost};
