@@ -1,5 +1,8 @@
 #pragma once
 
+#include <ros/duration.h>
+
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -25,6 +28,14 @@ struct DriveNodeConfig {
   bool enable_required = false;     ///< nothing moves before the first ~enable
   double control_rate_hz = 0.0;     ///< in real time
   std::string start_frame;          ///< of the published paths
+
+  /// For so long a process that is asked to end waits until the robot has braked.
+  ros::WallDuration longestStop() const {
+    constexpr double kMargin_s = 1.0;    // the control's period, and what a busy machine adds
+    constexpr double kLongest_s = 10.0;  // roslaunch kills after 15 s
+    const double braking_s = drive.limits.max_speed_mps / drive.limits.max_acceleration_mps2;
+    return ros::WallDuration(std::min(braking_s + kMargin_s, kLongest_s));
+  }
 
   void declare(core::Parameters& params) {
     constexpr double kLeastControl_hz = 1.0;

@@ -10,9 +10,13 @@
 #include <ros/publisher.h>
 #include <tf2_ros/transform_broadcaster.h>
 
+#include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <mutex>
 #include <string>
+#include <utility>
 
 #include "bearing_calibration/planning/calibration_driver.h"
 #include "bearing_calibration_ros/conversions.h"
@@ -26,6 +30,27 @@ inline geometry_msgs::Twist twistFrom(const core::WheelSpeeds& speeds, double wh
   twist.angular.z = (speeds.right_mps - speeds.left_mps) / wheel_separation_m;
   return twist;
 }
+
+/// The way to cmd_vel. Once it is closed nothing but standing passes: a control loop that still
+/// runs while the process ends does not have the last word.
+class CommandGate {
+ public:
+  using Publish = std::function<void(const geometry_msgs::Twist&)>;
+  explicit CommandGate(Publish publish) : publish_(std::move(publish)) {}
+
+  /// For any thread: what passes after close() comes after all that has passed before.
+  void pass(const geometry_msgs::Twist& twist) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    publish_(is_closed_ ? geometry_msgs::Twist() : twist);
+  }
+  void close() { is_closed_ = true; }
+  bool isClosed() const { return is_closed_; }
+
+ private:
+  Publish publish_;
+  std::mutex mutex_;
+  std::atomic<bool> is_closed_{false};
+};
 
 /// What feedback and result both say.
 template <typename Report>

@@ -9,8 +9,9 @@ namespace bearing_calibration_ros {
 /// the signal take effect after that: when a nodelet is destroyed because of it, ROS no longer
 /// sends anything.
 ///
-/// `speak` runs in a thread of its own, once, and may take about a second. While one of these lives
-/// the process' handlers of the two signals are this class'; the last one puts back what it found.
+/// `speak` runs in a thread of its own, once, and may take ten seconds: roslaunch kills after 15.
+/// While one of these lives the process' handlers of the two signals are this class'; the last one
+/// puts back what it found.
 class ShutdownHook {
  public:
   explicit ShutdownHook(std::function<void()> speak);

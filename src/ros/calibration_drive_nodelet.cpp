@@ -6,12 +6,10 @@
 #include <std_srvs/Trigger.h>
 
 #include <atomic>
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "bearing_calibration/odometry/wheel_odometer.h"
@@ -67,18 +65,20 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     spinner_->start();
   }
 
-  /// While the process still lives, the control loop brakes as for any other reason.
+  /// While the process still lives, the control loop brakes as for any other reason; but the last
+  /// word is to stand.
   void runShutdownHook() {
-    constexpr int kWaits = 100;
-    constexpr std::chrono::milliseconds kWait{10};
+    const ros::SteadyTime end = ros::SteadyTime::now() + config_.longestStop();
     safety_inputs_->shutDown();
-    for (int i = 0; i < kWaits && is_driving_; ++i) std::this_thread::sleep_for(kWait);
-    if (is_driving_) stand();  // the control loop is stuck
+    while (is_driving_ && ros::SteadyTime::now() < end) ros::WallDuration(0.01).sleep();
+    commands_->close();
+    if (is_driving_) stand();
   }
 
   void advertise() {
     publisher_ = std::make_unique<DrivePublisher>(private_node_handle_, config_.start_frame);
-    command_publisher_ = node_handle_.advertise<geometry_msgs::Twist>("cmd_vel", 1);
+    commands_.emplace([publisher = node_handle_.advertise<geometry_msgs::Twist>("cmd_vel", 1)](
+                          const geometry_msgs::Twist& twist) { publisher.publish(twist); });
     action_server_ = std::make_unique<DriveActionServer>(private_node_handle_);
     action_server_->registerGoalCallback([this] { guarded("goal", [this] { onActionGoal(); }); });
     action_server_->registerPreemptCallback([this] { end(DriveEnd::kCancelled); });
@@ -223,14 +223,14 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     const DriveEnd objected = safety_inputs_->objection();
     if (objected != DriveEnd::kNone) end(objected);
     const core::WheelSpeeds speeds = driver_->steer(stampFromRos(now));
-    const bool is_without_time = driver_->ended() == DriveEnd::kClockLost;
-    if (is_without_time || (driver_->ended() != DriveEnd::kNone && driver_->standing())) {
+    const bool is_at_once = driver_->ended() == DriveEnd::kClockLost || commands_->isClosed();
+    if (is_at_once || (driver_->ended() != DriveEnd::kNone && driver_->standing())) {
       stand();
       publisher_->publish(*driver_, estimate_.header.frame_id, now);
       finish(resultFrom(*driver_, estimate_));
       return;
     }
-    command_publisher_.publish(twistFrom(speeds, config_.drive.limits.wheel_separation_m));
+    commands_->pass(twistFrom(speeds, config_.drive.limits.wheel_separation_m));
     constexpr int kControlsPerReport = 4;
     if (++controls_ % kControlsPerReport != 0) return;
     publisher_->publish(*driver_, estimate_.header.frame_id, now);
@@ -248,7 +248,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
            (steady_now - last_time_moved_).toSec() > config_.clock_timeout_s;
   }
 
-  void stand() { command_publisher_.publish(geometry_msgs::Twist()); }
+  void stand() { commands_->pass(geometry_msgs::Twist()); }
 
   void finish(const Result& result) {
     driver_.reset();
@@ -285,7 +285,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   ros::NodeHandle node_handle_, private_node_handle_;  ///< on that queue
   std::unique_ptr<DrivePublisher> publisher_;
   std::unique_ptr<DriveActionServer> action_server_;
-  ros::Publisher command_publisher_;
+  std::optional<CommandGate> commands_;  ///< also of the thread of the last words
   ros::ServiceServer start_service_, stop_service_;
   std::vector<ros::Subscriber> wheel_subscribers_;
   ros::Subscriber bearing_subscriber_, estimate_subscriber_;

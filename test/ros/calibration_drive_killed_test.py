@@ -8,31 +8,15 @@ import signal
 import sys
 import time
 import unittest
-import xmlrpc.client
 
-import rosgraph
 import rospy
 import rostest
 from bearing_calibration.msg import CalibrationDriveResult
 
 from calibration_world import wait_until
-from drivable_robot import DrivableRobot, is_zero
+from drivable_robot import DrivableRobot, is_running, is_zero, pid_of
 
 WATCHDOG_S = 0.5  # trajectory/command_timeout of the simulation
-
-
-def pid_of(name):
-    node = rosgraph.Master('/test').lookupNode(rospy.resolve_name(name))
-    _, _, pid = xmlrpc.client.ServerProxy(node).getPid('/test')
-    return pid
-
-
-def is_running(pid):
-    try:
-        os.kill(pid, 0)
-        return True
-    except ProcessLookupError:
-        return False
 
 
 class CalibrationDriveKilledTest(unittest.TestCase):

@@ -2,11 +2,14 @@
 drive node says on cmd_vel."""
 
 import math
+import os
 import random
 import threading
 import time
+import xmlrpc.client
 
 import actionlib
+import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from bearing_calibration.msg import (CalibrationDriveAction, CalibrationDriveGoal,
@@ -42,6 +45,20 @@ def wait_until_active(client):
     """Until the client knows that its goal was taken up: one that it cancels before that it calls
     lost, without a result, when an older status comes."""
     wait_until(lambda: client.get_state() == GoalStatus.ACTIVE, 'the goal is active')
+
+
+def pid_of(name):
+    node = rosgraph.Master('/test').lookupNode(rospy.resolve_name(name))
+    _, _, pid = xmlrpc.client.ServerProxy(node).getPid('/test')
+    return pid
+
+
+def is_running(pid):
+    try:
+        os.kill(pid, 0)
+        return True
+    except ProcessLookupError:
+        return False
 
 
 class Repeater:

@@ -7,7 +7,9 @@
 
 #include <fstream>
 #include <string>
+#include <vector>
 
+#include "bearing_calibration_ros/drive_publisher.h"
 #include "bearing_calibration_ros/parameter_files.h"
 #include "bearing_calibration_ros/safety_input.h"
 
@@ -78,6 +80,31 @@ TEST(DriveParams, OfAnUnreadSpeedOfTheWheelsNothingElseIsSaid) {
   EXPECT_EQ(errorsWith("wheels: {max_speed: fast}"),
             "1 wrong parameter(s):\n"
             "  - parameter wheels/max_speed must be a finite number, but is the string 'fast'");
+}
+
+TEST(DriveParams, TheLastStopIsWaitedForAsLongAsItTakesWithinWhatRoslaunchWaits) {
+  const auto wait_s = [](double speed_mps, double acceleration_mps2) {
+    DriveNodeConfig config;
+    config.drive.limits = {0.25, speed_mps, acceleration_mps2};
+    return config.longestStop().toSec();
+  };
+  EXPECT_NEAR(wait_s(0.2, 1.0), 1.2, 1e-6);
+  EXPECT_NEAR(wait_s(0.6, 0.2), 4.0, 1e-6);
+  EXPECT_NEAR(wait_s(10.0, 0.1), 10.0, 1e-6);
+}
+
+// Promise stands: commands of a control loop after the last word of its process
+TEST(CommandGate, ClosedItLetsNothingPassButStanding) {
+  std::vector<double> passed;
+  CommandGate gate([&](const geometry_msgs::Twist& twist) { passed.push_back(twist.linear.x); });
+  geometry_msgs::Twist moving;
+  moving.linear.x = 0.1;
+  gate.pass(moving);
+  EXPECT_FALSE(gate.isClosed());
+  gate.close();
+  EXPECT_TRUE(gate.isClosed());
+  gate.pass(moving);
+  EXPECT_EQ(passed, (std::vector<double>{0.1, 0.0}));
 }
 
 TEST(SafetyInput, ObjectsToANoAndToSilence) {
