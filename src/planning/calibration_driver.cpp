@@ -145,7 +145,7 @@ void CalibrationDriver::end(DriveEnd reason) {
   if (ended_ == DriveEnd::kNone) ended_ = reason;
 }
 
-WheelSpeeds CalibrationDriver::steer(Stamp now) {
+WheelSpeeds CalibrationDriver::steer(Stamp now, double real_period_s) {
   const double period_s = std::max(0.0, secondsFromDuration(now - last_steered_));
   last_steered_ = now;
   watch(now, period_s);
@@ -157,7 +157,7 @@ WheelSpeeds CalibrationDriver::steer(Stamp now) {
   }
   command_ = ended_ == DriveEnd::kNone && follower_
                  ? follower_->steer(travelled_, command_, period_s)
-                 : braked(command_, config_.limits, period_s);
+                 : braked(command_, config_.limits, std::max(period_s, real_period_s));
   return command_;
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bearing_calibration/odometry/wheel_odometer.h"
@@ -195,8 +196,6 @@ class CalibrationDriveNodelet : public GuardedNodelet {
         driver_ = core::CalibrationDriver(config_.drive, goal, stampFromRos(now), moving);
         is_driving_ = true;
         publisher_->restart();
-        last_time_ = now;
-        last_time_moved_ = ros::SteadyTime::now();
         NODELET_INFO("drive '%s' begins: at most %.0f s and %.0f m",
                      core::motionNames().at(static_cast<std::size_t>(goal.motion)).c_str(),
                      goal.max_time_s, goal.max_path_m);
@@ -222,7 +221,9 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     if (timeStandsStill(now)) end(DriveEnd::kClockLost);
     const DriveEnd objected = safety_inputs_->objection();
     if (objected != DriveEnd::kNone) end(objected);
-    const core::WheelSpeeds speeds = driver_->steer(stampFromRos(now));
+    const ros::SteadyTime last = std::exchange(last_control_, ros::SteadyTime::now());
+    const core::WheelSpeeds speeds =
+        driver_->steer(stampFromRos(now), (last_control_ - last).toSec());
     const bool is_at_once = driver_->ended() == DriveEnd::kClockLost || commands_->isClosed();
     if (is_at_once || (driver_->ended() != DriveEnd::kNone && driver_->standing())) {
       stand();
@@ -241,8 +242,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
 
   bool timeStandsStill(const ros::Time& now) {
     const ros::SteadyTime steady_now = ros::SteadyTime::now();
-    if (now != last_time_) last_time_moved_ = steady_now;
-    last_time_ = now;
+    if (std::exchange(last_time_, now) != now) last_time_moved_ = steady_now;
     // Until the readings' stamps overtake the last one, the wheels are not heard.
     return clock_watch_.hasJumpedBack(now, config_.drive.timeouts.ticks_s) ||
            (steady_now - last_time_moved_).toSec() > config_.clock_timeout_s;
@@ -278,7 +278,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   msg::CalibrationEstimate estimate_;    ///< the last one
   ClockWatch clock_watch_;
   ros::Time last_time_;
-  ros::SteadyTime last_time_moved_;
+  ros::SteadyTime last_time_moved_, last_control_;
   int controls_ = 0;
 
   ros::CallbackQueue queue_;

@@ -185,6 +185,21 @@ TEST(CalibrationDriver, EndsAScriptThatLeadsIntoTheLight) {
   robot.expectEnd(DriveEnd::kNoWay, 0.1);
 }
 
+/// Time stands still, but the robot does not.
+TEST(CalibrationDriver, BrakesByRealTimeWhereItsOwnStandsStill) {
+  Robot robot;
+  robot.drive(1.0);
+  CalibrationDriver& driver = robot.driver();
+  const Stamp still = stampFromSeconds(101.0);
+  const double speed_mps = driver.command().right_mps;
+  ASSERT_GT(speed_mps, 0.1);
+  driver.end(DriveEnd::kCancelled);
+  EXPECT_NEAR(driver.steer(still, kPeriod_s).right_mps, speed_mps - kAcceleration * kPeriod_s,
+              1e-9);
+  for (int i = 0; i < 3; ++i) driver.steer(still, kPeriod_s);
+  EXPECT_TRUE(driver.standing());
+}
+
 /// Somebody pushes it on where the first metre ends: it is the border itself that stops it.
 TEST(CalibrationDriver, StopsOutsideOfItsRegion) {
   DriveConfig config = paperDrive();

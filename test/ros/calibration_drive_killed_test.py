@@ -79,6 +79,27 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         result = self.robot.client.get_result()
         self.assertEqual(result.end, CalibrationDriveResult.CLOCK_LOST, result.end_text)
 
+    # Promise stands: a stop while the clock stands still
+    def test_it_is_stopped_while_time_stands_still(self):
+        stops = {
+            'cancel': (lambda: self.robot.client.cancel_goal(), CalibrationDriveResult.CANCELLED),
+            'stop': (lambda: self.robot.stop_service(), CalibrationDriveResult.CANCELLED),
+            'obstacle': (lambda: self.robot.obstacle.say(True), CalibrationDriveResult.OBSTACLE),
+            'enable false': (lambda: self.robot.enable.say(False), CalibrationDriveResult.DISABLED)}
+        pid = pid_of('simulation')
+        for name, (act, end) in stops.items():
+            with self.subTest(stop=name):
+                self.robot.forget()
+                self.robot.drive()
+                os.kill(pid, signal.SIGSTOP)
+                try:
+                    act()
+                    result = wait_until(self.robot.client.get_result, 'the drive ends')
+                    wait_until(self.robot.is_standing, 'the last command is to stand')
+                finally:
+                    os.kill(pid, signal.SIGCONT)
+                self.assertEqual(result.end, end, result.end_text)
+
 
 if __name__ == '__main__':
     rostest.rosrun('bearing_calibration', 'calibration_drive_killed', CalibrationDriveKilledTest,

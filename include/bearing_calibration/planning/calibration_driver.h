@@ -100,7 +100,9 @@ class CalibrationDriver {
   void end(DriveEnd reason);
 
   /// The command for the next moment. To be called at a steady rate of some 10 Hz or more.
-  WheelSpeeds steer(Stamp now);
+  /// @param real_period_s  since the last call, by a clock that never stands still: braking goes by
+  ///                       it where `now` has moved on by less
+  WheelSpeeds steer(Stamp now, double real_period_s = 0.0);
 
   DriveEnd ended() const { return ended_; }
   bool standing() const { return isStanding(command_); }   ///< the last command was to stand
