@@ -92,6 +92,9 @@ class DriveActionServer : public actionlib::SimpleActionServer<msg::CalibrationD
   explicit DriveActionServer(const ros::NodeHandle& private_node_handle)
       : SimpleActionServer(private_node_handle, "drive", false) {}
 
+  void report(const msg::CalibrationDriveFeedback& feedback) {
+    if (isActive()) publishFeedback(feedback);
+  }
   /// Ends the goal, where there is one.
   void finish(const msg::CalibrationDriveResult& result) {
     if (!isActive()) return;

@@ -13,11 +13,10 @@
 #include <utility>
 #include <vector>
 
-#include "bearing_calibration/odometry/wheel_odometer.h"
-#include "bearing_calibration/odometry/wheel_readings.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/drive_params.h"
 #include "bearing_calibration_ros/drive_publisher.h"
+#include "bearing_calibration_ros/drive_wheels.h"
 #include "bearing_calibration_ros/guarded_nodelet.h"
 #include "bearing_calibration_ros/input_watch.h"
 #include "bearing_calibration_ros/result_messages.h"
@@ -55,8 +54,9 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     node_handle_.setCallbackQueue(&queue_);
     private_node_handle_.setCallbackQueue(&queue_);
     config_ = readConfig<DriveNodeConfig>(ParamReader(private_node_handle_));
-    pairing_.emplace(config_.geometry.counter_bits, config_.wheel_times.max_apart_s);
-    odometer_.emplace(config_.geometry);
+    wheels_.emplace(config_, [this](const core::WheelTravel& travel) {
+      if (driver_) driver_->addTravel(travel, stampFromRos(ros::Time::now()));
+    });
     advertise();
     safety_inputs_ = std::make_unique<SafetyInputs>(node_handle_, private_node_handle_, config_,
                                                     [this](DriveEnd reason) { end(reason); });
@@ -111,28 +111,29 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   }
 
   WheelHandlers wheelHandlers() {
-    const auto add = [this](const auto& reading) {
-      guarded("wheels", [&] { addTravel(odometer_->add(reading)); });
+    const auto add = [this](const auto&... reading) {  // anew in a drive: TICKS_LOST
+      if (wheels_->add(reading...) && !driver_) restartWheels("the wheels' stamps have");
     };
-    return {[=](const msg::WheelTicksConstPtr& message) { add(countsFromMessage(*message)); },
+    return {[=](const msg::WheelTicksConstPtr& message) {
+              guarded("wheels", [&] { add(countsFromMessage(*message)); });
+            },
             [=](const sensor_msgs::JointStateConstPtr& message) {
               const auto angles = anglesFromMessage(*message, config_.wheels.joints);
-              if (angles) add(*angles);
+              if (angles) guarded("wheels", [&] { add(*angles); });
             },
-            [this](core::WheelSide side, const WheelCountEvent& event) {
+            [=](core::WheelSide side, const WheelCountEvent& event) {
               guarded("separate ticks", [&] {
-                const auto count = countFromMessage(*event.getMessage(), event.getReceiptTime());
-                for (const core::WheelCounts& pair : pairing_->add(side, count).pairs) {
-                  addTravel(odometer_->add(pair));
-                }
+                add(side, countFromMessage(*event.getMessage(), event.getReceiptTime()));
               });
             },
-            [=](const nav_msgs::OdometryConstPtr& message) { add(odometryFromMessage(*message)); }};
+            [=](const nav_msgs::OdometryConstPtr& message) {
+              guarded("wheels", [&] { add(odometryFromMessage(*message)); });
+            }};
   }
 
-  void addTravel(const core::InputOutcome& outcome) {
-    if (!outcome.accepted() || !driver_) return;  // bad readings are no readings: TICKS_LOST
-    driver_->addTravel(*odometer_->travel(), stampFromRos(ros::Time::now()));
+  void restartWheels(const char* what) {
+    if (throttle_.isDue(what)) NODELET_WARN("%s begun anew: the wheels are followed anew", what);
+    wheels_->restart();
   }
 
   void onBearings(const msg::LightBearingsConstPtr& message) {
@@ -183,6 +184,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     // Whoever starts all nodes at once is ahead of /clock.
     ros::Time::waitForValid(ros::WallDuration(config_.clock_timeout_s));
     const ros::Time now = ros::Time::now();
+    seeClock(now);  // a jump before the drive is none in it
     const DriveEnd objected = safety_inputs_->objection();
     std::string error;
     if (objected != DriveEnd::kNone) {
@@ -212,13 +214,13 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   void onControl(const ros::WallTimerEvent&) {
     guarded("control", [this] {
       safety_inputs_->seePublishers();
-      if (driver_) steer();
+      const ros::Time now = ros::Time::now();
+      if (!seeClock(now)) end(DriveEnd::kClockLost);
+      if (driver_) steer(now);
     });
   }
 
-  void steer() {
-    const ros::Time now = ros::Time::now();
-    if (timeStandsStill(now)) end(DriveEnd::kClockLost);
+  void steer(const ros::Time& now) {
     const DriveEnd objected = safety_inputs_->objection();
     if (objected != DriveEnd::kNone) end(objected);
     const ros::SteadyTime last = std::exchange(last_control_, ros::SteadyTime::now());
@@ -235,17 +237,16 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     constexpr int kControlsPerReport = 4;
     if (++controls_ % kControlsPerReport != 0) return;
     publisher_->publish(*driver_, estimate_.header.frame_id, now);
-    if (action_server_->isActive()) {
-      action_server_->publishFeedback(feedbackFrom(*driver_, estimate_));
-    }
+    action_server_->report(feedbackFrom(*driver_, estimate_));
   }
 
-  bool timeStandsStill(const ros::Time& now) {
+  /// @returns whether ROS time goes on; where it has begun anew, so have the readings' stamps.
+  bool seeClock(const ros::Time& now) {
     const ros::SteadyTime steady_now = ros::SteadyTime::now();
     if (std::exchange(last_time_, now) != now) last_time_moved_ = steady_now;
-    // Until the readings' stamps overtake the last one, the wheels are not heard.
-    return clock_watch_.hasJumpedBack(now, config_.drive.timeouts.ticks_s) ||
-           (steady_now - last_time_moved_).toSec() > config_.clock_timeout_s;
+    const bool has_jumped = clock_watch_.hasJumpedBack(now, config_.drive.timeouts.ticks_s);
+    if (has_jumped) restartWheels("the clock has");
+    return !has_jumped && (steady_now - last_time_moved_).toSec() <= config_.clock_timeout_s;
   }
 
   void stand() { commands_->pass(geometry_msgs::Twist()); }
@@ -271,8 +272,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   }
 
   DriveNodeConfig config_;
-  std::optional<core::WheelPairing> pairing_;  ///< of separate ticks
-  std::optional<core::WheelOdometer> odometer_;
+  std::optional<DriveWheels> wheels_;
   std::optional<core::CalibrationDriver> driver_;  ///< until the robot stands
   std::atomic<bool> is_driving_{false};  ///< there is a driver_: for the thread of the last words
   msg::CalibrationEstimate estimate_;    ///< the last one

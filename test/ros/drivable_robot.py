@@ -98,6 +98,7 @@ class DrivableRobot:
         self.claims_convergence = False
         self.push_mps = 0.0  # what the wheels report beyond what they do
         self.pushed_m = 0.0
+        self.ticks_ahead_s = 0.0  # of the clock, by their stamps
         self.view_width = 0.0  # [rad] of the sensor, about its x axis; 0: all around
         self.random = random.Random(1)
         self.relay('robot/wheel_ticks', 'wheel_ticks', WheelTicks, 'ticks')
@@ -135,6 +136,7 @@ class DrivableRobot:
                 self.pushed_m += self.push_mps / TICK_RATE
                 message.left += round(self.pushed_m * TICKS_PER_METRE)
                 message.right += round(self.pushed_m * TICKS_PER_METRE)
+                message.header.stamp += rospy.Duration(self.ticks_ahead_s)
             if name == 'estimate' and self.claims_convergence:
                 message.state = CalibrationEstimate.CONVERGED
             if name == 'light':  # the truth is too good to be a sensor's
@@ -160,6 +162,7 @@ class DrivableRobot:
         self.cut.clear()
         self.claims_convergence = False
         self.push_mps = 0.0
+        self.ticks_ahead_s = 0.0
         self.view_width = 0.0
         self.reset_service()  # else a drive would end at once where the one before has converged
         self.obstacle.say(False)

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bearing_calibration_ros/drive_publisher.h"
+#include "bearing_calibration_ros/drive_wheels.h"
 #include "bearing_calibration_ros/parameter_files.h"
 #include "bearing_calibration_ros/safety_input.h"
 
@@ -93,7 +94,7 @@ TEST(DriveParams, TheLastStopIsWaitedForAsLongAsItTakesWithinWhatRoslaunchWaits)
   EXPECT_NEAR(wait_s(10.0, 0.1), 10.0, 1e-6);
 }
 
-// Promise stands: commands of a control loop after the last word of its process
+// Promise stands: commands of a control loop after the shutdown hook
 TEST(CommandGate, ClosedItLetsNothingPassButStanding) {
   std::vector<double> passed;
   CommandGate gate([&](const geometry_msgs::Twist& twist) { passed.push_back(twist.linear.x); });
@@ -105,6 +106,43 @@ TEST(CommandGate, ClosedItLetsNothingPassButStanding) {
   EXPECT_TRUE(gate.isClosed());
   gate.pass(moving);
   EXPECT_EQ(passed, (std::vector<double>{0.1, 0.0}));
+}
+
+/// The travels of a second at 100 Hz, in which both wheels roll a turn.
+template <typename Add>
+bool addSecond(double start_s, const Add& add) {
+  bool have_begun_anew = false;
+  for (int i = 0; i < 100; ++i) {
+    have_begun_anew |= add(core::stampFromSeconds(start_s + 0.01 * i), 655 * i);
+  }
+  return have_begun_anew;
+}
+
+TEST(DriveWheels, AreFollowedAnewOnceTheirStampsHaveBegunAnew) {
+  int travels = 0;
+  DriveWheels wheels(readWith("drive: {motion: optimal}"),
+                     [&](const core::WheelTravel&) { ++travels; });
+  const auto both = [&](core::Stamp stamp, std::int64_t ticks) {
+    return wheels.add(core::WheelCounts{stamp, ticks, ticks});
+  };
+  const auto separate = [&](core::Stamp stamp, std::int64_t ticks) {
+    const bool right_tells = wheels.add(core::WheelSide::kRight, {stamp, ticks});
+    EXPECT_FALSE(right_tells);
+    return wheels.add(core::WheelSide::kLeft, {stamp, ticks});
+  };
+  const auto expectAnew = [&](const auto& add) {
+    travels = 0;
+    wheels.restart();
+    EXPECT_FALSE(addSecond(1000.0, add));
+    EXPECT_EQ(travels, 100);
+    EXPECT_TRUE(addSecond(10.0, add));
+    EXPECT_EQ(travels, 100) << "a drive must miss them";
+    wheels.restart();
+    EXPECT_FALSE(addSecond(20.0, add));
+    EXPECT_EQ(travels, 200);
+  };
+  expectAnew(both);
+  expectAnew(separate);
 }
 
 TEST(SafetyInput, ObjectsToANoAndToSilence) {
