@@ -5,10 +5,11 @@
 #include <nodelet/nodelet.h>
 #include <ros/time.h>
 
-#include <exception>
+#include <boost/shared_ptr.hpp>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 
 #include "bearing_calibration_ros/thrown.h"
@@ -98,18 +99,19 @@ class GuardedNodelet : public nodelet::Nodelet {
 
  private:
   void onInit() final {
-    queue_ = dynamic_cast<nodelet::detail::CallbackQueue*>(getNodeHandle().getCallbackQueue());
-    try {
-      start();
-    } catch (const std::exception& error) {
-      NODELET_FATAL("not started: %s", error.what());
-      queue_ = nullptr;  // of a nodelet that is not loaded the loader deletes the queue first
-      throw;             // tells the nodelet loader, which says nothing by itself
-    }
+    auto* queue = dynamic_cast<nodelet::detail::CallbackQueue*>(getNodeHandle().getCallbackQueue());
+    if (queue != nullptr) queue_ = queue->shared_from_this();
+    const std::string error = thrownBy([this] { start(); });
+    if (error.empty()) return;
+    NODELET_FATAL("not started: %s", error.c_str());
+    endCallbacks();                   // some may be there already
+    throw std::runtime_error(error);  // tells the nodelet loader, which says nothing by itself
   }
 
-  nodelet::detail::CallbackQueue* queue_ = nullptr;  ///< the manager's; null: not loaded
-  bool has_ended_ = false;                           ///< under callback_mutex_
+  /// The manager's. A loader lets go of the queue of a nodelet that has not started before it
+  /// deletes the nodelet, whose subscribers still need it: it is held until they are gone.
+  boost::shared_ptr<nodelet::detail::CallbackQueue> queue_;
+  bool has_ended_ = false;  ///< under callback_mutex_
 };
 
 }  // namespace bearing_calibration_ros

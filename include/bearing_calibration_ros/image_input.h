@@ -1,5 +1,6 @@
 #pragma once
 
+#include <image_transport/exception.h>
 #include <image_transport/image_transport.h>
 #include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <stdexcept>
 #include <utility>
 
 #include "bearing_calibration_ros/image_conversion.h"
@@ -81,6 +83,7 @@ class ImageInput {
   /// @param queue  images that may wait
   /// @param use    takes each image; throws nothing
   /// @param refuse says why one could not be decoded
+  /// @throws std::runtime_error for a transport that is not known
   ImageInput(ros::NodeHandle node_handle, const ros::NodeHandle& private_node_handle, int queue,
              Use use, Refuse refuse)
       : use_(std::move(use)),
@@ -104,7 +107,13 @@ class ImageInput {
     const auto take = [this](const sensor_msgs::ImageConstPtr& image) {
       add([this, image] { use_(image); });
     };
-    subscriber_ = transport_.subscribe("image", size, take, ros::VoidPtr(), hints);
+    try {
+      subscriber_ = transport_.subscribe("image", size, take, ros::VoidPtr(), hints);
+    } catch (const image_transport::Exception& error) {
+      throw std::runtime_error(
+          "image_transport must be raw, compressed or of an installed plugin, but is '" +
+          hints.getTransport() + "': " + error.what());
+    }
   }
 
   /// Images for which newer ones had come before their turn.

@@ -3,8 +3,11 @@
 
 import sys
 
+import rospy
 import rostest
+from rosgraph_msgs.msg import Log
 
+from calibration_world import wait_until
 from refused_parameters import RefusedParameters
 
 
@@ -36,6 +39,20 @@ class LightDetectionParametersTest(RefusedParameters):
         (lambda c: c['colour'].update(lights=[[1e300, 1, 0, 0], [1.5, 0, 1, 0], [2, 0, 0, 1]]),
          'colour/lights: a light_id must be a whole number'),
     )
+
+    # Promise alive: an image_transport that is not installed, in a manager of others
+    def test_an_unknown_image_transport_is_refused(self):
+        logs = []
+        rospy.Subscriber('/rosout', Log, logs.append)
+        for transport in ('theora', 'Compressed'):
+            config = dict(self.configuration(()), image_transport=transport)
+            self.assertFalse(self.load(self.NODELET, '/' + transport, config))
+            wait_until(lambda: [log for log in logs if log.level == Log.FATAL and
+                                'image_transport must be' in log.msg and
+                                "is '%s'" % transport in log.msg], transport + ' is named')
+            self.assertNotIn('/' + transport, self.nodelets())  # and the manager answers
+        self.assertIn("is 'theora'", self.said_standalone(
+            self.NODELET, dict(self.configuration(()), image_transport='theora')))
 
 
 if __name__ == '__main__':
