@@ -121,6 +121,13 @@ class LaunchFiles(unittest.TestCase):
         self.assertIn('/eye/image_raw/compressed', player.args.split())
         self.assertEqual(config.params['/light_detection/image_transport'].value, 'compressed')
 
+    def testReplayPlaysBearingsOnlyWhereNoneAreDetected(self):
+        for detect, is_played in (('true', False), ('false', True)):
+            config = load(os.path.join(REPOSITORY, 'launch', 'replay.launch'),
+                          'bearings:=/eye/bearings', 'detect:=' + detect)
+            player, = [node for node in config.nodes if node.name == 'player']
+            self.assertEqual('/eye/bearings' in player.args.split(), is_played)
+
     def testTheirNodeletsAreDeclared(self):
         loaded = set()
         for path in LAUNCH_FILES:

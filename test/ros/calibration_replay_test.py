@@ -79,7 +79,7 @@ class CalibrationReplayTest(unittest.TestCase):
         process.wait(timeout=DEADLINE_S)
 
     def test_once(self):
-        self.replay()  # with the detection, which has nothing to do
+        self.replay('detect:=false')
         node = Node()
         all_ticks = round(SECONDS * World.TICK_RATE)
         estimate = node.wait_for(lambda e: e.ticks_used == all_ticks and
@@ -97,6 +97,18 @@ class CalibrationReplayTest(unittest.TestCase):
         response = node.save_service()  # the nodes have stayed
         self.assertTrue(response.success, response.message)
         self.assertTrue(os.path.exists(os.path.join(self.folder, 'result', 'result.yaml')))
+
+    # Promise refused: bearings in a bag whose images become bearings, too
+    def test_the_bags_bearings_are_not_played_beside_the_detections(self):
+        self.replay()  # with the detection, which has nothing to do
+        node = Node()
+        node.wait_for(lambda e: e.ticks_used == round(SECONDS * World.TICK_RATE),
+                      'everything is played')
+        count = len(node.estimates)
+        wait_until(lambda: len(node.estimates) >= count + 2, 'a second: what was played has come')
+        estimate = node.estimate()
+        self.assertEqual(estimate.rejections, '')
+        self.assertEqual(estimate.bearings_used + estimate.bearings_gated, 0)
 
     def test_loop_starts_anew_with_a_warning(self):
         self.replay('detect:=false', 'loop:=true')
