@@ -5,8 +5,12 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -20,7 +24,8 @@ namespace bearing_calibration_ros {
 
 /// Writes lens and mirror as learnt from the light: when one of their values is learnt, and at the
 /// node's end, by a signal too. Nothing before the first is learnt. The file has the node's name,
-/// as left.light_detection.yaml (no part of a name has a point): several nodes may share a folder.
+/// as left.light_detection.yaml (no part of a name has a point): several nodes may share a folder,
+/// with results too. A file of an earlier run stays until as many values are learnt as it has.
 ///
 /// Threading: the end runs in a thread of its own; it saves what was seen last.
 class OpticsFile {
@@ -44,7 +49,7 @@ class OpticsFile {
     if (learnt == 0) return;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      text_ = core::yamlOf(learner);
+      seen_ = learner;
     }
     if (learnt > std::exchange(learnt_, std::max(learnt, learnt_))) save();
   }
@@ -55,13 +60,28 @@ class OpticsFile {
     return node.substr(node.find_first_not_of('.')) + ".yaml";
   }
 
+  /// Of an earlier run; of nothing where there is none.
+  bool isBetter(const std::string& path) const {
+    std::ostringstream earlier;
+    earlier << std::ifstream(path).rdbuf();
+    return saved_.empty() && seen_->learntValuesIn(earlier.str()) > seen_->learntValues();
+  }
+
   void save() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (text_ == saved_) return;
+    if (!seen_) return;
+    const std::string text = core::yamlOf(*seen_);
+    if (text == saved_) return;
     std::string said = "the optics as learnt are in ";
     const std::string error = thrownBy([&] {
-      said += core::OwnedFolder(folder_).add({file_, text_}) + "/" + file_;
-      saved_ = text_;
+      core::OwnedFolder folder(folder_);
+      const std::string path = folder.path() + "/" + file_;
+      if (isBetter(path)) {
+        throw std::runtime_error("more values are learnt in " + path +
+                                 ": remove it if lens or mirror have changed");
+      }
+      said += folder.add({file_, text, true}) + "/" + file_;
+      saved_ = text;
     });
     if (!error.empty()) said = "the optics are not saved: " + error;
     if (ros::ok()) {
@@ -72,10 +92,10 @@ class OpticsFile {
   }
 
   const std::string folder_, node_, file_;
-  int learnt_ = 0;    ///< values, at most
-  std::mutex mutex_;  ///< of what follows
-  std::string text_;
-  std::string saved_;                            ///< of that
+  int learnt_ = 0;                               ///< values, at most
+  std::mutex mutex_;                             ///< of what follows
+  std::optional<core::OpticsLearner> seen_;      ///< none: nothing is learnt yet
+  std::string saved_;                            ///< of that, in this run
   std::unique_ptr<ShutdownHook> shutdown_hook_;  ///< last, so that what it uses is there
 };
 

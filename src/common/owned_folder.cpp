@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kList[] = ".bearing_calibration";  ///< names of the owned files, the first one first
+constexpr char kStays = '+';                      ///< before a name there: the file stays
 constexpr char kUnready[] = ".saving";            ///< files that are being written
 constexpr char kReady[] = ".saved";               ///< whole: to be emptied into its parent
 constexpr char kSubfolder[] = "bearing_calibration";
@@ -65,15 +66,21 @@ std::string textOf(const fs::path& path) {
   return text.str();
 }
 
-/// Names of the files that a folder owns; none where it is not an owned one.
-std::vector<std::string> listIn(const fs::path& folder) {
-  std::vector<std::string> names;
-  std::ifstream file(folder / kList);
-  for (std::string name; std::getline(file, name);) {
+/// The files that a folder owns, without their texts; none where it is not an owned one.
+std::vector<FileText> listIn(const fs::path& folder) {
+  std::vector<FileText> files;
+  std::ifstream list(folder / kList);
+  for (std::string name; std::getline(list, name);) {
+    const bool stays = !name.empty() && name.front() == kStays;
+    if (stays) name.erase(0, 1);
     const bool is_outside = name.empty() || name.front() == '.' || name.find('/') != name.npos;
-    if (!is_outside) names.push_back(name);
+    if (!is_outside) files.push_back({name, "", stays});
   }
-  return names;
+  return files;
+}
+
+auto isNamed(const std::string& name) {
+  return [&name](const FileText& file) { return file.name == name; };
 }
 
 bool isOwned(const fs::path& folder) {
@@ -92,14 +99,14 @@ bool isEmpty(const fs::path& folder) {
 void takeOverReady(const fs::path& folder) {
   const fs::path ready = folder / kReady;
   if (fs::exists(ready / kList)) {
-    const std::string first = listIn(ready).empty() ? "" : listIn(ready).front();
-    for (const std::string& name : listIn(folder)) {
-      if (name != first) fs::remove(folder / name);
+    const std::string first = listIn(ready).empty() ? "" : listIn(ready).front().name;
+    for (const FileText& file : listIn(folder)) {
+      if (file.name != first) fs::remove(folder / file.name);
     }
     fs::rename(ready / kList, folder / kList);
   }
-  for (const std::string& name : listIn(folder)) {
-    if (fs::exists(ready / name)) fs::rename(ready / name, folder / name);
+  for (const FileText& file : listIn(folder)) {
+    if (fs::exists(ready / file.name)) fs::rename(ready / file.name, folder / file.name);
   }
   fs::remove(ready);
   synchronise(folder);
@@ -113,7 +120,7 @@ fs::path prepare(const fs::path& folder, const std::vector<FileText>& files) {
   std::string list;
   for (const FileText& file : files) {
     writeFile(unready / file.name, file.text);
-    list += file.name + "\n";
+    list += (file.stays ? std::string(1, kStays) : "") + file.name + "\n";
   }
   writeFile(unready / kList, list);
   synchronise(unready);
@@ -165,8 +172,8 @@ OwnedFolder::OwnedFolder(const std::string& wanted) : path_(find(wanted)) {
 }
 
 bool OwnedFolder::owns(const std::string& name) const {
-  const std::vector<std::string> names = listIn(path_);
-  return std::find(names.begin(), names.end(), name) != names.end() && fs::exists(path_ / name);
+  const std::vector<FileText> files = listIn(path_);
+  return std::any_of(files.begin(), files.end(), isNamed(name)) && fs::exists(path_ / name);
 }
 
 void OwnedFolder::tryToWrite() {
@@ -177,9 +184,14 @@ void OwnedFolder::tryToWrite() {
   }
 }
 
-std::string OwnedFolder::replace(const std::vector<FileText>& files) {
+std::string OwnedFolder::replace(std::vector<FileText> files) {
   for (const FileText& file : files) {
     if (fs::exists(path_ / file.name) && !owns(file.name)) return writeNumbered(files);
+  }
+  for (const FileText& old : ownedFiles()) {
+    if (old.stays && std::none_of(files.begin(), files.end(), isNamed(old.name))) {
+      files.push_back(old);
+    }
   }
   fs::rename(prepare(path_, files), path_ / kReady);
   synchronise(path_);
@@ -189,12 +201,11 @@ std::string OwnedFolder::replace(const std::vector<FileText>& files) {
 
 std::string OwnedFolder::add(const FileText& file) {
   std::vector<FileText> files = ownedFiles();
-  const auto same = std::find_if(files.begin(), files.end(),
-                                 [&](const FileText& each) { return each.name == file.name; });
+  const auto same = std::find_if(files.begin(), files.end(), isNamed(file.name));
   if (same == files.end()) {
     files.push_back(file);
   } else {
-    same->text = file.text;
+    *same = file;
   }
   return replace(files);
 }
@@ -212,8 +223,8 @@ std::string OwnedFolder::writeNumbered(const std::vector<FileText>& files) {
 
 std::vector<FileText> OwnedFolder::ownedFiles() const {
   std::vector<FileText> files;
-  for (const std::string& name : listIn(path_)) {
-    if (owns(name)) files.push_back({name, textOf(path_ / name)});
+  for (const FileText& file : listIn(path_)) {
+    if (owns(file.name)) files.push_back({file.name, textOf(path_ / file.name), file.stays});
   }
   return files;
 }

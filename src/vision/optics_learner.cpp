@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <stdexcept>
 
 #include "bearing_calibration/common/formatted.h"
@@ -30,6 +31,7 @@ enum LearntUnknown : int {
   kRadialMeasure,
 };
 
+constexpr double kLearnt = 0.5;  // of the prior's standard deviation
 constexpr double kHeightStddev_m = 0.2;
 constexpr double kMeasureStddev = 0.05;
 // Of one image.
@@ -214,7 +216,6 @@ bool OpticsLearner::hasNews() {
 }
 
 std::array<LearntOptics, OpticsLearner::kValues> OpticsLearner::optics() const {
-  constexpr double kLearnt = 0.5;  // of the prior's standard deviation
   const ConicMirror mirror = mirrorAt(mean_);
   const auto of = [&](int value, const char* parameter, const char* stddev_parameter,
                       double now) -> LearntOptics {
@@ -237,6 +238,19 @@ int OpticsLearner::learntValues() const {
   return static_cast<int>(std::count_if(all.begin(), all.end(), [](const LearntOptics& each) {
     return each.state == OpticsState::kLearnt;
   }));
+}
+
+int OpticsLearner::learntValuesIn(const std::string& yaml) const {
+  int learnt = 0;
+  for (int i = 0; i < kValues; ++i) {
+    const std::string parameter = optics().at(static_cast<std::size_t>(i)).stddev_parameter;
+    const std::string key = parameter.substr(parameter.find('/') + 1) + ": ";
+    const std::size_t at = yaml.find(key);
+    if (at == std::string::npos) continue;
+    const double stddev = std::strtod(yaml.c_str() + at + key.size(), nullptr);
+    if (stddev > 0.0 && stddev <= kLearnt * prior_stddev_(i)) ++learnt;
+  }
+  return learnt;
 }
 
 std::string yamlOf(const OpticsLearner& learner) {

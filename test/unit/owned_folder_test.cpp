@@ -127,6 +127,19 @@ TEST_F(OwnedFolderTest, AddsAFileToTheOthers) {
   EXPECT_EQ(textOf(out_ / "c"), "2");
 }
 
+TEST_F(OwnedFolderTest, KeepsWhatStaysWhereOthersAreReplaced) {
+  OwnedFolder(out_).add({"stays", "1", true});
+  OwnedFolder(out_).replace({{"r", "1"}, {"f", "1"}});
+  OwnedFolder(out_).add({"c", "1"});
+  OwnedFolder(out_).add({"stays", "2", true});
+  OwnedFolder(out_).replace({{"r", "2"}});
+  EXPECT_EQ(namesIn(out_), (Names{"r", "stays"}));
+  EXPECT_EQ(textOf(out_ / "stays"), "2");
+  OwnedFolder(out_).replace({{"r", "3"}, {"stays", "3"}});
+  OwnedFolder(out_).replace({{"r", "4"}});
+  EXPECT_EQ(namesIn(out_), (Names{"r"})) << "who writes it anew says whether it stays";
+}
+
 // Promise inside: a list of files that names some outside of the folder
 TEST_F(OwnedFolderTest, NeverRemovesAnythingOutside) {
   OwnedFolder(out_).replace({{"r", "1"}});

@@ -23,6 +23,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
+namespace core = bearing_calibration::core;
 namespace fs = std::filesystem;
 
 class ParametersFromFiles : public testing::Test {
@@ -311,10 +312,32 @@ class SavedOptics : public ParametersFromFiles {
     for (const std::string& file : overrides) files.overlay(file);
     return readConfig<DetectionNodeConfig>(files.reader("detection"));
   }
+
+  /// What so many images of a light show of a mirror, to one who expects what is configured.
+  static core::OpticsLearner learntFrom(const core::ConicMirror& mirror, int images,
+                                        const core::DetectorConfig& configured) {
+    core::OpticsLearner learner(configured);
+    for (int i = 1; i <= images; ++i) {
+      core::RangedSpot spot;
+      spot.stamp = core::stampFromSeconds(i);
+      spot.azimuth_rad = i;
+      spot.distance_m = 0.6 + 0.4 * (i % 4);
+      spot.image_radius_px = core::radiusFromLight(mirror, {spot.distance_m, -0.02}).value();
+      const core::SpotBlur blur = core::expectedBlur(mirror, spot.image_radius_px, spot.distance_m);
+      spot.variances_px2 << blur.tangential_diameter_px, blur.radial_diameter_px;
+      spot.variances_px2 = (0.25 * spot.variances_px2).cwiseAbs2();
+      learner.add(spot);
+    }
+    return learner;
+  }
+  static std::string textOf(const fs::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+  }
 };
 
 TEST_F(SavedOptics, AreParametersOfTheNextStart) {
-  namespace core = bearing_calibration::core;
   const core::DetectorConfig before = started({}).detector;
   core::OpticsLearner learner(before);
   core::RangedSpot spot;
@@ -340,37 +363,84 @@ TEST_F(SavedOptics, AreParametersOfTheNextStart) {
 
 // Promise kept: learnt optics of two cameras whose nodes share optics/folder
 TEST_F(SavedOptics, OfTwoNodesLieInFilesOfTheirNames) {
-  namespace core = bearing_calibration::core;
   const fs::path folder = testing::TempDir() + "parameter_files_optics";
   fs::remove_all(folder);
   std::map<std::string, std::string> expected;
   for (const std::string camera : {"left", "right"}) {
-    core::DetectorConfig detector = started({}).detector;
-    core::OpticsLearner learner(detector);
-    if (camera == "left") detector.mirror.aperture_m *= 1.25;  // than is configured
-    for (int i = 1; i <= 100; ++i) {
-      core::RangedSpot spot;
-      spot.stamp = core::stampFromSeconds(i);
-      spot.azimuth_rad = i;
-      spot.distance_m = 0.6 + 0.4 * (i % 4);
-      spot.image_radius_px =
-          core::radiusFromLight(detector.mirror, {spot.distance_m, -0.02}).value();
-      const core::SpotBlur blur =
-          core::expectedBlur(detector.mirror, spot.image_radius_px, spot.distance_m);
-      spot.variances_px2 << blur.tangential_diameter_px, blur.radial_diameter_px;
-      spot.variances_px2 = (0.25 * spot.variances_px2).cwiseAbs2();
-      learner.add(spot);
-    }
+    const core::DetectorConfig configured = started({}).detector;
+    core::ConicMirror mirror = configured.mirror;
+    if (camera == "left") mirror.aperture_m *= 1.25;  // than is configured
+    const core::OpticsLearner learner = learntFrom(mirror, 100, configured);
     ASSERT_GT(learner.learntValues(), 0);
     expected[camera + ".light_detection.yaml"] = core::yamlOf(learner);
     OpticsFile(folder, "/" + camera + "/light_detection").see(learner);
   }
   ASSERT_NE(expected.begin()->second, expected.rbegin()->second);
   for (const auto& [file, text] : expected) {
-    std::ostringstream saved;
-    saved << std::ifstream(folder / file).rdbuf();
-    EXPECT_EQ(saved.str(), text) << file;
+    EXPECT_EQ(textOf(folder / file), text) << file;
   }
+}
+
+// Promise kept: learnt optics over which a shorter run has learnt less
+TEST_F(SavedOptics, StayUntilAsManyValuesAreLearntAgain) {
+  const fs::path folder = testing::TempDir() + "parameter_files_less";
+  fs::remove_all(folder);
+  const fs::path file = folder / "light_detection.yaml";
+  const core::DetectorConfig configured = started({}).detector;
+  const core::OpticsLearner most = learntFrom(configured.mirror, 200, configured);
+  const core::OpticsLearner as_many = learntFrom(configured.mirror, 100, configured);
+  core::OpticsLearner fewer = most;
+  for (int i = 1; fewer.learntValues() != 1; ++i) {
+    fewer = learntFrom(configured.mirror, i, configured);
+  }
+  ASSERT_GT(most.learntValues(), 1);
+  ASSERT_EQ(as_many.learntValues(), most.learntValues());
+  const auto run = [&](const core::OpticsLearner& learner) {
+    OpticsFile(folder, "/light_detection").see(learner);
+    return textOf(file);
+  };
+  EXPECT_EQ(run(fewer), core::yamlOf(fewer));
+  EXPECT_EQ(run(most), core::yamlOf(most));
+  EXPECT_EQ(run(fewer), core::yamlOf(most));
+  EXPECT_EQ(run(as_many), core::yamlOf(as_many));
+  // A run may begin again with what is configured, when the lens is turned: its own file is its
+  // own.
+  {
+    OpticsFile own(folder, "/light_detection");
+    own.see(most);
+    own.see(fewer);
+  }
+  EXPECT_EQ(textOf(file), core::yamlOf(fewer));
+}
+
+TEST_F(SavedOptics, CountAgainstWhatIsConfigured) {
+  const core::DetectorConfig configured = started({}).detector;
+  const core::OpticsLearner learner = learntFrom(configured.mirror, 100, configured);
+  const std::string saved = core::yamlOf(learner);
+  EXPECT_EQ(learner.learntValuesIn(saved), learner.learntValues());
+  EXPECT_EQ(learner.learntValuesIn(""), 0);
+  // One who starts with them has learnt nothing more yet, and replaces them when it has.
+  const core::OpticsLearner next(started({write("saved.yaml", saved)}).detector);
+  EXPECT_EQ(next.learntValuesIn(saved), 0);
+}
+
+// Promise kept: learnt optics in the folder of the results
+TEST_F(SavedOptics, StayBesideAResult) {
+  const fs::path folder = testing::TempDir() + "parameter_files_beside";
+  fs::remove_all(folder);
+  const core::DetectorConfig configured = started({}).detector;
+  const core::OpticsLearner learner = learntFrom(configured.mirror, 100, configured);
+  const auto save = [&](const std::string& name) {
+    core::OwnedFolder(folder).replace({{"result.yaml", name}, {name, name}});
+  };
+  save("first");
+  OpticsFile(folder, "/light_detection").see(learner);
+  for (const std::string name : {"second", "third"}) {
+    save(name);
+    EXPECT_EQ(textOf(folder / "light_detection.yaml"), core::yamlOf(learner)) << name;
+  }
+  EXPECT_EQ(textOf(folder / "result.yaml"), "third");
+  EXPECT_FALSE(fs::exists(folder / "first") || fs::exists(folder / "second"));
 }
 
 // Promise refused: a file of learnt optics with a mistake

@@ -11,6 +11,7 @@ namespace bearing_calibration::core {
 struct FileText {
   std::string name;  ///< in its folder
   std::string text;
+  bool stays = false;  ///< with what replaces the other files of the folder
 };
 
 /// A folder in which this package replaces and removes what it has written itself, and nothing
@@ -38,10 +39,11 @@ class OwnedFolder {
 
   /// Throws when nothing can be written.
   void tryToWrite();
-  /// Writes files in the place of all that are owned. Where one of them would overwrite a file that
-  /// is not owned, all go into a numbered folder instead. The first one is what the others go with.
+  /// Writes files in the place of all that are owned but those that stay. Where one of them would
+  /// overwrite a file that is not owned, all go into a numbered folder instead. The first one is
+  /// what the others go with.
   /// @returns the folder that they lie in
-  std::string replace(const std::vector<FileText>& files);
+  std::string replace(std::vector<FileText> files);
   /// Writes one file more, in the place of an owned one of its name; the other files stay.
   /// @returns the folder that it lies in, as replace()
   std::string add(const FileText& file);

@@ -55,6 +55,9 @@ class OpticsLearner {
 
   std::array<LearntOptics, kValues> optics() const;
   int learntValues() const;
+  /// Of what yamlOf() has written: as many of its values are learnt, against what is configured
+  /// here.
+  int learntValuesIn(const std::string& yaml) const;
 
  private:
   /// The optics' values, then what else decides how a light looks.
