@@ -97,11 +97,12 @@ core::Stamp CalibratorFuzzer::anyStamp() {
 
 void CalibratorFuzzer::restart() {
   calibrator_->reset();
-  paused_ = false;
   readings_ = 0;
   const core::CalibrationResult result = calibrator_->result();
-  require(result.state == core::CalibrationState::kWaitingForTicks && !result.base_from_sensor &&
-              result.ticks_used == 0 && result.distance_travelled_m == 0.0,
+  const auto expected =
+      paused_ ? core::CalibrationState::kPaused : core::CalibrationState::kWaitingForTicks;
+  require(result.state == expected && !result.base_from_sensor && result.ticks_used == 0 &&
+              result.distance_travelled_m == 0.0,
           "something is left after a reset");
 }
 

@@ -75,8 +75,8 @@ Those of the drive are in [driving.md](../how-to/driving.md).
 | `~markers` | visualization_msgs/MarkerArray | out: robot, light, sensor, ellipses, ray and path for RViz ([live.md](../how-to/live.md)) |
 | `/tf` | tf2_msgs/TFMessage | out, only with `publish_tf:=true` ([result.md](../how-to/result.md)); the start frame while somebody subscribes to `~markers` |
 | `/diagnostics` | diagnostic_msgs/DiagnosticArray | out, once a second ([live.md](../how-to/live.md)) |
-| `~reset` | std_srvs/Trigger | discards the estimate and starts again |
-| `~pause` | std_srvs/SetBool | true pauses the calibration, false resumes it |
+| `~reset` | std_srvs/Trigger | discards the estimate and starts again; a pause goes on |
+| `~pause` | std_srvs/SetBool | true pauses the calibration: bearings are ignored; false, and nothing else, resumes it |
 | `~save` | std_srvs/Trigger | writes `result.yaml`, the URDF joint and more ([result.md](../how-to/result.md)) |
 
 ## Topics and services of the light detection

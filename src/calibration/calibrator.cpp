@@ -180,9 +180,11 @@ CalibrationResult Calibrator::result() const {
 
 void Calibrator::reset() {
   OutcomeObserver observer = std::move(observer_);
+  const bool paused = paused_;
   estimation_->forget(config_);
   *this = Calibrator(CalibratorConfig(config_), std::move(estimation_));
   observe(std::move(observer));
+  setPaused(paused);
 }
 
 InputOutcome Calibrator::judgeGeometry(const SensorGeometry& stated) const {

@@ -184,6 +184,7 @@ class CalibrationNodelet : public GuardedNodelet {
   bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
     return serve("reset", &response, [&] {
       response.message = "the calibration starts anew" + startAnew();
+      if (calibrator_->isPaused()) response.message += "; it is paused as before";
       saver_->expectAnotherMount();
       response.success = true;
       NODELET_INFO("~reset was called: %s", response.message.c_str());
@@ -286,7 +287,6 @@ class CalibrationNodelet : public GuardedNodelet {
   ClockWatch clock_watch_;
   StampWatch stamp_watch_;
   std::unique_ptr<ResultSaver> saver_;
-
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::ServiceServer reset_service_, pause_service_, save_service_;
   std::vector<ros::Subscriber> wheel_subscribers_;

@@ -126,6 +126,25 @@ class CalibrationClockTest(unittest.TestCase):
         self.wait_a_second()
         self.assertEqual(len(self.transforms), count, 'silent while the clock stands still')
 
+    # After test_clock, too.
+    # Promise refused: bearings after a clock that jumped back during a pause
+    def test_jump_back_during_a_pause(self):
+        self.set_clock(START_S + 500.0)
+        self.node.reset()
+        self.drive(START_S, 2.0)
+        self.assertTrue(self.node.pause_service(True).success)
+        self.node.wait_for(lambda e: e.state == CalibrationEstimate.PAUSED, 'paused')
+        self.set_clock(START_S + 400.0)
+        wait_until(self.jumps, 'the jump is said')
+        self.node.wait_for(lambda e: e.ticks_used == 0, 'from the beginning')
+        world = self.drive(START_S, 2.0)
+        paused = self.node.wait_for(lambda e: e.ticks_used == world.step, 'the wheels are followed')
+        self.assertEqual(paused.state, CalibrationEstimate.PAUSED)
+        self.assertEqual(paused.bearings_used, 0)
+        self.assertTrue(self.node.pause_service(False).success)
+        self.node.drive(world, 2.0)
+        self.node.wait_for(lambda e: e.bearings_used > 0, 'bearings are fused again')
+
     # After test_clock, which begins without a clock.
     def test_tf_goes_by_the_clock(self):
         now_s = START_S + 20.0

@@ -62,6 +62,20 @@ class CalibrationServicesTest(unittest.TestCase):
         self.assertNotEqual(after.state, CalibrationEstimate.PAUSED)
         self.assertEqual(after.bearings_gated, before.bearings_gated, 'the way driven meanwhile is known')
 
+    # Promise refused: bearings after a reset during a pause
+    def test_reset_does_not_end_a_pause(self):
+        self.drive(2.0)
+        self.assertTrue(self.node.pause_service(True).success)
+        response = self.node.reset_service()
+        self.assertIn('starts anew; it is paused as before', response.message)
+        self.node.wait_for(lambda e: e.ticks_used == 0, 'reset')
+        self.node.drive(self.world, 2.0)
+        paused = self.node.wait_for(lambda e: e.ticks_used > 0, 'the wheels are followed')
+        self.assertEqual(paused.state, CalibrationEstimate.PAUSED)
+        self.assertEqual(paused.bearings_used, 0)
+        self.assertTrue(self.node.pause_service(False).success)
+        self.assertGreater(self.drive(2.0).bearings_used, 0)
+
     # Promise kept: a request to save before there is an estimate, which the answer says
     def test_save_before_an_estimate_says_why_not(self):
         response = self.node.save_service()

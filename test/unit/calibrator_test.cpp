@@ -810,6 +810,20 @@ TEST(Calibrator, ResetForgetsEverything) {
   EXPECT_FALSE(result.base_from_sensor.has_value());
 }
 
+TEST(Calibrator, ResetDoesNotEndAPause) {
+  Calibrator calibrator(calibratorConfig());
+  const SimulatedRecord record = simulate(paperRobot(1), 10.0);
+  play(record, &calibrator);
+  calibrator.setPaused(true);
+  calibrator.reset();
+  const CalibrationResult result = play(record, &calibrator);
+  EXPECT_EQ(result.state, CalibrationState::kPaused);
+  EXPECT_GT(result.ticks_used, 0U);
+  EXPECT_EQ(result.bearings_used, 0U);
+  calibrator.setPaused(false);
+  EXPECT_NE(calibrator.result().state, CalibrationState::kPaused);
+}
+
 TEST(Calibrator, AWrongConfigurationListsAllErrors) {
   CalibratorConfig config = calibratorConfig();
   config.drive.wheel_separation_m = 0.0;

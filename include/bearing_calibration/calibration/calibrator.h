@@ -62,10 +62,11 @@ class Calibrator {
   void observe(OutcomeObserver observer) { observer_ = std::move(observer); }
 
   /// Forgets everything but the configuration and the observer, the counts and what was taken up
-  /// too.
+  /// too. What is paused stays so: who has said that bearings mean nothing has not taken it back.
   void reset();
   /// While paused, ticks are followed and bearings are ignored.
   void setPaused(bool paused);
+  bool isPaused() const { return paused_; }
 
  private:
   Calibrator(const CalibratorConfig& config, std::unique_ptr<FitsBeside> estimation);
