@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "bearing_calibration/calibration/calibrator.h"
@@ -19,8 +20,8 @@
 namespace bearing_calibration_ros {
 
 /// Publishes what a calibration knows, as often as the rates allow:
-/// - ~estimate, and for each newly fused bearing ~base_from_camera and ~transform, latched, so that
-///   who comes late sees the last one; on request the mount on /tf, too;
+/// - ~estimate, and for each newly fused bearing and each fit ~base_from_camera and ~transform,
+///   latched, so that who comes late sees the last one; on request the mount on /tf, too;
 /// - ~predicted_bearing: where the sensor should see the light, by the newest wheel readings;
 /// - ~markers, latched, and while somebody listens to them the start frame on /tf. It hangs on the
 ///   base, not the base on it: the base may have a parent already (REP 105), and a frame has one.
@@ -36,7 +37,7 @@ class CalibrationPublisher {
   /// Only when it publishes the result is asked for: to build one takes longer than to follow a
   /// wheel reading.
   void offerEstimate();
-  /// Publishes the estimate whatever there is; the poses still only when their stamp is a new one.
+  /// Publishes the estimate whatever there is; the poses still only when they are news.
   void publishEstimate();
   /// Sends the mount to /tf when that is asked for, an estimate is there, and `now` is a new
   /// moment: TF takes each stamp once. Never to /tf_static: what is there cannot be taken back.
@@ -76,6 +77,8 @@ class CalibrationPublisher {
   std::uint32_t remarks_before_ = 0;  ///< on inputs, at the last diagnostics
   ros::SteadyTime last_published_, last_drawn_;
   core::Stamp last_pose_, last_predicted_, last_start_;
+  core::Stamp last_fused_;                         ///< at the last pose; its own may be later
+  std::optional<core::MountEstimate> last_mount_;  ///< of the last pose
   ros::Time last_transform_;
 };
 

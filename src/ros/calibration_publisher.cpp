@@ -79,9 +79,14 @@ void CalibrationPublisher::publishEstimate() {
   const core::CalibrationResult result = calibrator_->result();
   estimate_publisher_.publish(
       messageFromResult(result, joint_states_without_wheels_, frames_.base));
-  if (!result.base_from_sensor || result.stamp <= last_pose_) return;
-  last_pose_ = result.stamp;
-  const auto pose = mountAt(result.stamp, *result.base_from_sensor);
+  if (!result.base_from_sensor || result.stamp < last_fused_) return;
+  // Between two bearings a fit that is taken over changes the mount. No stamp is sent twice.
+  const bool is_said = !last_mount_ || result.base_from_sensor == last_mount_;
+  if (result.stamp == last_fused_ && is_said) return;
+  last_fused_ = result.stamp;
+  last_mount_ = result.base_from_sensor;
+  last_pose_ = std::max(result.stamp, last_pose_ + std::chrono::nanoseconds(1));
+  const auto pose = mountAt(last_pose_, *result.base_from_sensor);
   pose_publisher_.publish(pose);
   transform_publisher_.publish(transformFromPose(pose.header, pose.pose.pose, frames_.sensor));
 }
@@ -158,7 +163,8 @@ void CalibrationPublisher::restart() {
 }
 
 void CalibrationPublisher::restartStamps() {
-  last_pose_ = {};
+  last_pose_ = last_fused_ = {};
+  last_mount_.reset();
   last_transform_ = {};
 }
 

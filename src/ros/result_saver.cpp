@@ -124,8 +124,10 @@ void ResultSaver::see() {
   const core::CalibrationResult newest = newest_();
   if (newest.state == core::CalibrationState::kPaused) return;
   const std::lock_guard<std::mutex> lock(mutex_);
+  // A fit that is taken over late says more of the bearings that were there before.
   const bool is_same = newest.state == seen_.state && newest.stamp == seen_.stamp &&
-                       newest.bearings_used == seen_.bearings_used;
+                       newest.bearings_used == seen_.bearings_used &&
+                       newest.base_from_sensor == seen_.base_from_sensor;
   if (!is_same) saved_.reset();
   seen_ = newest;
 }

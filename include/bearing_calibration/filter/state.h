@@ -64,6 +64,11 @@ struct CartesianEstimate {
 struct MountEstimate {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+
+  /// To the bit: whether there is news, of a fit for instance.
+  friend bool operator==(const MountEstimate& a, const MountEstimate& b) {
+    return a.mean == b.mean && a.covariance == b.covariance;
+  }
 };
 
 /// What is known of the robot's errors; zero where they are not looked for.
