@@ -109,14 +109,17 @@ void FitsBeside::serve() {
     if (is_ending_) return;
     lock.unlock();
     std::exception_ptr error;
+    bool has_ended = false;
     try {
       fit();
+      has_ended = true;
     } catch (const Cancelled&) {
     } catch (...) {
       error = std::current_exception();
     }
     lock.lock();
-    if (stage_ == Stage::kEnded) continue;
+    // Its stage says so since takeFrames(): by now it may be that of the next fit, begun meanwhile.
+    if (has_ended) continue;
     stage_ = Stage::kIdle;
     if (fit_epoch_ == epoch_) error_ = error;
   }

@@ -279,6 +279,32 @@ bool loseTheLight(std::uint64_t seed) {
   return true;
 }
 
+// An input that comes at the moment when a fit ends takes it over and may begin the next one before
+// the worker's thread has gone on. Who asks without a pause meets that moment often.
+// Promise unharmed: inputs at the very moment when a fit ends
+TEST(FitsBeside, AFitThatBeginsAsOneEndsIsNotLost) {
+  constexpr int kDrives = 2;
+  constexpr std::size_t kImages = 12;  // at once: the next fit is due when this one has ended
+  CalibratorConfig config = configFor(1);
+  config.refit_growth = 0.0;
+  const std::vector<Frame> frames = framesOf(danceWith(1, 60.0));
+  std::uint32_t begun_at_an_end = 0;
+  for (int drive = 0; drive < kDrives; ++drive) {
+    FitsBeside fits(config, FitsRun::kBeside);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      fits.process(frames[i]);
+      if (i % kImages != 0) continue;
+      const std::uint32_t taken = fits.report().taken;
+      do fits.takeOver();
+      while (fits.report().under_way);
+      ASSERT_FALSE(fits.live().isWorkDue()) << "image " << i << ", drive " << drive;
+      if (fits.report().taken > taken + 1) ++begun_at_an_end;
+    }
+    ASSERT_EQ(fits.report().dropped, 0U);
+  }
+  EXPECT_GT(begun_at_an_end, 0U);
+}
+
 TEST(FitsBeside, ANewStartDropsTheFitThatWasBegunBeforeIt) {
   std::uint64_t seed = 1;
   while (!loseTheLight(seed)) ++seed;
