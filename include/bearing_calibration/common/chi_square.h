@@ -6,7 +6,7 @@ namespace bearing_calibration::core {
 /// @throws std::domain_error unless degrees_of_freedom > 0 and 0 <= probability < 1.
 double chiSquareQuantile(double probability, double degrees_of_freedom);
 
-/// The same for what it exceeds with `probability`, however small: 1 less it would be 1.
+/// Value that it exceeds with `probability`, which may be so small that 1 less it would be 1.
 /// @throws std::domain_error unless degrees_of_freedom > 0 and 0 < probability <= 1.
 double chiSquareExceededBy(double probability, double degrees_of_freedom);
 
