@@ -37,6 +37,15 @@ def load(path, *arguments):
     return config
 
 
+def loadWith(files, path, *arguments):
+    """Parameters of a launch file with {argument: text} as files of these texts."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in files.items():
+            with open(os.path.join(folder, name), 'w') as file:
+                file.write(text)
+        return load(path, *arguments, *('%s:=%s' % (name, os.path.join(folder, name)) for name in files)).params
+
+
 def declaredNodelets():
     tree = ElementTree.parse(os.path.join(REPOSITORY, 'nodelet_plugins.xml'))
     return {element.get('name') for element in tree.iter('class')}
@@ -82,16 +91,11 @@ class LaunchFiles(unittest.TestCase):
         self.assertEqual(len(names), len(set(names)), names)
 
     def testLiveGivesItsPartsWhatTheyAreToHave(self):
-        with tempfile.TemporaryDirectory() as folder:
-            arguments = ['drive:=true', 'wheel_separation:=0.4', 'sensor_frame:=eye']
-            for name, text in (('overrides', 'wheels: {max_apart: 0.11}'),
-                               ('detection_overrides', 'blink: {rate: 7.5}'),
-                               ('drive_overrides', 'limits: {wheel_speed: 0.05}')):
-                path = os.path.join(folder, name + '.yaml')
-                arguments.append('%s:=%s' % (name, path))
-                with open(path, 'w') as file:
-                    file.write(text)
-            params = load(os.path.join(REPOSITORY, 'launch', 'live.launch'), *arguments).params
+        params = loadWith({'overrides': 'wheels: {max_apart: 0.11}',
+                           'detection_overrides': 'blink: {rate: 7.5}',
+                           'drive_overrides': 'limits: {wheel_speed: 0.05}'},
+                          os.path.join(REPOSITORY, 'launch', 'live.launch'),
+                          'drive:=true', 'wheel_separation:=0.4', 'sensor_frame:=eye')
         expected = {'/calibration/wheels/separation': 0.4, '/calibration/wheels/max_apart': 0.11,
                     '/calibration_drive/wheels/separation': 0.4,
                     '/calibration_drive/wheels/max_apart': 0.11,
@@ -102,15 +106,9 @@ class LaunchFiles(unittest.TestCase):
         self.assertNotIn('/light_detection/wheels/separation', params)
 
     def testTheDriveTakesItsParametersFromTheRobotsFileToo(self):
-        with tempfile.TemporaryDirectory() as folder:
-            arguments = []
-            for name, text in (('robot', 'region: {radius: 0.7}\nlimits: {wheel_speed: 0.06}'),
-                               ('overrides', 'limits: {wheel_speed: 0.05}')):
-                path = os.path.join(folder, name + '.yaml')
-                arguments.append('%s:=%s' % (name, path))
-                with open(path, 'w') as file:
-                    file.write(text)
-            params = load(os.path.join(REPOSITORY, 'launch', 'drive.launch'), *arguments).params
+        params = loadWith({'robot': 'region: {radius: 0.7}\nlimits: {wheel_speed: 0.06}',
+                           'overrides': 'limits: {wheel_speed: 0.05}'},
+                          os.path.join(REPOSITORY, 'launch', 'drive.launch'))
         self.assertEqual(params['/calibration_drive/region/radius'].value, 0.7)
         self.assertEqual(params['/calibration_drive/limits/wheel_speed'].value, 0.05)
 
