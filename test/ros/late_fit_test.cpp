@@ -4,10 +4,8 @@
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
 #include <ros/ros.h>
-#include <stdlib.h>
 
 #include <chrono>
-#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -18,6 +16,7 @@
 #include "bearing_calibration_ros/result_saver.h"
 #include "support/simulated_calibration.h"
 #include "support/some_calibration.h"
+#include "support/temporary_folder.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -124,11 +123,10 @@ TEST(CalibrationPublisher, PublishesWhatALateFitSays) {
 
 // Promise kept: a fit that ends after the last input
 TEST(ResultSaver, SavesWhatALateFitSays) {
-  std::string folder = std::filesystem::temp_directory_path() / "late_fit_test.XXXXXX";
-  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  const core::TemporaryFolder folder;
   CalibrationNodeConfig config;
   config.frames = {"base_link", "camera"};
-  config.output.folder = folder + "/result";
+  config.output.folder = folder.path() / "result";
   config.calibrator.converged = {0.01, 0.005};
   const core::SavedCalibration some = core::someCalibration();
   config.unestimated_mount = some.unestimated;
@@ -152,7 +150,6 @@ TEST(ResultSaver, SavesWhatALateFitSays) {
     result.base_from_sensor->covariance *= 0.5;
   }
   EXPECT_EQ(saved()->result.base_from_sensor, result.base_from_sensor);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

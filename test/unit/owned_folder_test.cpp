@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,6 +16,8 @@
 #include <thread>
 #include <vector>
 
+#include "support/temporary_folder.h"
+
 namespace bearing_calibration::core {
 namespace {
 
@@ -25,14 +26,6 @@ namespace fs = std::filesystem;
 /// A folder for each test, removed at the end.
 class OwnedFolderTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "owned_folder_test.XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    top_ = pattern;
-    out_ = top_ / "out";
-  }
-  void TearDown() override { fs::remove_all(top_); }
-
   static std::string textOf(const fs::path& path) {
     std::ostringstream text;
     text << std::ifstream(path).rdbuf();
@@ -51,7 +44,9 @@ class OwnedFolderTest : public testing::Test {
   }
 
   using Names = std::set<std::string>;
-  fs::path top_, out_;
+  const TemporaryFolder own_;
+  const fs::path top_ = own_.path();
+  const fs::path out_ = top_ / "out";
 };
 
 TEST_F(OwnedFolderTest, MakesItWithWhatIsAboveIt) {

@@ -3,7 +3,6 @@
 #include "bearing_calibration_ros/parameter_files.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <cmath>
 #include <cstdio>
@@ -19,6 +18,7 @@
 #include "bearing_calibration_ros/detection_params.h"
 #include "bearing_calibration_ros/optics_file.h"
 #include "bearing_calibration_ros/param_reader.h"
+#include "support/temporary_folder.h"
 
 namespace bearing_calibration_ros {
 namespace {
@@ -189,20 +189,17 @@ TEST(ParametersFromYaml, NamesFileAndLineOfWhatCannotBeRead) {
 class NodesFiles : public testing::Test {
  protected:
   void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "param_files_test.XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
     files_.addNode("robot", write("robot.yaml", "frames: {sensor: camera}\nwheels: {radius: 0.1}"));
     files_.addNode("eye", write("eye.yaml", "frames: {sensor: camera}\nlens: {focus: 0.06}"));
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();
   }
 
-  fs::path folder_;
+  const core::TemporaryFolder own_;
+  const fs::path folder_ = own_.path();
   ParameterFiles files_;
 };
 

@@ -1,7 +1,6 @@
 #include "bearing_calibration/output/result_file.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 #include <sys/stat.h>
 #include <yaml-cpp/yaml.h>
 
@@ -13,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "support/temporary_folder.h"
+
 namespace bearing_calibration::core {
 namespace {
 
@@ -21,14 +22,6 @@ namespace fs = std::filesystem;
 /// A folder of its own for each test, removed at the end.
 class ResultFileTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "result_file_test.XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-    path_ = (folder_ / "result.yaml").string();
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string text() const {
     std::ostringstream text;
     text << std::ifstream(path_).rdbuf();
@@ -36,8 +29,9 @@ class ResultFileTest : public testing::Test {
   }
   void writeText(const std::string& text) const { std::ofstream(path_) << text; }
 
-  fs::path folder_;
-  std::string path_;
+  const TemporaryFolder own_;
+  const fs::path folder_ = own_.path();
+  const std::string path_ = folder_ / "result.yaml";
 };
 
 /// Positive definite, with entries that have no short decimal form.

@@ -1,7 +1,6 @@
 #include "bearing_calibration/output/result_store.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -9,6 +8,7 @@
 #include <string>
 
 #include "support/some_calibration.h"
+#include "support/temporary_folder.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -17,14 +17,7 @@ namespace fs = std::filesystem;
 
 class ResultStoreTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "result_store_test.XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    top_ = pattern;
-    out_ = top_ / "out";
-    terms_.targets = {0.01, 0.005};
-  }
-  void TearDown() override { fs::remove_all(top_); }
+  void SetUp() override { terms_.targets = {0.01, 0.005}; }
 
   /// A result with a mark by which it is known again, and standard deviations times `scale`.
   static SavedCalibration marked(const std::string& mark, CalibrationState state, double scale) {
@@ -47,7 +40,9 @@ class ResultStoreTest : public testing::Test {
   static constexpr auto kConverged = CalibrationState::kConverged;
   static constexpr auto kConverging = CalibrationState::kConverging;
   static constexpr std::ptrdiff_t kFiles = 8;  ///< result.yaml, the six forms, and the list of them
-  fs::path top_, out_;
+  const TemporaryFolder own_;
+  const fs::path top_ = own_.path();
+  const fs::path out_ = top_ / "out";
   SavingTerms terms_;
 };
 
