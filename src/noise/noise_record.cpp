@@ -38,9 +38,10 @@ NoiseRecord::NoiseRecord(const std::vector<Observation>& observations, const Bat
          std::nullopt});
     if (!errors.usesElevations() || !observation.elevation) continue;
     const ExpectedAngle over = expectElevation(layout, at, 0, observation.nearby);
+    const ObservationWeight& weight = fit.weights[i];
     steps_.back().elevation = {
         over.J_angle_state, observation.elevation->angle_rad - over.angle_rad,
-        fit.weights[i].elevation_doubt * observation.elevation->variance_rad2};
+        weight.elevation_widening * weight.elevation_doubt * observation.elevation->variance_rad2};
   }
   before_ = knownBeforehand(layout, path, kFreePass, errors, fit.known());
 }

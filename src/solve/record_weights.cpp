@@ -149,9 +149,9 @@ void RecordWeights::weighBearings(const RecordPath& path) {
     const double doubt = huber_ ? huber(sigmas(i, path), config_.huber_sigmas).doubt : 1.0;
     weights_[i].sensor_variance_rad2 = variance;
     weights_[i].bearing_variance_rad2 = variance * doubt;
-    weights_[i].elevation_doubt =
-        elevation_widening_.at(static_cast<std::size_t>(records_[i].light)) *
-        huber(elevationSigmas(i, path), kElevationHuberSigmas).doubt;
+    weights_[i].elevation_widening =
+        elevation_widening_.at(static_cast<std::size_t>(records_[i].light));
+    weights_[i].elevation_doubt = huber(elevationSigmas(i, path), kElevationHuberSigmas).doubt;
   }
 }
 

@@ -85,6 +85,9 @@ class Smoother {
 
  private:
   bool hasMotion(std::size_t i) const { return i > 0 || beginning_ != nullptr; }
+  double elevationVariance(std::size_t i) const {  ///< of an ordinary one
+    return weights_[i].elevation_widening * observations_[i].elevation->variance_rad2;
+  }
   void enterImage(std::size_t i, StateEstimate* estimate);
   void takeObservation(std::size_t i, StateEstimate* estimate);
   void goForward(const SmootherPrior& prior);
@@ -134,8 +137,7 @@ void Smoother::takeObservation(std::size_t i, StateEstimate* estimate) {
   if (!takes_elevations_ || !observation.elevation) return;
   forward.elevation =
       linearise(expectElevation(layout_, path, observation.light, observation.nearby),
-                observation.elevation->angle_rad,
-                weight.elevation_doubt * observation.elevation->variance_rad2);
+                observation.elevation->angle_rad, weight.elevation_doubt * elevationVariance(i));
   smoothed.elevation = forward.elevation->innovation;
   apply(*forward.elevation, estimate);
 }
@@ -184,7 +186,7 @@ void Smoother::goBackward() {
     SmoothedObservation& smoothed = pass_.observations[i];
     const auto& [azimuth, elevation] = forward_[i];
     if (elevation) {
-      future.add(*elevation, pullVariance(*elevation, observations_[i].elevation->variance_rad2),
+      future.add(*elevation, pullVariance(*elevation, elevationVariance(i)),
                  future.N() * elevation->gain);
     }
     const StateVector N_gain = future.N() * azimuth.gain;

@@ -106,6 +106,34 @@ TEST(Smoother, WhatTheRobotDidBeforeTheFirstImageCountsForNothing) {
   EXPECT_EQ(same.covariance, last.covariance);
 }
 
+// A widened variance is what an ordinary elevation has, as if its sensor had said so.
+TEST(Smoother, AWidenedElevationIsNoDoubtfulOne) {
+  constexpr double kWidening = 5.0;
+  constexpr double kVariance_rad2 = 1e-4;
+  ErrorPriors priors;
+  priors.setBlock(SensorTilt::kName, 0.02);
+  const auto passWith = [&](double widening, double variance_rad2) {
+    ObservationRun run = shortRun(1);
+    std::vector<ObservationWeight> weights = plainWeights(run.observations);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      run.observations[i].elevation = {0.2, variance_rad2};
+      weights[i].elevation_widening = widening;
+    }
+    RecordPath path = pathOf(run);
+    path.errors(heightAt(0)) = 0.4;  // at which an elevation tells how far away the light is
+    return smooth(run.observations, weights, path, kFreePass, priors);
+  };
+  const SmootherPass widened = passWith(kWidening, kVariance_rad2);
+  const SmootherPass stated = passWith(1.0, kWidening * kVariance_rad2);
+  EXPECT_EQ(widened.last.mean, stated.last.mean);
+  for (std::size_t i = 1; i < stated.observations.size(); ++i) {
+    EXPECT_EQ(widened.observations[i].slip_gain, stated.observations[i].slip_gain) << i;
+    EXPECT_EQ(widened.observations[i].mount_displacement.information,
+              stated.observations[i].mount_displacement.information)
+        << i;
+  }
+}
+
 // The least cost of a linear problem is that of its innovations.
 TEST(Smoother, ItsCostsAddUpToThatOfTheInnovations) {
   const ObservationRun run = shortRun(1);

@@ -23,8 +23,10 @@ struct ObservationWeight {
   double bearing_variance_rad2 = 0.0;  ///< what the pass uses: larger for a doubtful bearing
   bool use_bearing = true;
   bool slipped = false;  ///< the motion to this observation's image is not trusted at all
-  double elevation_doubt =
-      1.0;  ///< times the elevation's own variance; it is used with the bearing
+  /// Times the elevation's own variance: of an ordinary one, and that again for a doubtful one. It
+  /// is used with the bearing.
+  double elevation_widening = 1.0;
+  double elevation_doubt = 1.0;
 };
 
 /// An observation's place on the path that a pass is linearised about.
