@@ -1,6 +1,6 @@
 #pragma once
 
-#include <actionlib/server/simple_action_server.h>
+#include <actionlib/server/action_server.h>
 #include <bearing_calibration/CalibrationDriveAction.h>
 #include <bearing_calibration/CalibrationEstimate.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
@@ -86,26 +86,57 @@ inline msg::CalibrationDriveResult resultFrom(const core::CalibrationDriver& dri
   return result;
 }
 
-/// The action ~drive.
-class DriveActionServer : public actionlib::SimpleActionServer<msg::CalibrationDriveAction> {
+/// The action ~drive, with one goal at a time. Unlike actionlib's own server of that kind it takes
+/// a goal whatever its stamp is: clocks begin anew, and those of two computers differ.
+class DriveActionServer {
  public:
-  explicit DriveActionServer(const ros::NodeHandle& private_node_handle)
-      : SimpleActionServer(private_node_handle, "drive", false) {}
+  using Server = actionlib::ActionServer<msg::CalibrationDriveAction>;
+  using Goal = Server::GoalHandle;
 
+  /// @param on_goal    gets each goal, which it has to accept()
+  /// @param on_cancel  is called when the goal under way is to end
+  DriveActionServer(const ros::NodeHandle& private_node_handle,
+                    const std::function<void(const Goal&)>& on_goal,
+                    const std::function<void()>& on_cancel)
+      : server_(
+            private_node_handle, "drive", on_goal,
+            [this, on_cancel](const Goal& goal) {
+              if (goal == goal_) on_cancel();
+            },
+            false) {
+    server_.start();
+  }
+
+  /// The goal before it must have ended.
+  void accept(const Goal& goal) {
+    goal_ = goal;
+    goal_.setAccepted();
+  }
+  void refuse(const std::string& why) {
+    goal_.setAborted({}, why);
+    goal_ = {};
+  }
   void report(const msg::CalibrationDriveFeedback& feedback) {
-    if (isActive()) publishFeedback(feedback);
+    if (isActive()) goal_.publishFeedback(feedback);
   }
   /// Ends the goal, where there is one.
   void finish(const msg::CalibrationDriveResult& result) {
     if (!isActive()) return;
     if (result.end == msg::CalibrationDriveResult::CONVERGED) {
-      setSucceeded(result, result.end_text);
+      goal_.setSucceeded(result, result.end_text);
     } else if (result.end == msg::CalibrationDriveResult::CANCELLED) {
-      setPreempted(result, result.end_text);
+      goal_.setCanceled(result, result.end_text);
     } else {
-      setAborted(result, result.end_text);
+      goal_.setAborted(result, result.end_text);
     }
+    goal_ = {};
   }
+
+ private:
+  bool isActive() const { return goal_.getGoal() != nullptr; }
+
+  Server server_;
+  Goal goal_;  ///< the one under way; empty without any
 };
 
 /// What people see of a drive: ~path (driven), ~plan (planned), and

@@ -80,10 +80,10 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     publisher_ = std::make_unique<DrivePublisher>(private_node_handle_, config_.start_frame);
     commands_.emplace([publisher = node_handle_.advertise<geometry_msgs::Twist>("cmd_vel", 1)](
                           const geometry_msgs::Twist& twist) { publisher.publish(twist); });
-    action_server_ = std::make_unique<DriveActionServer>(private_node_handle_);
-    action_server_->registerGoalCallback([this] { guarded("goal", [this] { onActionGoal(); }); });
-    action_server_->registerPreemptCallback([this] { end(DriveEnd::kCancelled); });
-    action_server_->start();
+    action_server_ = std::make_unique<DriveActionServer>(
+        private_node_handle_,
+        [this](const auto& goal) { guarded("goal", [&] { onActionGoal(goal); }); },
+        [this] { end(DriveEnd::kCancelled); });
     start_service_ =
         private_node_handle_.advertiseService("start", &CalibrationDriveNodelet::onStart, this);
     stop_service_ =
@@ -156,12 +156,13 @@ class CalibrationDriveNodelet : public GuardedNodelet {
 
   /// A goal replaces the drive before it at once. If it is refused, the robot stops all the same:
   /// who sent it meant another drive than the one under way.
-  void onActionGoal() {
+  void onActionGoal(const DriveActionServer::Goal& handle) {
     end(DriveEnd::kCancelled);
-    if (action_server_->isActive()) action_server_->finish(resultFrom(*driver_, estimate_));
-    const msg::CalibrationDriveGoalConstPtr goal = action_server_->acceptNewGoal();
+    if (driver_) action_server_->finish(resultFrom(*driver_, estimate_));
+    action_server_->accept(handle);
+    const auto goal = handle.getGoal();
     const std::string error = begin(goal->motion, goal->max_time_s, goal->max_path_m);
-    if (!error.empty()) action_server_->setAborted({}, error);
+    if (!error.empty()) action_server_->refuse(error);
   }
 
   bool onStart(msg::StartDrive::Request& request, msg::StartDrive::Response& response) {

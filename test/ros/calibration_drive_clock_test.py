@@ -9,6 +9,7 @@ import unittest
 
 import rospy
 import rostest
+from bearing_calibration.msg import CalibrationDriveActionGoal
 from rosgraph_msgs.msg import Log
 
 from calibration_world import wait_until
@@ -31,7 +32,7 @@ class CalibrationDriveClockTest(unittest.TestCase):
         del self.logs[:]
 
     def start(self):
-        """By the service: actionlib refuses goals of an earlier stamp than the last one's."""
+        """By the service, which knows no stamps."""
         self.assertTrue(self.robot.start_service('dance', 0.0, 0.0).success)
         wait_until(self.robot.is_moving, 'the robot moves')
 
@@ -65,6 +66,23 @@ class CalibrationDriveClockTest(unittest.TestCase):
                     wait_until(self.robot.is_standing, 'the last command is to stand')
                 self.robot.forget()
                 self.assertDrives()
+
+    # Promise stands: a goal of an earlier stamp than the one before it
+    def test_a_goal_of_an_earlier_stamp_is_driven(self):
+        """It is the newest one all the same: of a computer whose clock is late, or of a time that has begun anew."""
+        goals = rospy.Publisher('calibration_drive/drive/goal', CalibrationDriveActionGoal, queue_size=1)
+        wait_until(goals.get_num_connections, 'the action server')
+        for ahead_s in (1000.0, 0.0):
+            with self.subTest(ahead_s=ahead_s):
+                self.robot.forget()
+                goal = CalibrationDriveActionGoal()
+                goal.goal_id.id = 'ahead by %g s' % ahead_s
+                goal.goal_id.stamp = rospy.Time.now() + rospy.Duration(ahead_s)
+                goal.goal.motion = 'dance'
+                goals.publish(goal)
+                wait_until(self.robot.is_moving, 'the robot moves')
+                self.robot.stop_service()
+                wait_until(self.robot.is_standing, 'the last command is to stand')
 
     # Promise stands: stamps of wheel readings that begin anew
     def test_after_the_wheels_stamps_have_begun_anew_it_drives(self):
