@@ -3,6 +3,7 @@
 import glob
 import os
 import re
+import shlex
 import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
@@ -125,6 +126,13 @@ class LaunchFiles(unittest.TestCase):
                           'bearings:=/eye/bearings', 'detect:=' + detect)
             player, = [node for node in config.nodes if node.name == 'player']
             self.assertEqual('/eye/bearings' in player.args.split(), is_played)
+
+    def testBagsMayHaveSpacesInTheirNames(self):
+        for launch, name, word in (('replay.launch', 'player', '--bags=/tmp/a robot\'s/a.bag'),
+                                   ('demo.launch', 'recorder', '/tmp/a robot\'s/a.bag')):
+            config = load(os.path.join(REPOSITORY, 'launch', launch), "bag:=/tmp/a robot's/a.bag")
+            node, = [node for node in config.nodes if node.name == name]
+            self.assertIn(word, shlex.split(node.args))
 
     def testTheirNodeletsAreDeclared(self):
         loaded = set()
