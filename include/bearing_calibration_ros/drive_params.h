@@ -10,6 +10,7 @@
 #include "bearing_calibration/planning/calibration_driver.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
+#include "bearing_calibration_ros/sensor_places.h"
 #include "bearing_calibration_ros/wheel_input.h"
 
 namespace bearing_calibration_ros {
@@ -60,8 +61,7 @@ struct DriveNodeConfig {
     params.number("timeouts/clock", clock_timeout_s, kBriefest_s, kLongest_s);
     params.read("enable/required", enable_required);
     params.number("drive/control_rate", control_rate_hz, kLeastControl_hz, kMostControl_hz);
-    params.read("drive/start_frame", start_frame);
-    params.notEmpty("drive/start_frame", start_frame);
+    declareFrame("drive/start_frame", start_frame, params);
   }
 };
 

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "bearing_calibration_ros/sensor_places.h"
 #include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
@@ -79,7 +80,8 @@ class GuardedNodelet : public nodelet::Nodelet {
   /// Says that messages are of another frame than the parameter's, which they are taken for.
   void checkFrame(const std::string& topic, const std::string& frame, const std::string& parameter,
                   const std::string& expected) {
-    if (frame.empty() || frame == expected || !throttle_.isDue(parameter)) return;
+    const bool is_it = frame.empty() || areOneFrame(frame, expected);
+    if (is_it || !throttle_.isDue(parameter)) return;
     NODELET_WARN("%s: frame '%s' is not %s '%s': taken as if it were", topic.c_str(), frame.c_str(),
                  parameter.c_str(), expected.c_str());
   }

@@ -15,6 +15,10 @@ namespace bearing_calibration_ros {
 
 /// tf2 knows no slash in front of a frame; drivers of the time before it set one.
 std::string withoutSlash(const std::string& frame);
+bool areOneFrame(const std::string& one, const std::string& other);
+
+/// Of a frame that is to be sent: with a slash in front it could not be found.
+void declareFrame(const std::string& name, std::string& frame, core::Parameters& params);
 
 /// A sensor's frame must have z up; the name of an optical one says that it has not.
 void requireLevel(core::Parameters& params, const std::string& sensor_frame);

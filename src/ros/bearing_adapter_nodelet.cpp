@@ -40,6 +40,12 @@ std::vector<geometry_msgs::Point> pointsOf(const geometry_msgs::PoseArray& messa
   return points;
 }
 
+std::vector<std::string> namesOf(const std::map<std::string, int>& lights_by_frame) {
+  std::vector<std::string> names;
+  for (const auto& [frame, light_id] : lights_by_frame) names.push_back(frame);
+  return names;
+}
+
 }  // namespace
 
 /// Points, poses, transforms or laser scans in, bearings of the light out.
@@ -58,8 +64,10 @@ class BearingAdapterNodelet : public GuardedNodelet {
     prediction_topic_ = getNodeHandle().resolveName("predicted_bearing");
     constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
     bearings_publisher_ = getNodeHandle().advertise<msg::LightBearings>("bearings", kBearingQueue);
+    std::string input = input_topic_;
+    if (is_tf) input += " for " + core::joined(namesOf(config_.lights_by_frame), ", ");
     diagnostics_ = makeDiagnostics("bearing adapter",
-                                   [this](auto& status) { counts_.fill(input_topic_, &status); });
+                                   [this, input](auto& status) { counts_.fill(input, &status); });
     subscribe();
   }
 
@@ -135,7 +143,7 @@ class BearingAdapterNodelet : public GuardedNodelet {
       const auto light = config_.lights_by_frame.find(withoutSlash(transform.child_frame_id));
       if (light == config_.lights_by_frame.end()) continue;
       const ros::Time last = std::exchange(last_seen_[light->first], transform.header.stamp);
-      if (transform.header.stamp == last) continue;  // sent again
+      if (transform.header.stamp == last && !last.isZero()) continue;  // sent again
       counts_.countMessage();
       const std::optional<Eigen::Isometry3d> sensor_from_frame = place(transform.header);
       if (!sensor_from_frame) continue;

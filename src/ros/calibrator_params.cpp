@@ -3,19 +3,10 @@
 #include <cstdlib>
 
 #include "bearing_calibration/common/owned_folder.h"
+#include "bearing_calibration_ros/sensor_places.h"
 #include "bearing_calibration_ros/thrown.h"
 
 namespace bearing_calibration_ros {
-namespace {
-
-void declareFrame(const std::string& name, std::string& frame, core::Parameters& params) {
-  params.read(name, frame);
-  params.that(!frame.empty() && frame.front() != '/' && frame.find(' ') == std::string::npos,
-              name + " must be a frame's name without slash in front and without spaces, but is '" +
-                  frame + "'");
-}
-
-}  // namespace
 
 void OutputConfig::declare(const FrameNames& frames, core::Parameters& params) {
   using namespace core::plausible;

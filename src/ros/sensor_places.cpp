@@ -8,6 +8,17 @@ std::string withoutSlash(const std::string& frame) {
   return frame.substr(frame.rfind('/', 0) == 0 ? 1 : 0);
 }
 
+bool areOneFrame(const std::string& one, const std::string& other) {
+  return withoutSlash(one) == withoutSlash(other);
+}
+
+void declareFrame(const std::string& name, std::string& frame, core::Parameters& params) {
+  params.read(name, frame);
+  params.that(!frame.empty() && frame.front() != '/' && frame.find(' ') == std::string::npos,
+              name + " must be a frame's name without slash in front and without spaces, but is '" +
+                  frame + "'");
+}
+
 void requireLevel(core::Parameters& params, const std::string& sensor_frame) {
   params.that(sensor_frame.find("optical") == std::string::npos,
               "frames/sensor must have z up, but '" + sensor_frame +

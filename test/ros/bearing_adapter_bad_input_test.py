@@ -65,6 +65,13 @@ def scan(**changes):
     return message
 
 
+def tag(stamp):
+    transform = TransformStamped(child_frame_id='tag_1')
+    transform.header.frame_id, transform.header.stamp = 'mast', stamp
+    transform.transform.translation.x = transform.transform.rotation.w = 1.0
+    return TFMessage([transform])
+
+
 class BearingAdapterBadInputTest(unittest.TestCase):
 
     @classmethod
@@ -73,12 +80,13 @@ class BearingAdapterBadInputTest(unittest.TestCase):
         cls.logs = []
         rospy.Subscriber('/rosout', Log, cls.logs.append)
         cls.poses, cls.scan = Adapter('poses', PoseArray), Adapter('scan', LaserScan)
+        cls.tags = Adapter('tags', TFMessage)
 
     def assertRefused(self, adapter, message, kind, *said):
         """It is counted and said; the next good message is answered, and it is the first one that is."""
         before, answers = adapter.count('refused: ' + kind), len(adapter.bearings)
         adapter.input.publish(message)
-        good = scan() if adapter is self.scan else poses(GOOD)
+        good = {self.poses: poses(GOOD), self.scan: scan(), self.tags: tag(rospy.Time.now())}[adapter]
         self.assertEqual(len(adapter.answerTo(good).candidates), 1)
         self.assertEqual(len(adapter.bearings), answers + 1, 'the bad one has no answer')
         self.assertEqual(adapter.count('refused: ' + kind), before + 1)
@@ -110,6 +118,17 @@ class BearingAdapterBadInputTest(unittest.TestCase):
         self.assertRefused(self.poses, poses(GOOD, frame=''), 'frame_id is empty', 'driver')
         self.assertRefused(self.poses, poses(GOOD, frame='eye'), 'no static transform', "'eye'",
                            "'mast'", 'static_transform_publisher X Y Z YAW PITCH ROLL mast eye')
+
+    # Promise refused: transforms of lights without a stamp
+    def test_a_transform_without_a_stamp(self):
+        for _ in range(2):
+            self.assertRefused(self.tags, tag(rospy.Time()), 'stamp is zero', 'driver')
+
+    # Promise named: on /tf, the frames of lights that do not come
+    def test_the_silence_of_frames_is_named(self):
+        wait_until(lambda: any(status.level == DiagnosticStatus.WARN and
+                               status.message == 'nothing comes on /tags/input for tag_1'
+                               for status in self.tags.statuses), 'a warning of silence')
 
     # Promise refused: a sensor on a moving frame
     def test_a_transform_that_moves_is_none(self):

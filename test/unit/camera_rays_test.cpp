@@ -50,6 +50,14 @@ tf2_msgs::TFMessage transform(const std::string& parent, const std::string& chil
   return message;
 }
 
+// Promise unharmed: bearings, predictions or odometry whose frame has a slash in front
+TEST(Frames, AreTheSameWithASlashInFront) {
+  EXPECT_TRUE(areOneFrame("camera", "/camera"));
+  EXPECT_TRUE(areOneFrame("/camera", "camera"));
+  EXPECT_FALSE(areOneFrame("/camera", "lidar"));
+  EXPECT_FALSE(areOneFrame("left/camera", "camera"));
+}
+
 TEST(CameraInfo, GivesTheLensItsNumbers) {
   EXPECT_EQ(kindOf(refusalOf(info())), "");
   const core::Camera camera = cameraFromMessage(info());

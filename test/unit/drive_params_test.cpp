@@ -77,6 +77,15 @@ TEST(DriveParams, WheelsFasterThanBelievedAreRefused) {
   EXPECT_NE(errorsWith("limits: {wheel_speed: 3.0}").find("wheels/max_speed"), std::string::npos);
 }
 
+TEST(DriveParams, AFrameThatTfWouldNotFindIsRefused) {
+  for (const char* frame : {"/drive_start", "drive start", "''"}) {
+    EXPECT_NE(
+        errorsWith(std::string("drive: {start_frame: ") + frame + "}").find("start_frame must"),
+        std::string::npos)
+        << frame;
+  }
+}
+
 TEST(DriveParams, OfAnUnreadSpeedOfTheWheelsNothingElseIsSaid) {
   EXPECT_EQ(errorsWith("wheels: {max_speed: fast}"),
             "1 wrong parameter(s):\n"
