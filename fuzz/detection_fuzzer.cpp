@@ -203,10 +203,7 @@ bool DetectionFuzzer::see(const sensor_msgs::Image& image,
     require(!refusal->kind.empty() && !refusal->text.empty(), "a refusal says nothing");
     return false;
   }
-  if (!bearings_) {
-    bearings_.emplace(config_);
-    adviser_.emplace(config_.detector);
-  }
+  if (!bearings_) bearings_.emplace(config_);
   if (config_.detector.mirror_kind == core::MirrorKind::kNone) {
     bearings_->setCamera(cameraOf(kind_, config_.detector.view));
   }
@@ -219,7 +216,7 @@ bool DetectionFuzzer::see(const sensor_msgs::Image& image,
   static ImageCount count;
   ++count.images;
   const core::DetectionResult& result = bearings_->result();
-  advice_.add(adviser_->adviceFor(result));
+  advice_.add(core::adviceFor(config_.detector, result));
   core::annotate(bearings_->grey(), result, config_.detector);
   if (const auto& learner = bearings_->learner()) requireOptics(*learner, config_.detector);
   return true;

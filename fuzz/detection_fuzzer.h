@@ -33,7 +33,6 @@ class DetectionFuzzer {
   std::uint8_t kind_;
   DetectionNodeConfig config_;
   std::optional<ImageBearings> bearings_;  ///< from the first image on
-  std::optional<core::ImageAdviser> adviser_;
   core::AdviceTally advice_;
 };
 

@@ -3,9 +3,13 @@
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <nodelet/detail/callback_queue.h>
 #include <nodelet/nodelet.h>
+#include <ros/node_handle.h>
 #include <ros/time.h>
 
+#include <boost/function.hpp>
 #include <boost/shared_ptr.hpp>
+#include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -36,6 +40,9 @@ class LogThrottle {
   ros::WallDuration period_;
   std::map<std::string, ros::SteadyTime> last_;
 };
+
+/// What has come and what was refused since the start, by its name in the diagnostics.
+using Counts = std::map<std::string, std::uint64_t>;
 
 /// What the nodelets share: one that cannot start says why, and an exception
 /// ends at its callback, so that the manager and its other nodelets live on.
@@ -86,14 +93,29 @@ class GuardedNodelet : public nodelet::Nodelet {
                  parameter.c_str(), expected.c_str());
   }
 
-  /// Diagnostics with one status, which `fill` fills in.
-  std::unique_ptr<diagnostic_updater::Updater> makeDiagnostics(
-      const std::string& name, const diagnostic_updater::TaskFunction& fill) {
-    auto diagnostics = std::make_unique<diagnostic_updater::Updater>(
-        getNodeHandle(), getPrivateNodeHandle(), getName());
-    diagnostics->setHardwareID("none");
-    diagnostics->add(name, fill);
-    return diagnostics;
+  /// Lets `take` have each message of a topic, as a guarded callback.
+  template <class Message, class Take>
+  ros::Subscriber listenTo(const std::string& topic, std::uint32_t queue, Take take) {
+    const boost::function<void(const boost::shared_ptr<const Message>&)> callback =
+        [this, topic, take](const boost::shared_ptr<const Message>& message) {
+          guarded(topic, [&] { take(message); });
+        };
+    return getNodeHandle().subscribe<Message>(topic, queue, callback, {},
+                                              ros::TransportHints().tcpNoDelay());
+  }
+
+  /// Diagnostics with one status, which `fill` fills in once a second, after `work`.
+  void startDiagnostics(
+      const std::string& name, const diagnostic_updater::TaskFunction& fill,
+      const std::function<void()>& work = [] {}) {
+    diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(),
+                                                                 getPrivateNodeHandle(), getName());
+    diagnostics_->setHardwareID("none");
+    diagnostics_->add(name, fill);
+    timer_ = getNodeHandle().createWallTimer(ros::WallDuration(1.0), [this, work](const auto&) {
+      guarded("timer", work);
+      guarded("diagnostics", [this] { diagnostics_->force_update(); });
+    });
   }
 
   LogThrottle throttle_{kWarningPeriod_s};
@@ -114,6 +136,8 @@ class GuardedNodelet : public nodelet::Nodelet {
   /// deletes the nodelet, whose subscribers still need it: it is held until they are gone.
   boost::shared_ptr<nodelet::detail::CallbackQueue> queue_;
   bool has_ended_ = false;  ///< under callback_mutex_
+  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+  ros::WallTimer timer_;
 };
 
 }  // namespace bearing_calibration_ros

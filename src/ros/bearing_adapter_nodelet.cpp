@@ -1,5 +1,6 @@
 #include <bearing_calibration/LightBearings.h>
 #include <bearing_calibration/PredictedBearing.h>
+#include <diagnostic_msgs/DiagnosticStatus.h>
 #include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseStamped.h>
@@ -19,10 +20,10 @@
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/input/point_bearing.h"
 #include "bearing_calibration/input/scan_bearings.h"
-#include "bearing_calibration_ros/adapter_diagnostics.h"
 #include "bearing_calibration_ros/adapter_params.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/guarded_nodelet.h"
+#include "bearing_calibration_ros/input_watch.h"
 #include "bearing_calibration_ros/sensor_places.h"
 
 namespace bearing_calibration_ros {
@@ -64,67 +65,53 @@ class BearingAdapterNodelet : public GuardedNodelet {
     prediction_topic_ = getNodeHandle().resolveName("predicted_bearing");
     constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
     bearings_publisher_ = getNodeHandle().advertise<msg::LightBearings>("bearings", kBearingQueue);
+    subscribe();
     std::string input = input_topic_;
     if (is_tf) input += " for " + core::joined(namesOf(config_.lights_by_frame), ", ");
-    diagnostics_ = makeDiagnostics("bearing adapter",
-                                   [this, input](auto& status) { counts_.fill(input, &status); });
-    subscribe();
+    startDiagnostics("bearing adapter",
+                     [this, input](auto& status) { fillDiagnostics(input, &status); });
   }
 
   void subscribe() {
     constexpr bool kOnce = true;
     constexpr bool kStarts = false;
-    static_subscriber_ = subscribeTo<tf2_msgs::TFMessage>(
-        "/tf_static", [this](const auto& message) { places_->add(message); });
+    static_subscriber_ = listenTo<tf2_msgs::TFMessage>(
+        "/tf_static", kQueue, [this](const auto& message) { places_->add(*message); });
     switch (config_.source) {
       case BearingSource::kPoint:
-        input_subscriber_ = subscribeToPoints<geometry_msgs::PointStamped>();
+        input_subscriber_ = listenToPoints<geometry_msgs::PointStamped>();
         break;
       case BearingSource::kPose:
-        input_subscriber_ = subscribeToPoints<geometry_msgs::PoseStamped>();
+        input_subscriber_ = listenToPoints<geometry_msgs::PoseStamped>();
         break;
       case BearingSource::kPoses:
-        input_subscriber_ = subscribeToPoints<geometry_msgs::PoseArray>();
+        input_subscriber_ = listenToPoints<geometry_msgs::PoseArray>();
         break;
       case BearingSource::kTf:
         image_timer_ = getNodeHandle().createWallTimer(
             ros::WallDuration(kImage_s),
             [this](const auto&) { guarded("tf", [this] { publishTransforms(); }); }, kOnce,
             kStarts);
-        input_subscriber_ = subscribeTo<tf2_msgs::TFMessage>(
-            input_topic_, [this](const auto& message) { addTransforms(message); });
+        input_subscriber_ = listenTo<tf2_msgs::TFMessage>(
+            input_topic_, kQueue, [this](const auto& message) { addTransforms(*message); });
         break;
       case BearingSource::kScan:
-        prediction_subscriber_ = subscribeTo<msg::PredictedBearing>(
-            prediction_topic_, [this](const auto& message) { takePrediction(message); });
-        input_subscriber_ = subscribeTo<sensor_msgs::LaserScan>(
-            input_topic_, [this](const auto& message) { takeScan(message); });
+        prediction_subscriber_ = listenTo<msg::PredictedBearing>(
+            prediction_topic_, kQueue, [this](const auto& message) { takePrediction(*message); });
+        input_subscriber_ = listenTo<sensor_msgs::LaserScan>(
+            input_topic_, kQueue, [this](const auto& message) { takeScan(*message); });
         break;
     }
-    timer_ = getNodeHandle().createWallTimer(ros::WallDuration(1.0), [this](const auto&) {
-      guarded("timer", [this] { diagnostics_->force_update(); });
-    });
   }
 
-  template <class Message, class Take>
-  ros::Subscriber subscribeTo(const std::string& topic, Take take) {
-    constexpr std::uint32_t kQueue = 1000;  // a busy /tf for seconds, as a player sends it at once
-    const boost::function<void(const boost::shared_ptr<const Message>&)> callback =
-        [this, topic, take](const boost::shared_ptr<const Message>& message) {
-          guarded(topic, [&] { take(*message); });
-        };
-    return getNodeHandle().subscribe<Message>(topic, kQueue, callback, {},
-                                              ros::TransportHints().tcpNoDelay());
-  }
   template <class Message>
-  ros::Subscriber subscribeToPoints() {
-    return subscribeTo<Message>(input_topic_, [this](const Message& message) {
-      takePoints(message.header, pointsOf(message));
+  ros::Subscriber listenToPoints() {
+    return listenTo<Message>(input_topic_, kQueue, [this](const auto& message) {
+      takePoints(message->header, pointsOf(*message));
     });
   }
 
   void takePoints(const std_msgs::Header& header, const std::vector<geometry_msgs::Point>& points) {
-    counts_.countMessage();
     const std::optional<Eigen::Isometry3d> sensor_from_frame = place(header);
     if (!sensor_from_frame) return;
     const bool is_one = config_.source != BearingSource::kPoses;
@@ -144,7 +131,6 @@ class BearingAdapterNodelet : public GuardedNodelet {
       if (light == config_.lights_by_frame.end()) continue;
       const ros::Time last = std::exchange(last_seen_[light->first], transform.header.stamp);
       if (transform.header.stamp == last && !last.isZero()) continue;  // sent again
-      counts_.countMessage();
       const std::optional<Eigen::Isometry3d> sensor_from_frame = place(transform.header);
       if (!sensor_from_frame) continue;
       const core::Stamp stamp = stampFromRos(transform.header.stamp);
@@ -169,7 +155,6 @@ class BearingAdapterNodelet : public GuardedNodelet {
   }
 
   void takeScan(const sensor_msgs::LaserScan& message) {
-    counts_.countMessage();
     const std::optional<Eigen::Isometry3d> sensor_from_frame = place(message.header);
     if (!sensor_from_frame) return;
     const core::LaserScan scan = scanFromMessage(message);
@@ -192,8 +177,11 @@ class BearingAdapterNodelet : public GuardedNodelet {
     set->candidates.back().light_id = light_id;
   }
 
-  /// Where a message's frame is in the sensor's; none, and a word, where nobody knows.
+  /// Where the frame of a message that has come is in the sensor's; none, and a word, where nobody
+  /// knows.
   std::optional<Eigen::Isometry3d> place(const std_msgs::Header& header) {
+    ++counts_["messages"];
+    silence_.saw(ros::SteadyTime::now().toSec());
     const std::optional<Refusal> refusal = places_->refusalOf(header);
     if (!refusal) return places_->sensorFrom(header.frame_id);
     refuse(refusal->kind, "the message is ignored: " + refusal->text);
@@ -201,34 +189,56 @@ class BearingAdapterNodelet : public GuardedNodelet {
   }
 
   void publish(const core::BearingSet& set) {
-    counts_.countPublished(set.candidates.size());
+    counts_["messages with a candidate"] += set.candidates.empty() ? 0 : 1;
     bearings_publisher_.publish(messageFromBearings(set, config_.sensor_frame));
   }
 
   void refuse(const std::string& kind, const std::string& text) {
-    counts_.countRefused(kind);
+    countRefused(kind);
     if (!throttle_.isDue(kind)) return;
     NODELET_WARN("%s: %s: %s", input_topic_.c_str(), kind.c_str(), text.c_str());
   }
 
   void onError(const std::string& callback, const std::string& error) override {
-    counts_.countRefused(callback);
+    countRefused(callback);
     GuardedNodelet::onError(callback, error);
   }
 
-  static constexpr double kImage_s = 0.5;  ///< in which the transforms of an image arrive
+  void countRefused(const std::string& kind) {
+    ++counts_["refused: " + kind];
+    refused_of_late_ = kind;
+  }
+
+  /// A warning when nothing comes or something was refused since the last call; fine otherwise.
+  void fillDiagnostics(const std::string& input,
+                       diagnostic_updater::DiagnosticStatusWrapper* status) {
+    using Status = diagnostic_msgs::DiagnosticStatus;
+    status->summary(Status::OK, input + " is read");
+    if (silence_.isSilent(ros::SteadyTime::now().toSec())) {
+      status->summary(Status::WARN, "nothing comes on " + input);
+    }
+    if (!refused_of_late_.empty()) {
+      status->summary(Status::WARN, input + " is refused: " + refused_of_late_);
+    }
+    for (const auto& [what, count] : counts_) status->add(what, count);
+    refused_of_late_.clear();
+  }
+
+  static constexpr double kImage_s = 0.5;        ///< in which the transforms of an image arrive
+  static constexpr std::uint32_t kQueue = 1000;  ///< a busy /tf for seconds, as a player sends it
 
   AdapterNodeConfig config_;
   std::unique_ptr<SensorPlaces> places_;
   std::optional<core::BearingPrediction> prediction_;
   core::BearingSet image_;                      ///< of transforms, not yet published
   std::map<std::string, ros::Time> last_seen_;  ///< by frame
-  AdapterDiagnostics counts_;
-  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+  Counts counts_{{"messages", 0}, {"messages with a candidate", 0}};
+  std::string refused_of_late_;
+  SilenceWatch silence_;
   std::string input_topic_, prediction_topic_;
   ros::Publisher bearings_publisher_;
   ros::Subscriber static_subscriber_, prediction_subscriber_, input_subscriber_;
-  ros::WallTimer image_timer_, timer_;
+  ros::WallTimer image_timer_;
 };
 
 }  // namespace bearing_calibration_ros

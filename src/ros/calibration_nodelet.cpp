@@ -52,7 +52,6 @@ class CalibrationNodelet : public GuardedNodelet {
     saver_ = std::make_unique<ResultSaver>(
         getNodeHandle(), config_, getName(), wheel_topic_ + ", " + bearing_topic_,
         [this] { return calibrator_->result(); }, &callback_mutex_);
-    diagnostics_ = makeDiagnostics("calibration", [this](auto& status) { diagnose(status); });
     resumeFromSavedResult();
     publisher_->publishEstimate();
     subscribe();
@@ -80,8 +79,8 @@ class CalibrationNodelet : public GuardedNodelet {
     bearing_subscriber_ =
         node_handle.subscribe("bearings", kBearingQueue, &CalibrationNodelet::onBearings, this,
                               ros::TransportHints().tcpNoDelay());
-    timer_ =
-        node_handle.createWallTimer(ros::WallDuration(1.0), &CalibrationNodelet::onSecond, this);
+    startDiagnostics(
+        "calibration", [this](auto& status) { diagnose(status); }, [this] { doEachSecond(); });
     if (!config_.output.publish_tf) return;
     constexpr double kTransformPeriod_s = 0.1;  // TF's listeners interpolate
     transform_timer_ =
@@ -170,15 +169,14 @@ class CalibrationNodelet : public GuardedNodelet {
     });
   }
 
-  void onSecond(const ros::WallTimerEvent&) {
-    guarded("fit", [&] { calibrator_->takeOverFit(); });  // there may be no inputs any more
-    guarded("timer", [&] {
-      timeOfReceipt();  // a clock that jumped back is noticed without inputs, too
-      publisher_->publishEstimate();
-      publisher_->offerMarkers();
-      diagnostics_->force_update();
-      saver_->check();
-    });
+  /// There may be no inputs any more.
+  void doEachSecond() {
+    const std::string error = thrownBy([&] { calibrator_->takeOverFit(); });
+    if (!error.empty()) onError("fit", error);
+    timeOfReceipt();  // a clock that jumped back
+    publisher_->publishEstimate();
+    publisher_->offerMarkers();
+    saver_->check();
   }
 
   bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -287,11 +285,9 @@ class CalibrationNodelet : public GuardedNodelet {
   ClockWatch clock_watch_;
   StampWatch stamp_watch_;
   std::unique_ptr<ResultSaver> saver_;
-  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::ServiceServer reset_service_, pause_service_, save_service_;
   std::vector<ros::Subscriber> wheel_subscribers_;
   ros::Subscriber bearing_subscriber_;
-  ros::WallTimer timer_;
   ros::Timer transform_timer_;
 };
 

@@ -48,7 +48,6 @@ class LightDetectionNodelet : public GuardedNodelet {
     config_ = readConfig<DetectionNodeConfig>(ParamReader(getPrivateNodeHandle()));
     keepOptics();
     bearings_ = std::make_unique<ImageBearings>(config_);
-    adviser_ = std::make_unique<core::ImageAdviser>(config_.detector);
     // Before the first callback may want to name them: the queue is served already.
     image_topic_ = getNodeHandle().resolveName("image");
     camera_info_topic_ = image_transport::getCameraInfoTopic(image_topic_);
@@ -82,29 +81,23 @@ class LightDetectionNodelet : public GuardedNodelet {
         private_node_handle, config_.detector,
         [this](const core::DetectorConfig& detector) { takeThresholds(detector); },
         [this](bool is_taken, const std::string& said) { say(is_taken, said); });
-    diagnostics_ = makeDiagnostics("light detection", [this](auto& status) { diagnose(status); });
   }
 
   void subscribe() {
-    const ros::TransportHints no_delay = ros::TransportHints().tcpNoDelay();
-    ros::NodeHandle& node_handle = getNodeHandle();
-    camera_info_subscriber_ = node_handle.subscribe(
-        camera_info_topic_, 1, &LightDetectionNodelet::onCameraInfo, this, no_delay);
+    camera_info_subscriber_ = listenTo<sensor_msgs::CameraInfo>(
+        camera_info_topic_, 1, [this](const auto& message) { takeCameraInfo(message); });
     if (rays_) {
       constexpr std::uint32_t kStaticQueue = 100;  // one message from each of their publishers
-      static_subscriber_ = node_handle.subscribe(
-          "/tf_static", kStaticQueue, &LightDetectionNodelet::onStaticTransforms, this, no_delay);
+      static_subscriber_ = listenTo<tf2_msgs::TFMessage>(
+          "/tf_static", kStaticQueue, [this](const auto& message) { rays_->add(*message); });
     }
-    prediction_subscriber_ = node_handle.subscribe(
-        "predicted_bearing", 1, &LightDetectionNodelet::onPrediction, this, no_delay);
+    prediction_subscriber_ = listenTo<msg::PredictedBearing>(
+        "predicted_bearing", 1, [this](const auto& message) { takePrediction(*message); });
     image_input_ = std::make_unique<ImageInput>(
-        node_handle, getPrivateNodeHandle(), config_.image_queue,
+        getNodeHandle(), getPrivateNodeHandle(), config_.image_queue,
         [this](const sensor_msgs::ImageConstPtr& image) { onImage(image); },
         [this](const Refusal& refusal) { refuse(refusal); });
-    timer_ =
-        node_handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
-          guarded("timer", [&] { diagnostics_->force_update(); });
-        });
+    startDiagnostics("light detection", [this](auto& status) { diagnose(status); });
   }
 
   void onImage(const sensor_msgs::ImageConstPtr& message) {
@@ -115,9 +108,10 @@ class LightDetectionNodelet : public GuardedNodelet {
       bearings_publisher_.publish(
           messageFromBearings(bearings_->detect(message, prediction_), config_.sensor_frame));
       const core::DetectionResult& result = bearings_->result();
-      counts_.add(result);
-      last_observation_ = LastObservation::of(result);
-      advice_tally_.add(adviser_->adviceFor(result));
+      addTo(&counts_, result);
+      is_used_ = true;
+      images_of_late_.see(result);
+      advice_tally_.add(core::adviceFor(config_.detector, result));
       if (annotated_publisher_.getNumSubscribers() > 0) publishAnnotated(message->header, result);
     });
   }
@@ -139,20 +133,14 @@ class LightDetectionNodelet : public GuardedNodelet {
     return Refusal{"no camera_info", required + "nothing came on " + camera_info_topic_};
   }
 
-  void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) {
-    guarded("camera_info", [&] {
-      camera_info_ = deliveredImage(*message);
-      if (rays_) rays_->add(message);
-      const std::string doubt = contradiction(*camera_info_, config_.detector);
-      if (!doubt.empty() && doubt != camera_info_doubt_) {
-        NODELET_WARN("%s: %s", camera_info_topic_.c_str(), doubt.c_str());
-      }
-      camera_info_doubt_ = doubt;
-    });
-  }
-
-  void onStaticTransforms(const tf2_msgs::TFMessageConstPtr& message) {
-    guarded("tf_static", [&] { rays_->add(*message); });
+  void takeCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) {
+    camera_info_ = deliveredImage(*message);
+    if (rays_) rays_->add(message);
+    const std::string doubt = contradiction(*camera_info_, config_.detector);
+    if (!doubt.empty() && doubt != camera_info_doubt_) {
+      NODELET_WARN("%s: %s", camera_info_topic_.c_str(), doubt.c_str());
+    }
+    camera_info_doubt_ = doubt;
   }
 
   std::string describeCameraInfo() const {
@@ -162,23 +150,25 @@ class LightDetectionNodelet : public GuardedNodelet {
   }
 
   void refuse(const Refusal& refusal) {
-    ++counts_.images_refused[refusal.kind];
+    countRefused(refusal.kind);
     if (!throttle_.isDue(refusal.kind)) return;
     NODELET_WARN("%s: image ignored (%s): %s", image_topic_.c_str(), refusal.kind.c_str(),
                  refusal.text.c_str());
   }
 
   void onError(const std::string& callback, const std::string& error) override {
-    ++counts_.images_refused[callback];
+    countRefused(callback);
     GuardedNodelet::onError(callback, error);
   }
 
-  void onPrediction(const msg::PredictedBearingConstPtr& message) {
-    guarded("prediction", [&] {
-      checkFrame(prediction_topic_, message->header.frame_id, "frames/sensor",
-                 config_.sensor_frame);
-      prediction_ = predictionFromMessage(*message);
-    });
+  void countRefused(const std::string& kind) {
+    ++counts_["images refused: " + kind];
+    is_refused_ = true;
+  }
+
+  void takePrediction(const msg::PredictedBearing& message) {
+    checkFrame(prediction_topic_, message.header.frame_id, "frames/sensor", config_.sensor_frame);
+    prediction_ = predictionFromMessage(message);
   }
 
   void publishAnnotated(const std_msgs::Header& header, const core::DetectionResult& result) {
@@ -219,24 +209,21 @@ class LightDetectionNodelet : public GuardedNodelet {
   void lookWith(const core::DetectorConfig& detector) {
     bearings_->setDetector(detector);
     config_.detector = detector;
-    adviser_ = std::make_unique<core::ImageAdviser>(detector);
   }
 
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
-    const bool used = counts_.images_used != counts_before_.images_used;
-    const bool refused = counts_.refused() != counts_before_.refused();
     const std::optional<core::Advice> advice = advice_tally_.take();
-    if (used) publishAdvice(advice);
-    if (used || refused) images_of_late_.refused = refused;
+    if (is_used_) publishAdvice(advice);
+    if (is_used_ || is_refused_) images_of_late_.refused = is_refused_;
+    is_used_ = is_refused_ = false;
     images_of_late_.silent = image_input_->isSilent();
-    counts_.images_dropped = image_input_->dropped();
-    fillDiagnostics(counts_, images_of_late_, last_observation_, &status);
+    counts_["images dropped for newer ones"] = image_input_->dropped();
+    fillDiagnostics(counts_, images_of_late_, &status);
     status.add("camera_info", describeCameraInfo());
     if (const auto& learner = bearings_->learner()) {
       if (optics_file_) optics_file_->see(*learner);
       fillOptics(*learner, &status);
     }
-    counts_before_ = counts_;
   }
 
   /// Published when its figures change, logged when its kind does. An empty text says that nothing
@@ -261,13 +248,10 @@ class LightDetectionNodelet : public GuardedNodelet {
   std::string camera_info_doubt_;
   sensor_msgs::ImageConstPtr last_image_;  ///< that could be used
 
-  DetectionCounts counts_;
-  DetectionCounts counts_before_;  ///< at the last diagnostics
-  LastObservation last_observation_;
-  std::unique_ptr<core::ImageAdviser> adviser_;
+  Counts counts_{{"images used", 0}};
+  bool is_used_ = false, is_refused_ = false;  ///< an image, since the last diagnostics
   core::AdviceTally advice_tally_;
   ImagesOfLate images_of_late_;
-  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   std::unique_ptr<image_transport::ImageTransport> private_images_;
   ros::Publisher bearings_publisher_, advice_publisher_;
   ros::ServiceServer mirror_service_;
@@ -276,7 +260,6 @@ class LightDetectionNodelet : public GuardedNodelet {
   std::string image_topic_, camera_info_topic_, prediction_topic_;
   std::unique_ptr<ImageInput> image_input_;
   ros::Subscriber camera_info_subscriber_, static_subscriber_, prediction_subscriber_;
-  ros::WallTimer timer_;
 };
 
 }  // namespace bearing_calibration_ros

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "bearing_calibration/common/formatted.h"
-#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -144,11 +143,9 @@ FocusGuess guessFocus(const DetectorConfig& config, const LightEllipse& ellipse)
   return best;
 }
 
-ImageAdviser::ImageAdviser(const DetectorConfig& config) : config_(validated(config)) {}
-
-std::optional<Advice> ImageAdviser::adviceFor(const DetectionResult& result) const {
+std::optional<Advice> adviceFor(const DetectorConfig& config, const DetectionResult& result) {
   if (const Detection* light = likeliestLight(result.lights)) {
-    return onExposure(config_.sensor, light->ellipse);
+    return onExposure(config.sensor, light->ellipse);
   }
   if (result.too_cluttered) {
     return Advice{AdviceKind::kTooCluttered,
@@ -160,7 +157,7 @@ std::optional<Advice> ImageAdviser::adviceFor(const DetectionResult& result) con
                             "the light on and in view? if so, lengthen the exposure",
                             result.background.median, result.threshold_levels)};
   }
-  return onRejected(config_, result);
+  return onRejected(config, result);
 }
 
 void AdviceTally::add(const std::optional<Advice>& advice) {

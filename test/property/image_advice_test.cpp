@@ -35,7 +35,7 @@ class Observations {
  public:
   explicit Observations(const RendererConfig& rendered,
                         const RadianceFunction& surroundings = test::plainWall)
-      : renderer_(rendered, surroundings), detector_(knownOptics()), adviser_(detector_.config()) {}
+      : renderer_(rendered, surroundings), detector_(knownOptics()) {}
 
   /// The advice that stands after images of observations all around.
   std::optional<Advice> advice(double brightness) {
@@ -51,13 +51,12 @@ class Observations {
   }
 
   std::optional<Advice> adviceOn(const cv::Mat& image) {
-    return adviser_.adviceFor(detector_.detect(image));
+    return adviceFor(detector_.config(), detector_.detect(image));
   }
 
  private:
   ImageRenderer renderer_;
   LightDetector detector_;
-  ImageAdviser adviser_;
 };
 
 RendererConfig focusedAt(double focus_distance_m) {

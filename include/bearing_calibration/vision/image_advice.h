@@ -27,18 +27,9 @@ struct Advice {
   std::string sentence;  ///< what is seen, with its figures, and what to change
 };
 
-/// Judges focus and exposure by what the detector saw in an image.
-class ImageAdviser {
- public:
-  /// @throws std::invalid_argument with every sentence of errorsOf().
-  explicit ImageAdviser(const DetectorConfig& config);
-
-  /// The first thing to change; none when the light is seen as it should be.
-  std::optional<Advice> adviceFor(const DetectionResult& result) const;
-
- private:
-  DetectorConfig config_;
-};
+/// The first thing to change in focus and exposure, by what the detector of this configuration saw
+/// in an image; none when the light is seen as it should be.
+std::optional<Advice> adviceFor(const DetectorConfig& config, const DetectionResult& result);
 
 /// The focus distance at which the lens would make a spot of this size; all else as configured.
 struct FocusGuess {
