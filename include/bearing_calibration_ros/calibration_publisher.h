@@ -27,6 +27,7 @@ namespace bearing_calibration_ros {
 ///   base, not the base on it: the base may have a parent already (REP 105), and a frame has one.
 class CalibrationPublisher {
  public:
+  /// @param config  that outlives this
   CalibrationPublisher(ros::NodeHandle private_node_handle, const CalibrationNodeConfig& config,
                        core::Calibrator* calibrator);
 
@@ -61,11 +62,7 @@ class CalibrationPublisher {
                                                    const core::MountEstimate& mount) const;
   void sendStart(const core::BasePlace& place);
 
-  const FrameNames frames_;
-  const OutputConfig output_;
-  const core::UnestimatedMount unestimated_mount_;
-  const core::Duration latency_;  ///< of the sensor's stamps
-  const VisualisationStyle style_;
+  const CalibrationNodeConfig& config_;
   core::Calibrator* const calibrator_;
   core::Visualiser visualiser_;
   ros::Publisher estimate_publisher_, pose_publisher_, transform_publisher_;

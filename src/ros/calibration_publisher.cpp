@@ -40,11 +40,7 @@ bool isDue(const ros::SteadyTime& last, double rate_hz) {
 CalibrationPublisher::CalibrationPublisher(ros::NodeHandle private_node_handle,
                                            const CalibrationNodeConfig& config,
                                            core::Calibrator* calibrator)
-    : frames_(config.frames),
-      output_(config.output),
-      unestimated_mount_(config.unestimated_mount),
-      latency_(core::durationFromSeconds(config.calibrator.bearings.latency_s)),
-      style_(visualisationStyleFrom(config)),
+    : config_(config),
       calibrator_(calibrator),
       visualiser_(kSigmas),
       estimate_publisher_(
@@ -57,7 +53,8 @@ CalibrationPublisher::CalibrationPublisher(ros::NodeHandle private_node_handle,
           private_node_handle.advertise<msg::PredictedBearing>("predicted_bearing", 1)),
       markers_publisher_(
           private_node_handle.advertise<visualization_msgs::MarkerArray>("markers", 1, kLatched)) {
-  if (output_.publish_tf) tf_broadcaster_ = std::make_unique<tf2_ros::TransformBroadcaster>();
+  if (config_.output.publish_tf)
+    tf_broadcaster_ = std::make_unique<tf2_ros::TransformBroadcaster>();
   calibrator_->observe([this](const core::AssociationOutcome& outcome) {
     visualiser_.see(outcome);
     expectNews();
@@ -70,7 +67,7 @@ void CalibrationPublisher::countJointStateWithoutWheels() {
 }
 
 void CalibrationPublisher::offerEstimate() {
-  if (has_news_ && isDue(last_published_, output_.max_rate_hz)) publishEstimate();
+  if (has_news_ && isDue(last_published_, config_.output.max_rate_hz)) publishEstimate();
 }
 
 void CalibrationPublisher::publishEstimate() {
@@ -78,7 +75,7 @@ void CalibrationPublisher::publishEstimate() {
   last_published_ = ros::SteadyTime::now();
   const core::CalibrationResult result = calibrator_->result();
   estimate_publisher_.publish(
-      messageFromResult(result, joint_states_without_wheels_, frames_.base));
+      messageFromResult(result, joint_states_without_wheels_, config_.frames.base));
   if (!result.base_from_sensor || result.stamp < last_fused_) return;
   // Between two bearings a fit that is taken over changes the mount. No stamp is sent twice.
   const bool is_said = !last_mount_ || result.base_from_sensor == last_mount_;
@@ -88,34 +85,37 @@ void CalibrationPublisher::publishEstimate() {
   last_pose_ = std::max(result.stamp, last_pose_ + std::chrono::nanoseconds(1));
   const auto pose = mountAt(last_pose_, *result.base_from_sensor);
   pose_publisher_.publish(pose);
-  transform_publisher_.publish(transformFromPose(pose.header, pose.pose.pose, frames_.sensor));
+  transform_publisher_.publish(
+      transformFromPose(pose.header, pose.pose.pose, config_.frames.sensor));
 }
 
 geometry_msgs::PoseWithCovarianceStamped CalibrationPublisher::mountAt(
     core::Stamp stamp, const core::MountEstimate& mount) const {
-  return poseFromMount(mount, unestimated_mount_, stamp, frames_.base);
+  return poseFromMount(mount, config_.unestimated_mount, stamp, config_.frames.base);
 }
 
 void CalibrationPublisher::sendTransform(const ros::Time& now) {
-  if (!output_.publish_tf || now <= last_transform_) return;
+  if (!config_.output.publish_tf || now <= last_transform_) return;
   const core::CalibrationResult result = calibrator_->result();
   if (!result.base_from_sensor) return;
   last_transform_ = now;
   const auto pose = mountAt(stampFromRos(now), *result.base_from_sensor);
   tf_broadcaster_->sendTransform(
-      transformFromPose(pose.header, pose.pose.pose, output_.tf_child_frame));
+      transformFromPose(pose.header, pose.pose.pose, config_.output.tf_child_frame));
 }
 
 void CalibrationPublisher::offerPrediction(core::Stamp newest_wheels) {
   const double since_last_s = core::secondsFromDuration(newest_wheels - last_predicted_);
-  if (since_last_s * output_.prediction_rate_hz < 1.0 ||
+  if (since_last_s * config_.output.prediction_rate_hz < 1.0 ||
       prediction_publisher_.getNumSubscribers() == 0) {
     return;
   }
-  const auto prediction = calibrator_->predictBearing(newest_wheels + latency_);
+  const core::Duration latency =
+      core::durationFromSeconds(config_.calibrator.bearings.latency_s);  // of the sensor's stamps
+  const auto prediction = calibrator_->predictBearing(newest_wheels + latency);
   if (!prediction) return;
   last_predicted_ = newest_wheels;
-  prediction_publisher_.publish(messageFromPrediction(*prediction, frames_.sensor));
+  prediction_publisher_.publish(messageFromPrediction(*prediction, config_.frames.sensor));
 }
 
 void CalibrationPublisher::offerMarkers() {
@@ -127,7 +127,7 @@ void CalibrationPublisher::offerMarkers() {
       visualiser_.draw(result, place ? place->start_from_base : core::Pose2{});
   if (markers_publisher_.getNumSubscribers() == 0) return;
   if (place) sendStart(*place);
-  markers_publisher_.publish(markersFromVisualisation(visualisation, stateText(result), style_));
+  markers_publisher_.publish(markersFromVisualisation(visualisation, stateText(result), config_));
 }
 
 void CalibrationPublisher::sendStart(const core::BasePlace& place) {
@@ -138,9 +138,9 @@ void CalibrationPublisher::sendStart(const core::BasePlace& place) {
   if (!tf_broadcaster_) tf_broadcaster_ = std::make_unique<tf2_ros::TransformBroadcaster>();
   std_msgs::Header header;
   header.stamp = rosFromStamp(last_start_);
-  header.frame_id = frames_.base;
+  header.frame_id = config_.frames.base;
   tf_broadcaster_->sendTransform(transformFromPose(
-      header, poseFromPlane(place.start_from_base.inverse()), output_.start_frame));
+      header, poseFromPlane(place.start_from_base.inverse()), config_.output.start_frame));
 }
 
 void CalibrationPublisher::diagnose(const std::string& silence,

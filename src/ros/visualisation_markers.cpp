@@ -73,24 +73,25 @@ void finish(bool is_known, std::vector<Marker>* markers, Marker marker) {
   markers->push_back(std::move(marker));
 }
 
-void addRobot(const VisualisationStyle& style, std::vector<Marker>* markers) {
+void addRobot(const CalibrationNodeConfig& config, std::vector<Marker>* markers) {
   constexpr double kBodyHeight_m = 0.02;
   constexpr double kWheelPart = 0.3;  // its width over its radius
-  Marker body = marker(style.base_frame, "robot", 0, Marker::CYLINDER, grey(kSheer));
-  setSize(style.wheel_separation_m, style.wheel_separation_m, kBodyHeight_m, &body);
+  const double separation_m = config.calibrator.drive.wheel_separation_m;
+  const double radius_m = config.calibrator.drive.left_wheel_radius_m;
+  Marker body = marker(config.frames.base, "robot", 0, Marker::CYLINDER, grey(kSheer));
+  setSize(separation_m, separation_m, kBodyHeight_m, &body);
   finish(true, markers, body);
   for (const int side : {1, -1}) {
     Marker wheel =
-        marker(style.base_frame, "robot", side > 0 ? 1 : 2, Marker::CYLINDER, grey(kOpaque));
-    wheel.pose.position.y = side * 0.5 * style.wheel_separation_m;
+        marker(config.frames.base, "robot", side > 0 ? 1 : 2, Marker::CYLINDER, grey(kOpaque));
+    wheel.pose.position.y = side * 0.5 * separation_m;
     wheel.pose.orientation.w = wheel.pose.orientation.x = std::sqrt(0.5);  // its axis along y
-    setSize(2.0 * style.wheel_radius_m, 2.0 * style.wheel_radius_m,
-            kWheelPart * style.wheel_radius_m, &wheel);
+    setSize(2.0 * radius_m, 2.0 * radius_m, kWheelPart * radius_m, &wheel);
     finish(true, markers, wheel);
   }
   constexpr double kHeadThickness = 3.0;  // of the arrow's shaft
-  Marker ahead = marker(style.base_frame, "robot", 3, Marker::ARROW, grey(kOpaque));
-  ahead.points = {pointAt({0.0, 0.0}, 0.0), pointAt({0.6 * style.wheel_separation_m, 0.0}, 0.0)};
+  Marker ahead = marker(config.frames.base, "robot", 3, Marker::ARROW, grey(kOpaque));
+  ahead.points = {pointAt({0.0, 0.0}, 0.0), pointAt({0.6 * separation_m, 0.0}, 0.0)};
   setSize(kThick_m, kHeadThickness * kThick_m, kHeadThickness * kThick_m, &ahead);
   finish(true, markers, ahead);
 }
@@ -120,13 +121,13 @@ Eigen::Vector2d awayFrom(const core::Pose2& pose, double direction_rad, double l
          Eigen::Vector2d(length_m * std::cos(direction_rad), length_m * std::sin(direction_rad));
 }
 
-void addSensor(const core::Visualisation& visualisation, const VisualisationStyle& style,
+void addSensor(const core::Visualisation& visualisation, const CalibrationNodeConfig& config,
                std::vector<Marker>* markers) {
   const bool is_known = visualisation.found.has_value();
   const auto found = visualisation.found.value_or(core::Visualisation::Found{});
-  const double z_m = style.sensor_height_m;
+  const double z_m = config.unestimated_mount.z_m;
   const core::Pose2& pose = found.base_from_sensor;
-  Marker axes = marker(style.base_frame, "sensor", 0, Marker::LINE_LIST, grey(kOpaque));
+  Marker axes = marker(config.frames.base, "sensor", 0, Marker::LINE_LIST, grey(kOpaque));
   axes.scale.x = 2.0 * kThin_m;
   const std_msgs::ColorRGBA axis_colours[] = {colour(1.0F, 0.1F, 0.1F, kOpaque),
                                               colour(0.1F, 0.9F, 0.1F, kOpaque)};
@@ -137,9 +138,9 @@ void addSensor(const core::Visualisation& visualisation, const VisualisationStyl
   }
   finish(is_known, markers, axes);
   addEllipse(found.sensor_ellipse_in_base, z_m, kThin_m, is_known,
-             marker(style.base_frame, "sensor", 1, Marker::LINE_STRIP, vermilion(kOpaque)),
+             marker(config.frames.base, "sensor", 1, Marker::LINE_STRIP, vermilion(kOpaque)),
              markers);
-  Marker band = marker(style.base_frame, "sensor", 3, Marker::LINE_LIST, vermilion(kOpaque));
+  Marker band = marker(config.frames.base, "sensor", 3, Marker::LINE_LIST, vermilion(kOpaque));
   band.scale.x = kThin_m;
   for (const int side : {1, -1}) {
     band.points.push_back(pointAt(pose.position_m, z_m));
@@ -149,47 +150,44 @@ void addSensor(const core::Visualisation& visualisation, const VisualisationStyl
   finish(is_known && found.sensor_yaw_band_rad < core::kPi, markers, band);
 }
 
-/// A ball (`id`) with its ellipse (`id` + 1 and + 2); one that the mount does not rest on is grey.
-void addLight(const core::Visualisation::Light& light, bool is_known, int id,
-              const VisualisationStyle& style, std::vector<Marker>* markers) {
-  const std_msgs::ColorRGBA body = light.in_estimate ? yellow(kOpaque) : grey(kOpaque);
-  const std_msgs::ColorRGBA around = light.in_estimate ? orange(kOpaque) : grey(kOpaque);
-  Marker ball = marker(style.start_frame, "light", id, Marker::SPHERE, body);
-  ball.pose.position = pointAt(light.in_start, style.sensor_height_m);
-  setSize(kLight_m, kLight_m, kLight_m, &ball);
-  finish(is_known, markers, ball);
-  const double above_ball_m = style.sensor_height_m + kLight_m;
-  addEllipse(light.ellipse_in_start, above_ball_m, 0.5 * kThick_m, is_known,
-             marker(style.start_frame, "light", id + 1, Marker::LINE_STRIP, around), markers);
-}
-
-void addLights(const core::Visualisation& visualisation, const VisualisationStyle& style,
+/// Each a ball with its ellipse; one that the mount does not rest on is grey.
+void addLights(const core::Visualisation& visualisation, const CalibrationNodeConfig& config,
                std::vector<Marker>* markers) {
   constexpr int kMarkersOfLight = 3;
   const auto found = visualisation.found.value_or(core::Visualisation::Found{});
-  for (int i = 0; i < style.most_lights; ++i) {
+  const std::string& frame = config.output.start_frame;
+  const double z_m = config.unestimated_mount.z_m;
+  for (int i = 0; i < config.calibrator.max_lights; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const bool is_there = at < found.lights.size();
-    addLight(is_there ? found.lights[at] : core::Visualisation::Light{{}, {}, i == 0}, is_there,
-             kMarkersOfLight * i, style, markers);
+    const bool is_known = at < found.lights.size();
+    const core::Visualisation::Light light =
+        is_known ? found.lights[at] : core::Visualisation::Light{{}, {}, i == 0};
+    const std_msgs::ColorRGBA body = light.in_estimate ? yellow(kOpaque) : grey(kOpaque);
+    const std_msgs::ColorRGBA around = light.in_estimate ? orange(kOpaque) : grey(kOpaque);
+    const int id = kMarkersOfLight * i;
+    Marker ball = marker(frame, "light", id, Marker::SPHERE, body);
+    ball.pose.position = pointAt(light.in_start, z_m);
+    setSize(kLight_m, kLight_m, kLight_m, &ball);
+    finish(is_known, markers, ball);
+    addEllipse(light.ellipse_in_start, z_m + kLight_m, 0.5 * kThick_m, is_known,
+               marker(frame, "light", id + 1, Marker::LINE_STRIP, around), markers);
   }
 }
 
-void addRay(const core::Visualisation& visualisation, const VisualisationStyle& style,
+void addRay(const core::Visualisation& visualisation, const CalibrationNodeConfig& config,
             std::vector<Marker>* markers) {
-  Marker ray = marker(style.start_frame, "ray", 0, Marker::LINE_LIST, yellow(kOpaque));
+  Marker ray = marker(config.output.start_frame, "ray", 0, Marker::LINE_LIST, yellow(kOpaque));
   ray.scale.x = 0.5 * kThick_m;
-  if (visualisation.ray_in_start) {
-    for (const Eigen::Vector2d& end : *visualisation.ray_in_start) {
-      ray.points.push_back(pointAt(end, style.sensor_height_m));
-    }
+  const double z_m = config.unestimated_mount.z_m;
+  if (const auto& ends = visualisation.ray_in_start) {
+    ray.points = {pointAt(ends->front(), z_m), pointAt(ends->back(), z_m)};
   }
   finish(visualisation.ray_in_start.has_value(), markers, ray);
 }
 
-void addPath(const core::Visualisation& visualisation, const VisualisationStyle& style,
+void addPath(const core::Visualisation& visualisation, const CalibrationNodeConfig& config,
              std::vector<Marker>* markers) {
-  Marker path = marker(style.start_frame, "path", 0, Marker::LINE_STRIP, blue(kOpaque));
+  Marker path = marker(config.output.start_frame, "path", 0, Marker::LINE_STRIP, blue(kOpaque));
   path.scale.x = kThick_m;
   for (const Eigen::Vector2d& point : visualisation.path_in_start) {
     path.points.push_back(pointAt(point, 0.0));
@@ -197,33 +195,28 @@ void addPath(const core::Visualisation& visualisation, const VisualisationStyle&
   finish(true, markers, path);
 }
 
-void addState(const std::string& state, const VisualisationStyle& style,
+void addState(const std::string& state, const CalibrationNodeConfig& config,
               std::vector<Marker>* markers) {
-  Marker text = marker(style.start_frame, "state", 0, Marker::TEXT_VIEW_FACING, grey(kOpaque));
+  Marker text =
+      marker(config.output.start_frame, "state", 0, Marker::TEXT_VIEW_FACING, grey(kOpaque));
   text.text = state;
   text.scale.z = kText_m;
-  text.pose.position = pointAt({0.0, kTextAside_m}, style.sensor_height_m);
+  text.pose.position = pointAt({0.0, kTextAside_m}, config.unestimated_mount.z_m);
   finish(!state.empty(), markers, text);
 }
 
 }  // namespace
 
-VisualisationStyle visualisationStyleFrom(const CalibrationNodeConfig& config) {
-  const core::DriveGeometry& drive = config.calibrator.drive;
-  return {config.frames.base,        config.output.start_frame,    drive.wheel_separation_m,
-          drive.left_wheel_radius_m, config.unestimated_mount.z_m, config.calibrator.max_lights};
-}
-
 visualization_msgs::MarkerArray markersFromVisualisation(const core::Visualisation& visualisation,
                                                          const std::string& state,
-                                                         const VisualisationStyle& style) {
+                                                         const CalibrationNodeConfig& config) {
   visualization_msgs::MarkerArray array;
-  addRobot(style, &array.markers);
-  addSensor(visualisation, style, &array.markers);
-  addLights(visualisation, style, &array.markers);
-  addRay(visualisation, style, &array.markers);
-  addPath(visualisation, style, &array.markers);
-  addState(state, style, &array.markers);
+  addRobot(config, &array.markers);
+  addSensor(visualisation, config, &array.markers);
+  addLights(visualisation, config, &array.markers);
+  addRay(visualisation, config, &array.markers);
+  addPath(visualisation, config, &array.markers);
+  addState(state, config, &array.markers);
   return array;
 }
 

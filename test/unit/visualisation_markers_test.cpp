@@ -13,7 +13,19 @@ namespace {
 namespace core = bearing_calibration::core;
 using visualization_msgs::Marker;
 
-const VisualisationStyle kStyle{"base_link", "calibration_start", 0.4, 0.1, 0.25};
+constexpr double kHeight_m = 0.25;
+constexpr double kSeparation_m = 0.4;
+
+CalibrationNodeConfig configOf(int most_lights) {
+  CalibrationNodeConfig config;
+  config.frames.base = "base_link";
+  config.output.start_frame = "calibration_start";
+  config.calibrator.drive.wheel_separation_m = kSeparation_m;
+  config.calibrator.drive.left_wheel_radius_m = 0.1;
+  config.calibrator.max_lights = most_lights;
+  config.unestimated_mount.z_m = kHeight_m;
+  return config;
+}
 
 core::Visualisation knownVisualisation() {
   core::Visualisation::Found found;
@@ -31,7 +43,7 @@ core::Visualisation knownVisualisation() {
 std::map<std::pair<std::string, int>, Marker> byName(const core::Visualisation& visualisation) {
   std::map<std::pair<std::string, int>, Marker> markers;
   for (const Marker& marker :
-       markersFromVisualisation(visualisation, "CONVERGING", kStyle).markers) {
+       markersFromVisualisation(visualisation, "CONVERGING", configOf(1)).markers) {
     EXPECT_TRUE(markers.emplace(std::pair(marker.ns, marker.id), marker).second)
         << marker.ns << " " << marker.id << " is there twice";
   }
@@ -54,26 +66,24 @@ TEST(VisualisationMarkers, ShowTheSketchsPoints) {
   const Marker& light = markers.at({"light", 0});
   EXPECT_EQ(light.pose.position.x, 2.0);
   EXPECT_EQ(light.pose.position.y, 1.0);
-  EXPECT_EQ(light.pose.position.z, kStyle.sensor_height_m);
+  EXPECT_EQ(light.pose.position.z, kHeight_m);
   EXPECT_EQ(markers.at({"light", 1}).points.size(), 4U);
   EXPECT_EQ(markers.at({"light", 2}).points.size() % 3, 0U) << "triangles";
   ASSERT_EQ(markers.at({"ray", 0}).points.size(), 2U);
   EXPECT_EQ(markers.at({"ray", 0}).points[1].x, 2.0);
   EXPECT_EQ(markers.at({"path", 0}).points.size(), 3U);
-  EXPECT_EQ(markers.at({"robot", 1}).pose.position.y, 0.5 * kStyle.wheel_separation_m);
-  EXPECT_EQ(markers.at({"robot", 2}).pose.position.y, -0.5 * kStyle.wheel_separation_m);
+  EXPECT_EQ(markers.at({"robot", 1}).pose.position.y, 0.5 * kSeparation_m);
+  EXPECT_EQ(markers.at({"robot", 2}).pose.position.y, -0.5 * kSeparation_m);
   EXPECT_EQ(markers.at({"state", 0}).text, "CONVERGING");
 }
 
 TEST(VisualisationMarkers, SeveralLightsHaveThreeMarkersEach) {
-  VisualisationStyle style = kStyle;
-  style.most_lights = 3;
   core::Visualisation visualisation = knownVisualisation();
   std::vector<core::Visualisation::Light>& known = visualisation.found->lights;
   known.push_back({{-1.0, 0.5}, known[0].ellipse_in_start, false});
   std::map<int, Marker> lights;
   for (const Marker& marker :
-       markersFromVisualisation(visualisation, "CONVERGING", style).markers) {
+       markersFromVisualisation(visualisation, "CONVERGING", configOf(3)).markers) {
     if (marker.ns == "light") lights[marker.id] = marker;
   }
   ASSERT_EQ(lights.size(), 9U);
