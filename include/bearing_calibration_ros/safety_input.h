@@ -69,15 +69,8 @@ class SafetyInputs {
                 config.enable_required),
         obstacle_({core::DriveEnd::kObstacle, core::DriveEnd::kObstacleLost},
                   config.obstacle_timeout_s, false),
-        enable_subscriber_(subscribe(private_node_handle, "enable",
-                                     [this, on_no](bool is_enabled) {
-                                       enable_.hear(is_enabled, ros::SteadyTime::now());
-                                       if (!is_enabled) on_no(core::DriveEnd::kDisabled);
-                                     })),
-        obstacle_subscriber_(subscribe(node_handle, "obstacle", [this, on_no](bool is_there) {
-          obstacle_.hear(!is_there, ros::SteadyTime::now());
-          if (is_there) on_no(core::DriveEnd::kObstacle);
-        })) {}
+        enable_subscriber_(subscribe(private_node_handle, "enable", true, &enable_, on_no)),
+        obstacle_subscriber_(subscribe(node_handle, "obstacle", false, &obstacle_, on_no)) {}
 
   /// Why the robot must not drive now; kNone when it may.
   core::DriveEnd objection() const {
@@ -96,12 +89,19 @@ class SafetyInputs {
   void shutDown() { is_shut_down_ = true; }
 
  private:
+  /// @param allowing  what the topic says where the robot may drive
   static ros::Subscriber subscribe(ros::NodeHandle& node_handle, const std::string& topic,
-                                   const std::function<void(bool)>& hear) {
+                                   bool allowing, SafetyInput* input, const OnNo& on_no) {
     constexpr std::uint32_t kQueue = 10;
     return node_handle.subscribe<std_msgs::Bool>(
-        topic, kQueue, [hear](const std_msgs::BoolConstPtr& message) { hear(message->data); }, {},
-        ros::TransportHints().tcpNoDelay());
+        topic, kQueue,
+        [=](const std_msgs::BoolConstPtr& message) {
+          const ros::SteadyTime now = ros::SteadyTime::now();
+          const bool is_allowed = (message->data != 0) == allowing;
+          input->hear(is_allowed, now);
+          if (!is_allowed) on_no(input->objection(now));
+        },
+        {}, ros::TransportHints().tcpNoDelay());
   }
 
   std::atomic<bool> is_shut_down_{false};

@@ -4,13 +4,10 @@
 #include <tf2_geometry_msgs/tf2_geometry_msgs.h>
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 namespace bearing_calibration_ros {
 namespace {
-
-constexpr std::int64_t kNanosecondsPerSecond = 1000000000;
 
 template <typename From, typename To>
 void assign(From from, To& to) {
@@ -46,19 +43,16 @@ geometry_msgs::Pose poseOf(const Eigen::Vector3d& position_m,
 }  // namespace
 
 core::Stamp stampFromRos(const ros::Time& time) {
-  return core::stampFromNanoseconds(static_cast<std::int64_t>(time.sec) * kNanosecondsPerSecond +
-                                    static_cast<std::int64_t>(time.nsec));
+  return core::stampFromNanoseconds(static_cast<std::int64_t>(time.toNSec()));
 }
 
 ros::Time rosFromStamp(core::Stamp stamp) {
   const std::int64_t nanoseconds = stamp.time_since_epoch().count();
-  const std::int64_t seconds = nanoseconds / kNanosecondsPerSecond;
-  if (nanoseconds < 0 || seconds > std::numeric_limits<std::uint32_t>::max()) {
+  if (nanoseconds < 0 || nanoseconds > static_cast<std::int64_t>(ros::TIME_MAX.toNSec())) {
     throw std::invalid_argument("stamp " + std::to_string(core::secondsFromStamp(stamp)) +
                                 " s does not fit into ros::Time");
   }
-  return {static_cast<std::uint32_t>(seconds),
-          static_cast<std::uint32_t>(nanoseconds % kNanosecondsPerSecond)};
+  return ros::Time().fromNSec(static_cast<std::uint64_t>(nanoseconds));
 }
 
 core::BearingSet bearingsFromMessage(const msg::LightBearings& message) {
