@@ -21,6 +21,7 @@
 #include "bearing_calibration/planning/calibration_driver.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/namespaces.h"
+#include "bearing_calibration_ros/result_messages.h"
 
 namespace bearing_calibration_ros {
 
@@ -51,6 +52,13 @@ class CommandGate {
   std::mutex mutex_;
   std::atomic<bool> is_closed_{false};
 };
+
+/// Before the calibration has said anything.
+inline msg::CalibrationEstimate noEstimate() {
+  msg::CalibrationEstimate none = messageFromResult({}, 0, "");
+  none.state_text = "no estimate has come";
+  return none;
+}
 
 /// What feedback and result both say.
 template <typename Report>

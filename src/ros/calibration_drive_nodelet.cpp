@@ -41,8 +41,10 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   ~CalibrationDriveNodelet() override {
     shutdown_hook_.reset();
     if (spinner_) spinner_->stop();
-    if (driver_) stand();  // at once: nobody is left to brake
-    is_driving_ = false;
+    if (!driver_) return;
+    end(DriveEnd::kShutDown);
+    stand();  // at once: nobody is left to brake
+    finish(resultFrom(*driver_, estimate_));
   }
 
  private:
@@ -187,12 +189,9 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     const ros::Time now = ros::Time::now();
     seeClock(now);  // a jump before the drive is none in it
     const DriveEnd objected = safety_inputs_->objection();
-    std::string error;
-    if (objected != DriveEnd::kNone) {
-      error = core::describe(objected);
-    } else if (now.isZero()) {
-      error = "/clock has not begun (use_sim_time is set)";
-    } else {
+    std::string error = objected != DriveEnd::kNone ? core::describe(objected) : "";
+    if (error.empty() && now.isZero()) error = "/clock has not begun (use_sim_time is set)";
+    if (error.empty()) {
       error = thrownBy([&] {
         const core::DriveGoal goal = goalFrom(motion, max_time_s, max_path_m, config_.default_goal);
         const core::WheelSpeeds moving = driver_ ? driver_->command() : core::WheelSpeeds();
@@ -208,6 +207,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     return error;
   }
 
+  /// The first reason stays; kNone is none.
   void end(DriveEnd reason) {
     if (driver_) driver_->end(reason);
   }
@@ -222,8 +222,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   }
 
   void steer(const ros::Time& now) {
-    const DriveEnd objected = safety_inputs_->objection();
-    if (objected != DriveEnd::kNone) end(objected);
+    end(safety_inputs_->objection());
     const ros::SteadyTime last = std::exchange(last_control_, ros::SteadyTime::now());
     const core::WheelSpeeds speeds =
         driver_->steer(stampFromRos(now), (last_control_ - last).toSec());
@@ -266,7 +265,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     GuardedNodelet::onError(callback, error);
     if (!driver_) return;
     stand();
-    Result result;
+    Result result = resultFrom(*driver_, estimate_);
     result.end = Result::FAILED;
     result.end_text = "FAILED: an error inside of the drive node: " + callback + ": " + error;
     finish(result);
@@ -276,7 +275,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   std::optional<DriveWheels> wheels_;
   std::optional<core::CalibrationDriver> driver_;  ///< until the robot stands
   std::atomic<bool> is_driving_{false};  ///< there is a driver_: for the thread of the last words
-  msg::CalibrationEstimate estimate_;    ///< the last one
+  msg::CalibrationEstimate estimate_ = noEstimate();  ///< the last one
   ClockWatch clock_watch_;
   ros::Time last_time_;
   ros::SteadyTime last_time_moved_, last_control_;

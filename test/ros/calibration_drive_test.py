@@ -165,6 +165,8 @@ class CalibrationDriveTest(unittest.TestCase):
         unload = rospy.ServiceProxy('manager/unload_nodelet', NodeletUnload)
         self.assertTrue(unload(rospy.resolve_name('calibration_drive')).success)
         wait_until(self.robot.is_standing, 'the last command is to stand')
+        result = wait_until(self.robot.client.get_result, 'its result')
+        self.assertEqual(result.end, CalibrationDriveResult.SHUT_DOWN, result)
 
 
 if __name__ == '__main__':

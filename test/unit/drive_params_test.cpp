@@ -5,6 +5,7 @@
 #include <bearing_calibration/CalibrationDriveResult.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -115,6 +116,19 @@ TEST(CommandGate, ClosedItLetsNothingPassButStanding) {
   EXPECT_TRUE(gate.isClosed());
   gate.pass(moving);
   EXPECT_EQ(passed, (std::vector<double>{0.1, 0.0}));
+}
+
+TEST(DriveReports, BeforeAnEstimateItsDeviationsAreNotANumber) {
+  const DriveNodeConfig config = readWith("drive: {motion: optimal}");
+  const core::CalibrationDriver driver(config.drive, config.default_goal,
+                                       core::stampFromSeconds(1.0));
+  const auto result = resultFrom(driver, noEstimate());
+  for (const double stddev : {result.x_stddev_m, result.y_stddev_m, result.yaw_stddev_rad}) {
+    EXPECT_TRUE(std::isnan(stddev)) << stddev;
+  }
+  const auto feedback = feedbackFrom(driver, noEstimate());
+  EXPECT_TRUE(std::isnan(feedback.x_stddev_m) && std::isnan(feedback.light_distance_m));
+  EXPECT_EQ(feedback.state_text.find("no estimate"), 0U) << feedback.state_text;
 }
 
 /// The travels of a second at 100 Hz, in which both wheels roll a turn.
