@@ -120,6 +120,16 @@ class LaunchFiles(unittest.TestCase):
         self.assertIn('/eye/image_raw/compressed', player.args.split())
         self.assertEqual(config.params['/light_detection/image_transport'].value, 'compressed')
 
+    def testReplayPlaysTheCameraInfoOfTheImage(self):
+        """By default the one beside it, which the detection reads; another one takes its place."""
+        for arguments, played in (([], '/eye/camera_info'), (['camera_info:=/lens'], '/lens')):
+            config = load(os.path.join(REPOSITORY, 'launch', 'replay.launch'), 'image:=/eye/image_raw',
+                          *arguments)
+            nodes = {node.name: node for node in config.nodes}
+            self.assertIn(played, nodes['player'].args.split())
+            remaps = dict(nodes['light_detection'].remap_args)
+            self.assertEqual(remaps['/eye/camera_info'], played)
+
     def testReplayPlaysBearingsOnlyWhereNoneAreDetected(self):
         for detect, is_played in (('true', False), ('false', True)):
             config = load(os.path.join(REPOSITORY, 'launch', 'replay.launch'),
