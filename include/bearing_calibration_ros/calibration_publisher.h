@@ -34,7 +34,10 @@ class CalibrationPublisher {
   /// Something was fused or refused, or the wheels are there: the next offerEstimate() may publish.
   void expectNews() { has_news_ = true; }
   /// Joint states without the wheels never reach the core: they are counted here.
-  void countJointStateWithoutWheels();
+  void countJointStateWithoutWheels() {
+    ++joint_states_without_wheels_;
+    expectNews();
+  }
   /// Only when it publishes the result is asked for: to build one takes longer than to follow a
   /// wheel reading.
   void offerEstimate();

@@ -88,8 +88,7 @@ class ImageInput {
              Use use, Refuse refuse)
       : use_(std::move(use)),
         refuse_(std::move(refuse)),
-        waiting_(node_handle.getCallbackQueue(), static_cast<std::size_t>(queue)),
-        transport_(node_handle) {
+        waiting_(node_handle.getCallbackQueue(), static_cast<std::size_t>(queue)) {
     // What comes while one image is searched is taken over at once: what is late is dropped there.
     constexpr int kArrivingImages = 20;
     const auto size = static_cast<std::uint32_t>(queue + kArrivingImages);
@@ -108,7 +107,8 @@ class ImageInput {
       add([this, image] { use_(image); });
     };
     try {
-      subscriber_ = transport_.subscribe("image", size, take, ros::VoidPtr(), hints);
+      subscriber_ = image_transport::ImageTransport(node_handle)
+                        .subscribe("image", size, take, ros::VoidPtr(), hints);
     } catch (const image_transport::Exception& error) {
       throw std::runtime_error(
           "image_transport must be raw, compressed or of an installed plugin, but is '" +
@@ -138,7 +138,6 @@ class ImageInput {
   Refuse refuse_;
   SilenceWatch silence_;
   WaitingWork waiting_;
-  image_transport::ImageTransport transport_;
   image_transport::Subscriber subscriber_;  ///< the last ones: their callbacks use the others
   ros::Subscriber compressed_subscriber_;
 };

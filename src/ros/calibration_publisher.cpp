@@ -61,11 +61,6 @@ CalibrationPublisher::CalibrationPublisher(ros::NodeHandle private_node_handle,
   });
 }
 
-void CalibrationPublisher::countJointStateWithoutWheels() {
-  ++joint_states_without_wheels_;
-  expectNews();
-}
-
 void CalibrationPublisher::offerEstimate() {
   if (has_news_ && isDue(last_published_, config_.output.max_rate_hz)) publishEstimate();
 }

@@ -71,9 +71,9 @@ class LightDetectionNodelet : public GuardedNodelet {
     constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
     constexpr bool kLatched = true;
     ros::NodeHandle& private_node_handle = getPrivateNodeHandle();
-    private_images_ = std::make_unique<image_transport::ImageTransport>(private_node_handle);
     bearings_publisher_ = getNodeHandle().advertise<msg::LightBearings>("bearings", kBearingQueue);
-    annotated_publisher_ = private_images_->advertise("annotated", 1);
+    annotated_publisher_ =
+        image_transport::ImageTransport(private_node_handle).advertise("annotated", 1);
     advice_publisher_ = private_node_handle.advertise<std_msgs::String>("advice", 1, kLatched);
     mirror_service_ = private_node_handle.advertiseService(
         "find_mirror", &LightDetectionNodelet::onFindMirror, this);
@@ -252,7 +252,6 @@ class LightDetectionNodelet : public GuardedNodelet {
   bool is_used_ = false, is_refused_ = false;  ///< an image, since the last diagnostics
   core::AdviceTally advice_tally_;
   ImagesOfLate images_of_late_;
-  std::unique_ptr<image_transport::ImageTransport> private_images_;
   ros::Publisher bearings_publisher_, advice_publisher_;
   ros::ServiceServer mirror_service_;
   std::unique_ptr<ThresholdServer> thresholds_;

@@ -91,11 +91,9 @@ ResultSaver::~ResultSaver() {
 void ResultSaver::check() {
   see();
   const bool is_converged = seen_.state == core::CalibrationState::kConverged;
-  const bool has_converged = is_converged && !was_converged_;
-  was_converged_ = is_converged;
-  const std::optional<core::StoredResult> outcome = has_converged ? saveUnasked() : std::nullopt;
-  if (outcome) report("CONVERGED", *outcome);
-  if (!has_converged) return;
+  const bool had_converged = std::exchange(was_converged_, is_converged);
+  if (!is_converged || had_converged) return;
+  if (const auto outcome = saveUnasked()) report("CONVERGED", *outcome);
   for (const std::string& sentence : core::qualityInWords(seen_)) {
     ROS_INFO_NAMED(name_, "CONVERGED: %s", sentence.c_str());
   }

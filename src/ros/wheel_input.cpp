@@ -166,34 +166,21 @@ core::WheelCount countFromMessage(const topic_tools::ShapeShifter& message,
 }
 
 std::vector<std::string> wheelTopics(WheelSource source) {
-  switch (source) {
-    case WheelSource::kTicks:
-      return {"wheel_ticks"};
-    case WheelSource::kJointStates:
-      return {"joint_states"};
-    case WheelSource::kSeparateTicks:
-      return {"left_ticks", "right_ticks"};
-    case WheelSource::kOdometry:
-      return {"odom"};
-  }
-  return {};
+  static const std::vector<std::string> kTopics[] = {
+      {"wheel_ticks"}, {"joint_states"}, {"left_ticks", "right_ticks"}, {"odom"}};
+  return kTopics[static_cast<std::size_t>(source)];
 }
 
 std::vector<ros::Subscriber> subscribeToWheels(ros::NodeHandle& node_handle, WheelSource source,
                                                std::uint32_t queue, const WheelHandlers& handlers) {
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   const std::vector<std::string> topics = wheelTopics(source);
-  if (source == WheelSource::kTicks) {
-    return {node_handle.subscribe<msg::WheelTicks>(topics[0], queue, handlers.ticks, {}, hints)};
-  }
-  if (source == WheelSource::kJointStates) {
-    return {node_handle.subscribe<sensor_msgs::JointState>(topics[0], queue, handlers.joint_states,
-                                                           {}, hints)};
-  }
-  if (source == WheelSource::kOdometry) {
-    return {
-        node_handle.subscribe<nav_msgs::Odometry>(topics[0], queue, handlers.odometry, {}, hints)};
-  }
+  const auto one = [&](const auto& handler) -> std::vector<ros::Subscriber> {
+    return {node_handle.subscribe(topics[0], queue, handler, {}, hints)};
+  };
+  if (source == WheelSource::kTicks) return one(handlers.ticks);
+  if (source == WheelSource::kJointStates) return one(handlers.joint_states);
+  if (source == WheelSource::kOdometry) return one(handlers.odometry);
   std::vector<ros::Subscriber> subscribers;
   for (const core::WheelSide side : {core::WheelSide::kLeft, core::WheelSide::kRight}) {
     const boost::function<void(const WheelCountEvent&)> callback =
