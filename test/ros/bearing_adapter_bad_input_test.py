@@ -124,7 +124,6 @@ class BearingAdapterBadInputTest(unittest.TestCase):
         for _ in range(2):
             self.assertRefused(self.tags, tag(rospy.Time()), 'stamp is zero', 'driver')
 
-    # Promise named: on /tf, the frames of lights that do not come
     def test_the_silence_of_frames_is_named(self):
         wait_until(lambda: any(status.level == DiagnosticStatus.WARN and
                                status.message == 'nothing comes on /tags/input for tag_1'
