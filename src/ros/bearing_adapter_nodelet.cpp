@@ -41,12 +41,6 @@ std::vector<geometry_msgs::Point> pointsOf(const geometry_msgs::PoseArray& messa
   return points;
 }
 
-std::vector<std::string> namesOf(const std::map<std::string, int>& lights_by_frame) {
-  std::vector<std::string> names;
-  for (const auto& [frame, light_id] : lights_by_frame) names.push_back(frame);
-  return names;
-}
-
 }  // namespace
 
 /// Points, poses, transforms or laser scans in, bearings of the light out.
@@ -66,8 +60,11 @@ class BearingAdapterNodelet : public GuardedNodelet {
     constexpr std::uint32_t kBearingQueue = 100;  // 10 s at 10 Hz: the calibration may lag
     bearings_publisher_ = getNodeHandle().advertise<msg::LightBearings>("bearings", kBearingQueue);
     subscribe();
-    std::string input = input_topic_;
-    if (is_tf) input += " for " + core::joined(namesOf(config_.lights_by_frame), ", ");
+    std::string frames;
+    for (const auto& [frame, light_id] : config_.lights_by_frame) {
+      frames += (frames.empty() ? " for " : ", ") + frame;
+    }
+    const std::string input = input_topic_ + (is_tf ? frames : "");
     startDiagnostics("bearing adapter",
                      [this, input](auto& status) { fillDiagnostics(input, &status); });
   }
