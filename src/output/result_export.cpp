@@ -125,7 +125,7 @@ std::string summaryOf(const SavedCalibration& calibration) {
 /// To the micrometre and microradian: finer than anything that is built.
 std::string fine(double value) {
   constexpr double kMicro = 1e-6;
-  return shortestText(std::round(value / kMicro) / (1.0 / kMicro));
+  return shortestText(std::round(value / kMicro) / (1.0 / kMicro) + 0.0);  // no -0
 }
 
 /// The rows of a transform, numbers separated by commas, as NAME_0 to NAME_3.

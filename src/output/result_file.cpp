@@ -1,6 +1,7 @@
 #include "bearing_calibration/output/result_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -63,7 +64,7 @@ void walkLasting(Walk& walk, Lasting& lasting) {
 void writeBlock(YamlWriter& write, const BlockReport& report) {
   write.out << YAML::BeginMap;
   write("name", report.name);
-  write("status", std::string(nameOf(report.status)));
+  write("status", nameOf(report.status));
   write.group("value", [&](auto&) {
     for (const auto& number : report.numbers) write(labelOf(number.quantity), number.value);
   });
@@ -122,10 +123,7 @@ void walkEstimates(Walk& walk, Calibration& saved) {
     rest("pitch_rad", saved.unestimated.pitch_rad);
     rest("pitch_stddev_rad", saved.unestimated.pitch_stddev_rad);
   });
-  walk.forPeople([&](auto& write) {
-    write.list("quality", qualityInWords(saved.result),
-               [&](const auto& sentence) { write.out << YAML::DoubleQuoted << sentence; });
-  });
+  walk.forPeople([&](auto& write) { write("quality", qualityInWords(saved.result)); });
   walk.group("paper_state", [&](auto& in) {
     walkNumbers(in, {"D_m", "theta_rad", "phi_rad", "rho_m", "psi_rad"}, paper.mean);
     in("phi_psi_determined", paper.phi_psi_determined);
@@ -215,6 +213,10 @@ std::vector<BlockReport> SavedCalibration::blocks() const {
 
 std::string shortestText(double value) {
   constexpr int kAlwaysEnoughDigits = 17;
+  constexpr double kLargestWhole = 1e15;  // up to which "%.0f" has all digits of a whole number
+  if (value == std::trunc(value) && std::abs(value) < kLargestWhole) {
+    return formatted("%.0f", value);  // not 1e+02: YAML takes that for another kind of number
+  }
   std::string text;
   for (int digits = 1; digits <= kAlwaysEnoughDigits; ++digits) {
     text = formatted("%.*g", digits, value);
@@ -233,7 +235,7 @@ std::string resultText(const SavedCalibration& calibration) {
       "The sensor's pose in the base frame (x forward, y left, yaw counter-clockwise): it maps\n"
       "points from the sensor's frame to the base's. Lengths in m, angles in rad.");
   write.out << YAML::BeginMap;
-  write("format", std::string(kFormat));
+  write("format", kFormat);
   write("version", kVersion);
   walk(write, calibration);
   write("complete", true);  // last: a file cut short lacks it

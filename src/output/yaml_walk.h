@@ -12,67 +12,12 @@
 
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/symmetric.h"
-#include "bearing_calibration/output/result_file.h"
+#include "bearing_calibration/output/yaml_writer.h"
 
 // A file's fields are listed once, by a function that a YamlWriter and a YamlReader go through:
 // walk("key", value) writes the value, or reads it.
 
 namespace bearing_calibration::core {
-
-/// Writes fields; strings are quoted, numbers in their shortest form.
-class YamlWriter {
- public:
-  YAML::Emitter out;
-
-  template <class Value>
-  void operator()(const std::string& key, const Value& value) {
-    begin(key);
-    if constexpr (std::is_same_v<Value, double>) {
-      out << shortestText(value);
-    } else if constexpr (std::is_same_v<Value, std::string>) {
-      out << YAML::DoubleQuoted << value;
-    } else if constexpr (std::is_same_v<Value, CalibrationState>) {
-      out << YAML::DoubleQuoted << nameOf(value);
-    } else if constexpr (std::is_same_v<Value, Stamp>) {
-      out << value.time_since_epoch().count();
-    } else {
-      out << value;
-    }
-  }
-  template <class Part>
-  void group(const std::string& key, const Part& part, bool on_one_line = false) {
-    begin(key);
-    if (on_one_line) out << YAML::Flow;
-    out << YAML::BeginMap;
-    part(*this);
-    out << YAML::EndMap;
-  }
-  /// One line for each row. @param entry  (row, column) -> number
-  template <class Entry>
-  void covariance(const std::string& key, int size, const Entry& entry) {
-    begin(key) << YAML::BeginSeq;
-    for (int row = 0; row < size; ++row) {
-      out << YAML::Flow << YAML::BeginSeq;
-      for (int column = 0; column < size; ++column) out << shortestText(entry(row, column));
-      out << YAML::EndSeq;
-    }
-    out << YAML::EndSeq;
-  }
-  /// What is for people, and not read.
-  template <class Part>
-  void forPeople(const Part& part) {
-    part(*this);
-  }
-  template <class Items, class One>
-  void list(const std::string& key, const Items& items, const One& write_one) {
-    begin(key);
-    if (items.empty()) out << YAML::Flow;
-    out << YAML::BeginSeq;
-    for (const auto& item : items) write_one(item);
-    out << YAML::EndSeq;
-  }
-  YAML::Emitter& begin(const std::string& key) { return out << YAML::Key << key << YAML::Value; }
-};
 
 /// Reads fields. What is wrong is thrown as std::runtime_error, with the key.
 class YamlReader {

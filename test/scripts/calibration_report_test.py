@@ -15,8 +15,9 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, os.path.join(HERE, '..', 'ros'))
+sys.path[:0] = [os.path.join(HERE, '..', 'ros'), os.path.join(HERE, '..', '..', 'tools', 'owner')]
 from calibration_world import SIMULATED_ROBOT, World, recordBag  # noqa: E402  (lies beside the nodes)
+from report import data, plots  # noqa: E402  (lies beside the program)
 
 REPORT = ['rosrun', 'bearing_calibration', 'calibration_report']
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
@@ -152,12 +153,39 @@ class CalibrationReport(unittest.TestCase):
         with open(os.path.join(self.line, 'plans.csv')) as file:
             self.assertEqual(len(file.read().split()), 1, 'the names alone')
 
+    def testTheNamesOfBaseAndCameraDoNotOverlap(self):
+        record = data.readRecord(self.single)
+        for x, y in ((0.004, 0.003), (-0.004, 0.003), (0.0, 0.0), (0.03, 0.0), (-0.03, 0.0)):
+            record.result['base_from_camera'].update(x=x, y=y)
+            figure = plots.mountFigure(record)
+            figure.canvas.draw()
+            names = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text()]
+            self.assertEqual(len(names), 2)
+            self.assertFalse(names[0].overlaps(names[1]), (x, y))
+
     def testComparesSeveral(self):
         text = Page(self.pages[self.double]).text
         self.assertIn('with 3 degrees of freedom', text)
         self.assertIn('They agree.', text)
         self.assertIn('drive_1: CONVERGED', text)
         self.assertIn('drive_2: CONVERGED', text)
+
+    def testABagMayHaveANumberForItsName(self):
+        bag = os.path.join(self.folder, '20261129.bag')
+        shutil.copy(os.path.join(self.folder, 'drive_1.bag'), bag)
+        page = Page(self.makePage(self.calibrate('dated', bag)))
+        self.assertIn('Where the camera sits: 20261129', page.text)
+
+    def testLightsStandInTheOrderOfTheirNumbers(self):
+        folder = os.path.join(self.folder, 'ordered')
+        for number in (2, 10, 1):
+            shutil.copytree(self.single, os.path.join(folder, 'drive_light_%d' % number))
+            path = os.path.join(folder, 'drive_light_%d' % number, 'details.yaml')
+            with open(path) as file:
+                text = file.read()
+            with open(path, 'w') as file:
+                file.write(re.sub('(?m)^name: .*', 'name: light_%d' % number, text))
+        self.assertEqual(re.findall(r'<summary>light_(\d+)', self.makePage(folder)), ['1', '2', '10'])
 
     def testADegenerateDriveIsSaidInPlainWords(self):
         text = Page(self.pages[self.line]).text
@@ -195,6 +223,17 @@ class CalibrationReport(unittest.TestCase):
                               universal_newlines=True)
         self.assertEqual(done.returncode, 1)
         self.assertIn('nothing that calibrate_bag has written', done.stderr)
+
+    def testADamagedFileIsNamed(self):
+        for name in ('details.yaml', 'result.yaml', 'images.csv'):
+            folder = os.path.join(self.folder, 'damaged_' + name)
+            shutil.copytree(self.single, folder)
+            with open(os.path.join(folder, name), 'w'):
+                pass
+            done = subprocess.run(REPORT + [folder], stderr=subprocess.PIPE, timeout=600,
+                                  universal_newlines=True)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, r'calibration_report: .*%s is empty' % name)
 
     def probe(self, page, width):
         path = os.path.join(self.folder, 'probe.html')

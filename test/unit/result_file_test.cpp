@@ -165,6 +165,15 @@ TEST_F(ResultFileTest, IsPlainYaml) {
   EXPECT_EQ(root["versions"]["bearing_calibration"].as<std::string>(), "0.1.0");
 }
 
+TEST(ShortestText, WholeNumbersAreWhole) {
+  EXPECT_EQ(shortestText(100.0), "100");
+  EXPECT_EQ(shortestText(-36000.0), "-36000");
+  EXPECT_EQ(shortestText(0.0), "0");
+  EXPECT_EQ(shortestText(1e-6), "1.0e-06");
+  EXPECT_EQ(shortestText(1e300), "1.0e+300");
+  EXPECT_EQ(shortestText(0.1), "0.1");
+}
+
 TEST_F(ResultFileTest, EveryStateHasANameThatReadsBack) {
   for (int value = 0; value <= static_cast<int>(CalibrationState::kPaused); ++value) {
     SavedCalibration saved = someCalibration();

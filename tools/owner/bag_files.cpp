@@ -1,20 +1,22 @@
 #include "tools/owner/bag_files.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <cmath>
 #include <sstream>
 #include <utility>
 
-#include "bearing_calibration/output/result_file.h"
+#include "bearing_calibration/output/yaml_writer.h"
 #include "bearing_calibration_ros/result_messages.h"
 #include "bearing_calibration_ros/result_saver.h"
 
 namespace bearing_calibration::core {
 namespace {
 
-/// Empty where there is no such value.
-std::string cell(double value) { return std::isfinite(value) ? shortestText(value) : ""; }
+/// Cells of a table, empty where there is no such value.
+std::string cells(const std::vector<double>& values) {
+  std::string row;
+  for (double value : values) row += "," + (std::isfinite(value) ? shortestText(value) : "");
+  return row.substr(1);
+}
 
 double secondsSince(Stamp start, Stamp stamp) { return secondsFromDuration(stamp - start); }
 
@@ -22,12 +24,10 @@ std::string estimatesCsv(const BagOutcome& outcome, Stamp start) {
   std::ostringstream csv;
   csv << "t_s,distance_m,state,x_m,y_m,yaw_rad,x_stddev_m,y_stddev_m,yaw_stddev_rad\n";
   for (const EstimateRow& row : outcome.history) {
+    const Eigen::Vector3d& mean = row.mount.mean;
     const Eigen::Vector3d stddev = row.mount.covariance.diagonal().cwiseSqrt();
-    csv << cell(secondsSince(start, row.stamp)) << ',' << cell(row.distance_m) << ','
-        << nameOf(row.state);
-    for (int i = 0; i < 3; ++i) csv << ',' << cell(row.mount.mean(i));
-    for (int i = 0; i < 3; ++i) csv << ',' << cell(stddev(i));
-    csv << '\n';
+    csv << cells({secondsSince(start, row.stamp), row.distance_m}) << ',' << nameOf(row.state)
+        << ',' << cells({mean.x(), mean.y(), mean.z(), stddev.x(), stddev.y(), stddev.z()}) << '\n';
   }
   return csv.str();
 }
@@ -36,9 +36,8 @@ std::string plansCsv(const BagOutcome& outcome, Stamp start) {
   std::ostringstream csv;
   csv << "t_s,x_stddev_m,y_stddev_m,yaw_stddev_rad\n";
   for (const PlanRow& row : outcome.plans) {
-    csv << cell(secondsSince(start, row.stamp));
-    for (int i = 0; i < 3; ++i) csv << ',' << cell(row.stddev(i));
-    csv << '\n';
+    csv << cells({secondsSince(start, row.stamp), row.stddev.x(), row.stddev.y(), row.stddev.z()})
+        << '\n';
   }
   return csv.str();
 }
@@ -64,78 +63,67 @@ std::string imagesCsv(const Review& review, Stamp start) {
   for (const ReviewedImage& reviewed : review.images) {
     const Observation& observation = reviewed.outcome.observation;
     const Pose2& base = reviewed.first_from_base;
-    csv << cell(secondsSince(start, observation.stamp)) << ',' << cell(reviewed.distance_m) << ','
-        << cell(base.position_m.x()) << ',' << cell(base.position_m.y()) << ','
-        << cell(base.yaw_rad) << ',' << nameOf(reviewed.outcome.kind) << ','
-        << nameOf(reviewed.verdict) << ',' << cell(observation.azimuth_rad) << ','
-        << cell(std::sqrt(observation.azimuth_variance_rad2)) << ',' << cell(reviewed.residual_rad)
-        << ',' << cell(reviewed.nis) << '\n';
+    csv << cells({secondsSince(start, observation.stamp), reviewed.distance_m, base.position_m.x(),
+                  base.position_m.y(), base.yaw_rad})
+        << ',' << nameOf(reviewed.outcome.kind) << ',' << nameOf(reviewed.verdict) << ','
+        << cells({observation.azimuth_rad, std::sqrt(observation.azimuth_variance_rad2),
+                  reviewed.residual_rad, reviewed.nis})
+        << '\n';
   }
   return csv.str();
 }
 
-template <typename Value>
-void emit(YAML::Emitter& out, const char* key, const Value& value) {
-  out << YAML::Key << key << YAML::Value << value;
-}
-
-void emit(YAML::Emitter& out, const char* key, double value) {
-  out << YAML::Key << key << YAML::Value << shortestText(value);
-}
-
-void beginGroup(YAML::Emitter& out, const char* key) {
-  out << YAML::Key << key << YAML::Value << YAML::BeginMap;
-}
-
 /// Where the first light stood, in the base's frame at the first image.
-void emitLight(YAML::Emitter& out, const BagOutcome& outcome) {
+void writeLight(YamlWriter& write, const BagOutcome& outcome) {
   const std::vector<LightSummary>& lights = outcome.result.lights;
   if (lights.empty() || !lights.front().cartesian_state || outcome.review.images.empty()) return;
   const Eigen::Vector2d light =
       outcome.review.images.back().first_from_base * lights.front().cartesian_state->lightInBase();
-  beginGroup(out, "light_in_first_base");
-  emit(out, "x", light.x());
-  emit(out, "y", light.y());
-  out << YAML::EndMap;
+  write.group("light_in_first_base", [&](YamlWriter&) {
+    write("x", light.x());
+    write("y", light.y());
+  });
 }
 
-void emitReview(YAML::Emitter& out, const BagOutcome& outcome) {
+void writeReview(YamlWriter& write, const BagOutcome& outcome) {
   const Review& review = outcome.review;
-  emit(out, "has_estimate", outcome.result.cartesian_state.has_value());
-  emit(out, "settled", review.settled);
-  emit(out, "bearing_correlation", review.correlation);
-  emit(out, "slips", review.slips);
-  emit(out, "sensor", inWords(review.sensor));
-  beginGroup(out, "motion");
-  emit(out, "path_m", review.motion.path_m);
-  emit(out, "turn_rad", review.motion.turn_rad);
-  emit(out, "extent_m", review.motion.extent_m);
-  emit(out, "second_curvature_m", review.motion.second_curvature_m);
-  out << YAML::EndMap;
-  emitLight(out, outcome);
+  write("has_estimate", outcome.result.cartesian_state.has_value());
+  write("settled", review.settled);
+  write("bearing_correlation", review.correlation);
+  write("slips", review.slips);
+  write("sensor", inWords(review.sensor));
+  write.group("motion", [&](YamlWriter&) {
+    write("path_m", review.motion.path_m);
+    write("turn_rad", review.motion.turn_rad);
+    write("extent_m", review.motion.extent_m);
+    write("second_curvature_m", review.motion.second_curvature_m);
+  });
+  writeLight(write, outcome);
 }
 
 std::string detailsYaml(const BagJob& job, const BagSetup& setup, const BagOutcome& outcome) {
   const CalibratorConfig& config = setup.calibration.calibrator;
-  YAML::Emitter out;
-  out << YAML::Comment("What the report says beside result.yaml; m and rad.") << YAML::BeginMap;
-  emit(out, "name", job.name);
-  emit(out, "bag", job.bag);
-  emit(out, "wheels_topic", outcome.topics.wheels);
-  emit(out, "bearings_topic", outcome.topics.observations());
-  emit(out, "images", outcome.images);
-  emit(out, "state", nameOf(outcome.result.state));
-  emit(out, "advice", outcome.result.advice);
-  emit(out, "rejections", bearing_calibration_ros::rejectionsText(outcome.result, 0));
-  emit(out, "warnings", outcome.warnings);
-  emitReview(out, outcome);
-  beginGroup(out, "settings");
-  emit(out, "position_stddev_target_m", config.converged.position_stddev_m);
-  emit(out, "yaw_stddev_target_rad", config.converged.yaw_stddev_rad);
-  emit(out, "gate_probability", config.filter.gate_probability);
-  emit(out, "wheel_separation_m", config.drive.wheel_separation_m);
-  out << YAML::EndMap << YAML::EndMap;
-  return std::string(out.c_str()) + "\n";
+  YamlWriter write;
+  write.out << YAML::Comment("What the report says beside result.yaml; m and rad.")
+            << YAML::BeginMap;
+  write("name", job.name);
+  write("bag", job.bag);
+  write("wheels_topic", outcome.topics.wheels);
+  write("bearings_topic", outcome.topics.observations());
+  write("images", outcome.images);
+  write("state", outcome.result.state);
+  write("advice", outcome.result.advice);
+  write("rejections", bearing_calibration_ros::rejectionsText(outcome.result, 0));
+  write("warnings", outcome.warnings);
+  writeReview(write, outcome);
+  write.group("settings", [&](YamlWriter&) {
+    write("position_stddev_target_m", config.converged.position_stddev_m);
+    write("yaw_stddev_target_rad", config.converged.yaw_stddev_rad);
+    write("gate_probability", config.filter.gate_probability);
+    write("wheel_separation_m", config.drive.wheel_separation_m);
+  });
+  write.out << YAML::EndMap;
+  return std::string(write.out.c_str()) + "\n";
 }
 
 }  // namespace

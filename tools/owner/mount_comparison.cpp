@@ -1,16 +1,14 @@
 #include "tools/owner/mount_comparison.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/output/result_file.h"
+#include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/output/yaml_writer.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -18,39 +16,28 @@ namespace {
 /// One set of honest estimates in a hundred is said to disagree.
 constexpr double kFalseAlarm = 0.01;
 
-Eigen::Vector3d minus(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  Eigen::Vector3d difference = a - b;
-  difference.z() = wrapAngle(difference.z());
-  return difference;
-}
-
-template <typename... Values>
-std::string printed(const char* format, Values... values) {
-  char text[200];  // longer than any line of the table
-  std::snprintf(text, sizeof(text), format, values...);
-  return text;
-}
-
 std::string rowOf(const std::string& name, const MountEstimate& mount, int width) {
   const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
-  return printed("%-*s  %8.4f +- %.4f  %8.4f +- %.4f  %8.4f +- %.4f", width, name.c_str(),
-                 mount.mean.x(), stddev.x(), mount.mean.y(), stddev.y(), mount.mean.z(),
-                 stddev.z());
+  return formatted("%-*s  %8.4f +- %.4f  %8.4f +- %.4f  %8.4f +- %.4f", width, name.c_str(),
+                   mount.mean.x(), stddev.x(), mount.mean.y(), stddev.y(), mount.mean.z(),
+                   stddev.z());
 }
 
-void emitXYYaw(YAML::Emitter& out, const char* key, const Eigen::Vector3d& x_y_yaw) {
-  out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginMap;
-  out << YAML::Key << "x" << YAML::Value << shortestText(x_y_yaw.x());
-  out << YAML::Key << "y" << YAML::Value << shortestText(x_y_yaw.y());
-  out << YAML::Key << "yaw" << YAML::Value << shortestText(x_y_yaw.z()) << YAML::EndMap;
+void writeXYYaw(YamlWriter& write, const char* key, const Eigen::Vector3d& x_y_yaw) {
+  const auto numbers = [&](YamlWriter&) {
+    write("x", x_y_yaw.x());
+    write("y", x_y_yaw.y());
+    write("yaw", x_y_yaw.z());
+  };
+  write.group(key, numbers, true);
 }
 
-void emitRow(YAML::Emitter& out, const std::string& name, const MountEstimate& mount,
-             double chi_square) {
-  out << YAML::BeginMap << YAML::Key << "name" << YAML::Value << YAML::DoubleQuoted << name;
-  emitXYYaw(out, "base_from_camera", mount.mean);
-  emitXYYaw(out, "stddev", mount.covariance.diagonal().cwiseSqrt());
-  out << YAML::Key << "chi_square" << YAML::Value << shortestText(chi_square) << YAML::EndMap;
+void writeRow(YamlWriter& write, const std::string& name, const MountEstimate& mount,
+              double chi_square) {
+  write("name", name);
+  writeXYYaw(write, "base_from_camera", mount.mean);
+  writeXYYaw(write, "stddev", mount.covariance.diagonal().cwiseSqrt());
+  write("chi_square", chi_square);
 }
 
 }  // namespace
@@ -65,14 +52,14 @@ MountComparison compareMounts(const std::vector<NamedMount>& mounts) {
   for (const NamedMount& each : mounts) {
     const Eigen::Matrix3d weight = each.mount.covariance.inverse();
     information += weight;
-    weighted += weight * minus(each.mount.mean, origin);
+    weighted += weight * mountDifference(each.mount.mean, origin);
   }
   MountComparison comparison;
   comparison.together.covariance = information.inverse();
   comparison.together.mean = origin + comparison.together.covariance * weighted;
   comparison.together.mean.z() = wrapAngle(comparison.together.mean.z());
   for (const NamedMount& each : mounts) {
-    const Eigen::Vector3d difference = minus(each.mount.mean, comparison.together.mean);
+    const Eigen::Vector3d difference = mountDifference(each.mount.mean, comparison.together.mean);
     comparison.shares.push_back(difference.dot(each.mount.covariance.inverse() * difference));
     comparison.chi_square += comparison.shares.back();
   }
@@ -87,35 +74,38 @@ std::string format(const std::vector<NamedMount>& mounts, const MountComparison&
   std::size_t width = together.size();
   for (const NamedMount& each : mounts) width = std::max(width, each.name.size());
   const int columns = static_cast<int>(width);
-  std::string text = printed("%-*s  %-18s  %-18s  %-18s  %s\n", columns, "", "       x [m]",
-                             "       y [m]", "     yaw [rad]", "chi-square");
+  std::string text = formatted("%-*s  %-18s  %-18s  %-18s  %s\n", columns, "", "       x [m]",
+                               "       y [m]", "     yaw [rad]", "chi-square");
   for (std::size_t i = 0; i < mounts.size(); ++i) {
     text += rowOf(mounts[i].name, mounts[i].mount, columns) +
-            printed("  %8.1f\n", comparison.shares[i]);
+            formatted("  %8.1f\n", comparison.shares[i]);
   }
   text +=
-      rowOf(together, comparison.together, columns) + printed("  %8.1f\n", comparison.chi_square);
-  text += printed("Chi-square %.1f with %d degrees of freedom, p = %.2g: ", comparison.chi_square,
-                  comparison.degrees_of_freedom, comparison.p_value);
+      rowOf(together, comparison.together, columns) + formatted("  %8.1f\n", comparison.chi_square);
+  text += formatted("Chi-square %.1f with %d degrees of freedom, p = %.2g: ", comparison.chi_square,
+                    comparison.degrees_of_freedom, comparison.p_value);
   return text + (comparison.agrees()
                      ? "they agree.\n"
                      : "they DISAGREE by more than their standard deviations say.\n");
 }
 
 std::string toYaml(const std::vector<NamedMount>& mounts, const MountComparison& comparison) {
-  YAML::Emitter out;
-  out << YAML::Comment("Several estimates of one mount; m and rad.") << YAML::BeginMap;
-  out << YAML::Key << "agrees" << YAML::Value << comparison.agrees();
-  out << YAML::Key << "p_value" << YAML::Value << shortestText(comparison.p_value);
-  out << YAML::Key << "degrees_of_freedom" << YAML::Value << comparison.degrees_of_freedom;
-  out << YAML::Key << "together" << YAML::Value;
-  emitRow(out, "together", comparison.together, comparison.chi_square);
-  out << YAML::Key << "mounts" << YAML::Value << YAML::BeginSeq;
-  for (std::size_t i = 0; i < mounts.size(); ++i) {
-    emitRow(out, mounts[i].name, mounts[i].mount, comparison.shares[i]);
-  }
-  out << YAML::EndSeq << YAML::EndMap;
-  return std::string(out.c_str()) + "\n";
+  YamlWriter write;
+  write.out << YAML::Comment("Several estimates of one mount; m and rad.") << YAML::BeginMap;
+  write("agrees", comparison.agrees());
+  write("p_value", comparison.p_value);
+  write("degrees_of_freedom", comparison.degrees_of_freedom);
+  write.group("together", [&](YamlWriter&) {
+    writeRow(write, "together", comparison.together, comparison.chi_square);
+  });
+  auto share = comparison.shares.begin();
+  write.list("mounts", mounts, [&](const NamedMount& each) {
+    write.out << YAML::BeginMap;
+    writeRow(write, each.name, each.mount, *share++);
+    write.out << YAML::EndMap;
+  });
+  write.out << YAML::EndMap;
+  return std::string(write.out.c_str()) + "\n";
 }
 
 }  // namespace bearing_calibration::core

@@ -3,6 +3,7 @@
 import collections
 import csv
 import os
+import re
 
 import numpy as np
 import yaml
@@ -19,7 +20,10 @@ def readYaml(path):
     if not os.path.exists(path):
         return None
     with open(path) as file:
-        return yaml.safe_load(file)
+        content = yaml.safe_load(file)
+    if not isinstance(content, dict):
+        raise ValueError('%s is empty or damaged' % path)
+    return content
 
 
 def columnsOf(path):
@@ -27,6 +31,8 @@ def columnsOf(path):
         reader = csv.DictReader(file)
         rows = list(reader)
         names = reader.fieldnames
+    if names is None:
+        raise ValueError('%s is empty' % path)
     columns = {}
     for name in names:
         cells = [row[name] for row in rows]
@@ -66,7 +72,7 @@ def addToOwnFiles(path):
 
 
 def readFolder(folder):
-    """The records of a folder, in the order of their names, and their comparison (None without).
+    """The records of a folder, light_2 before light_10, and their comparison (None without).
 
     What lies in numbered folders beside a result is of other runs.
     @throws ValueError when nothing of calibrate_bag lies there.
@@ -74,7 +80,10 @@ def readFolder(folder):
     def isRecord(each):
         return os.path.exists(os.path.join(each, 'details.yaml'))
 
-    below = [os.path.join(folder, name) for name in sorted(os.listdir(folder))
+    def order(name):
+        return [int(part) if i % 2 else part for i, part in enumerate(re.split(r'(\d+)', name))]
+
+    below = [os.path.join(folder, name) for name in sorted(os.listdir(folder), key=order)
              if not (name.isdigit() and isRecord(folder))]
     records = [readRecord(each) for each in [folder] + below if isRecord(each)]
     if not records:

@@ -6,6 +6,7 @@ import math
 import matplotlib
 matplotlib.use('Agg')
 import matplotlib.patches as patches  # noqa: E402  (after the choice of the backend)
+import matplotlib.patheffects as patheffects  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import matplotlib.ticker as ticker  # noqa: E402
 import numpy as np  # noqa: E402
@@ -177,8 +178,10 @@ def mountFigure(record):
             (side * separation / 2 - 0.15 * radius, -radius), 0.3 * radius, 2 * radius,
             boxstyle='round,pad=0,rounding_size=%g' % (0.1 * radius), color='#4b5563'))
     reach = 0.45 * separation
-    drawAxes(axes, 0.0, 0.0, 0.0, 0.5 * reach, 'base', GREY)
-    drawAxes(axes, -mount['y'], mount['x'], mount['yaw'], 0.6 * reach, 'camera', 'black')
+    is_ahead = mount['x'] >= 0  # the names stand on either side of the two
+    drawAxes(axes, 0.0, 0.0, 0.0, 0.5 * reach, 'base', GREY, name_above=not is_ahead)
+    drawAxes(axes, -mount['y'], mount['x'], mount['yaw'], 0.6 * reach, 'camera', 'black',
+             name_above=is_ahead)
     covariance = np.array(result['covariance_x_y_yaw'])[:2, :2]
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])
     width, height, angle = ellipseOf(turn @ covariance @ turn.T)
@@ -195,7 +198,7 @@ def mountFigure(record):
     return figure
 
 
-def drawAxes(axes, across, along, yaw, length, name, colour):
+def drawAxes(axes, across, along, yaw, length, name, colour, name_above):
     """A frame: x red, y green, its name beside the origin. Forward is up."""
     for angle, arrow in ((0.0, RED), (math.pi / 2, GREEN)):
         direction = (-math.sin(yaw + angle), math.cos(yaw + angle))
@@ -203,8 +206,9 @@ def drawAxes(axes, across, along, yaw, length, name, colour):
                       (across, along), arrowprops={'arrowstyle': '-|>', 'color': arrow,
                                                    'shrinkA': 0, 'shrinkB': 0, 'linewidth': 1.5})
     axes.plot(across, along, 'o', color=colour, markersize=3, zorder=7)
-    axes.annotate(name, (across, along), xytext=(6, -12), textcoords='offset points',
-                  color=colour, fontsize=9)
+    axes.annotate(name, (across, along), xytext=(6, 5 if name_above else -12),
+                  textcoords='offset points', zorder=8, color=colour, fontsize=9,  # legible on wheels and ellipse, too
+                  path_effects=[patheffects.withStroke(linewidth=2.5, foreground='white')])
 
 
 def residualsFigure(record):
