@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <unsupported/Eigen/AutoDiff>
+
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -218,16 +219,13 @@ ObservabilityRank rankOf(const ObservabilityCase& observed) {
 }
 
 std::string observabilityTable(const std::vector<ObservabilityCase>& cases) {
-  constexpr std::size_t kLine = 300;
   std::string table =
       "| motion, state | rank | of | least counted | most neglected |\n|---|---|---|---|---|\n";
   for (const ObservabilityCase& observed : cases) {
     const ObservabilityRank found = rankOf(observed);
-    char line[kLine];
-    std::snprintf(line, sizeof(line), "| %s | %d | %d | %.0e | %.0e |%s\n", observed.motion.c_str(),
-                  found.rank, found.unknowns, found.least_counted, found.most_neglected,
-                  found.rank == observed.expected_rank ? "" : " not as expected");
-    table += line;
+    table += formatted("| %s | %d | %d | %.0e | %.0e |%s\n", observed.motion.c_str(), found.rank,
+                       found.unknowns, found.least_counted, found.most_neglected,
+                       found.rank == observed.expected_rank ? "" : " not as expected");
   }
   return table;
 }

@@ -3,6 +3,7 @@
 #include <iomanip>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 #include "tools/paper/paper_figures.h"
 
 namespace bearing_calibration::core {
@@ -12,8 +13,8 @@ constexpr int kDigits = 6;
 
 /// (phi, rho, psi) in the units of the files.
 Eigen::Vector3d shown(const Eigen::Vector3d& mount) {
-  constexpr double kMillimetres = 1e3;
-  return {degreesFromRadians(mount(0)), kMillimetres * mount(1), degreesFromRadians(mount(2))};
+  return {degreesFromRadians(mount(0)), kMillimetresPerMetre * mount(1),
+          degreesFromRadians(mount(2))};
 }
 
 void writeNames(std::ostream& out, const std::string& what) {

@@ -3,11 +3,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <random>
 
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -16,9 +16,7 @@ constexpr double kMostFigure = 0.25;
 constexpr double kTail = 1e-3;
 
 Eigen::Vector3d mountError(const DriveRecord& record) {
-  Eigen::Vector3d error = record.result.cartesian_state->mean.tail<3>() - record.truth.tail<3>();
-  error.z() = wrapAngle(error.z());
-  return error;
+  return mountDifference(record.result.cartesian_state->mean.tail<3>(), record.truth.tail<3>());
 }
 
 Eigen::Matrix3d mountCovariance(const DriveRecord& record) {
@@ -40,8 +38,6 @@ Eigen::Matrix3d alongMount(const Vector5& truth) {
 Bar atMost(const std::string& sentence, double value, double limit) {
   return {sentence, value, limit, value <= limit};
 }
-
-constexpr std::size_t kLine = 256;
 
 }  // namespace
 
@@ -133,16 +129,12 @@ std::string formatEach(const std::vector<DriveRecord>& records) {
   std::string lines;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const DriveRecord& record = records[i];
-    char line[kLine];
-    std::snprintf(line, sizeof(line), "  run %zu: %s after %.1f s, ", i + 1, nameOf(record.end),
-                  record.time_s);
-    lines += line;
+    lines += formatted("  run %zu: %s after %.1f s, ", i + 1, nameOf(record.end), record.time_s);
     if (record.result.cartesian_state) {
-      std::snprintf(line, sizeof(line),
-                    "figure %.3f, chi-square %.1f, first estimate after %.1f s, nearest %.2f m\n",
+      lines +=
+          formatted("figure %.3f, chi-square %.1f, first estimate after %.1f s, nearest %.2f m\n",
                     polarFigure(mountCovariance(record), kPaperRho_m), chiSquareOf(record),
                     record.first_estimate_s, record.least_distance_m);
-      lines += line;
     } else {
       lines += "no estimate\n";
     }
@@ -151,18 +143,14 @@ std::string formatEach(const std::vector<DriveRecord>& records) {
 }
 
 std::string motionHeader() {
-  char line[kLine];
-  std::snprintf(line, sizeof(line), "%-20s %5s %7s %7s %9s %6s %9s %9s\n", "motion", "runs",
-                "figure", "worst", "measured", "NEES", "nearest m", "decide ms");
-  return line;
+  return formatted("%-20s %5s %7s %7s %9s %6s %9s %9s\n", "motion", "runs", "figure", "worst",
+                   "measured", "NEES", "nearest m", "decide ms");
 }
 
 std::string format(const std::string& name, const MotionSummaryRow& row) {
-  char line[kLine];
-  std::snprintf(line, sizeof(line), "%-20s %5d %7.3f %7.3f %9.3f %6.2f %9.3f %9.2f\n", name.c_str(),
-                row.runs, row.figure, row.worst_figure, row.measured_figure, row.nees,
-                row.least_distance_m, row.worst_decision_ms);
-  return line;
+  return formatted("%-20s %5d %7.3f %7.3f %9.3f %6.2f %9.3f %9.2f\n", name.c_str(), row.runs,
+                   row.figure, row.worst_figure, row.measured_figure, row.nees,
+                   row.least_distance_m, row.worst_decision_ms);
 }
 
 std::vector<Bar> judgeBars(const MotionSummaryRow& row) {
@@ -196,10 +184,8 @@ RoomSummary summariseRooms(const std::vector<DriveRecord>& records) {
       ++summary.near_in_opening;
     }
     if (record.end != DriveEnd::kConverged) {
-      char line[kLine];
-      std::snprintf(line, sizeof(line), "  room %zu: %s after %.0f s, %s\n", i + 1,
-                    nameOf(record.end), record.time_s, record.result.advice.c_str());
-      summary.failures += line;
+      summary.failures += formatted("  room %zu: %s after %.0f s, %s\n", i + 1, nameOf(record.end),
+                                    record.time_s, record.result.advice.c_str());
       continue;
     }
     ++summary.converged;
@@ -213,30 +199,26 @@ RoomSummary summariseRooms(const std::vector<DriveRecord>& records) {
 }
 
 std::string format(const RoomSummary& summary) {
-  char lines[kLine];
-  std::snprintf(lines, sizeof(lines),
-                "rooms: %d of %d converged (%d of them right), mean %.0f s, longest %.0f s\n"
-                "nearer than %.2f m: %d before the first plan, %d when planned\n",
-                summary.converged, summary.rooms, summary.right, summary.mean_time_s,
-                summary.worst_time_s, kNear_m, summary.near_in_opening, summary.near_when_planned);
-  return lines + summary.failures;
+  return formatted(
+             "rooms: %d of %d converged (%d of them right), mean %.0f s, longest %.0f s\n"
+             "nearer than %.2f m: %d before the first plan, %d when planned\n",
+             summary.converged, summary.rooms, summary.right, summary.mean_time_s,
+             summary.worst_time_s, kNear_m, summary.near_in_opening, summary.near_when_planned) +
+         summary.failures;
 }
 
 std::string viewHeader() {
-  char line[kLine];
-  std::snprintf(line, sizeof(line), "%8s %8s %9s %9s %7s %6s %9s %6s %6s\n", "view deg", "planner",
-                "rooms", "converged", "right", "mean s", "longest s", "seen %", "NEES");
-  return line;
+  return formatted("%8s %8s %9s %9s %7s %6s %9s %6s %6s\n", "view deg", "planner", "rooms",
+                   "converged", "right", "mean s", "longest s", "seen %", "NEES");
 }
 
 std::string formatView(double width_rad, bool is_known, const RoomSummary& summary) {
   constexpr double kPercent = 100.0;
-  char line[kLine];
-  std::snprintf(line, sizeof(line), "%8.0f %8s %9d %9d %7d %6.0f %9.0f %6.0f %6.2f\n",
-                degreesFromRadians(width_rad), is_known ? "knows" : "does not", summary.rooms,
-                summary.converged, summary.right, summary.mean_time_s, summary.worst_time_s,
-                kPercent * summary.share_in_view, summary.nees);
-  return line + summary.failures;
+  return formatted("%8.0f %8s %9d %9d %7d %6.0f %9.0f %6.0f %6.2f\n", degreesFromRadians(width_rad),
+                   is_known ? "knows" : "does not", summary.rooms, summary.converged, summary.right,
+                   summary.mean_time_s, summary.worst_time_s, kPercent * summary.share_in_view,
+                   summary.nees) +
+         summary.failures;
 }
 
 std::vector<Bar> judgeBars(const RoomSummary& summary) {

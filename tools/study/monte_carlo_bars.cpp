@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
-#include <cstdio>
 
 #include "bearing_calibration/common/chi_square.h"
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -97,10 +97,8 @@ std::vector<Bar> judgeBars(const std::vector<Trial>& trials, const std::vector<T
 std::string format(const std::vector<Bar>& bars) {
   std::string text;
   for (const Bar& bar : bars) {
-    char line[256];
-    std::snprintf(line, sizeof(line), "%s: %s %.3f (at most %.3f)\n",
-                  bar.reached ? "reached" : "MISSED", bar.sentence.c_str(), bar.value, bar.limit);
-    text += line;
+    text += formatted("%s: %s %.3f (at most %.3f)\n", bar.reached ? "reached" : "MISSED",
+                      bar.sentence.c_str(), bar.value, bar.limit);
   }
   return text;
 }

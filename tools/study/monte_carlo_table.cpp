@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/common/robust_statistics.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -24,12 +24,6 @@ Eigen::Matrix<double, 6, 1> boundsOf(const Snapshot& snapshot) {
   Eigen::Matrix<double, 6, 1> bounds;
   bounds << snapshot.polar_bound, snapshot.bound.diagonal().tail<3>();
   return bounds;
-}
-
-double medianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 TableRow summariseRow(const std::vector<Trial>& trials, std::size_t index) {
@@ -109,19 +103,15 @@ std::string formatBounds(const std::vector<Trial>& trials) {
       bounds += boundsOf(trial.snapshots[i]);
     }
     const auto shown = [&](const Eigen::Matrix<double, 6, 1>& sums) {
-      constexpr double kMillimetres = 1e3;
       const Eigen::Matrix<double, 6, 1> size = (sums / std::max(1, estimates)).cwiseSqrt();
-      return Eigen::Vector4d(degreesFromRadians(size(0)), kMillimetres * size(1),
+      return Eigen::Vector4d(degreesFromRadians(size(0)), kMillimetresPerMetre * size(1),
                              degreesFromRadians(size(2)), degreesFromRadians(size(5)));
     };
     const Eigen::Vector4d bound = shown(bounds);
     const Eigen::Vector4d reached = shown(squares);
-    char line[256];
-    std::snprintf(line, sizeof(line),
-                  "| %.0f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f |\n",
-                  trials.front().snapshots[i].time_s, bound(0), bound(1), bound(2), bound(3),
-                  reached(0), reached(1), reached(2), reached(3));
-    text += line;
+    text += formatted("| %.0f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f |\n",
+                      trials.front().snapshots[i].time_s, bound(0), bound(1), bound(2), bound(3),
+                      reached(0), reached(1), reached(2), reached(3));
   }
   return text;
 }
@@ -173,16 +163,13 @@ std::string format(const std::vector<TableRow>& rows) {
       "ms mean, most | states |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const TableRow& row : rows) {
-    char line[512];
     const Eigen::Matrix<double, 6, 1>& q = row.rmse_per_bound;
-    std::snprintf(line, sizeof(line),
-                  "| %.0f | %d of %d | %d | %d | %d | %d | %.2f | %.2f | %.2f | %d | %.2f %.2f "
-                  "%.2f %.2f %.2f %.2f | %.1f, %.0f | ",
-                  row.time_s, row.possible, row.trials, row.possible_claimed, row.claimed,
-                  row.wrong, row.beyond, row.mount_nees, row.state_nees, row.estimate_nees,
-                  row.failed, q(0), q(1), q(2), q(3), q(4), q(5), row.milliseconds,
-                  row.most_milliseconds);
-    text += line + row.words + " |\n";
+    text += formatted(
+        "| %.0f | %d of %d | %d | %d | %d | %d | %.2f | %.2f | %.2f | %d | %.2f %.2f "
+        "%.2f %.2f %.2f %.2f | %.1f, %.0f | %s |\n",
+        row.time_s, row.possible, row.trials, row.possible_claimed, row.claimed, row.wrong,
+        row.beyond, row.mount_nees, row.state_nees, row.estimate_nees, row.failed, q(0), q(1), q(2),
+        q(3), q(4), q(5), row.milliseconds, row.most_milliseconds, row.words.c_str());
   }
   return text;
 }
@@ -191,11 +178,8 @@ std::string formatWhole(const std::vector<TableRow>& rows) {
   std::string text;
   for (const TableRow& row : rows) {
     if (row.whole == 0) continue;
-    char line[256];
     const Eigen::Vector3d& q = row.off_whole_per_bound;
-    std::snprintf(line, sizeof(line), "| %.0f | %d | %.2f %.2f %.2f |\n", row.time_s, row.whole,
-                  q(0), q(1), q(2));
-    text += line;
+    text += formatted("| %.0f | %d | %.2f %.2f %.2f |\n", row.time_s, row.whole, q(0), q(1), q(2));
   }
   if (text.empty()) return text;
   return "| time [s] | whole records fitted | RMS off that fit/bound x y yaw |\n|---|---|---|\n" +

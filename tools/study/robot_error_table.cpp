@@ -1,7 +1,6 @@
 #include "tools/study/robot_error_table.h"
 
 #include <cmath>
-#include <cstdio>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
@@ -27,16 +26,13 @@ struct Column {
   }
 
   std::string line() const {
-    char text[128];
-    std::snprintf(text, sizeof(text), "%-30s %6d %8.2f %8.2f %12.5f\n", name.c_str(), count,
-                  error / count, std::sqrt(square / count), stddev / count);
-    return text;
+    return formatted("%-30s %6d %8.2f %8.2f %12.5f\n", name.c_str(), count, error / count,
+                     std::sqrt(square / count), stddev / count);
   }
 };
 
 /// The mount's errors by themselves.
 std::string mountErrors(const std::vector<Trial>& trials) {
-  constexpr double kMillimetres = 1e3;
   int count = 0;
   Eigen::Array4d squares = Eigen::Array4d::Zero();  // phi, rho, psi, yaw
   for (const Trial& trial : trials) {
@@ -49,8 +45,8 @@ std::string mountErrors(const std::vector<Trial>& trials) {
   }
   const Eigen::Array4d rmse = (squares / count).sqrt();
   return formatted("RMSE of phi %.2f deg, rho %.2f mm, psi %.2f deg, yaw %.3f deg\n",
-                   degreesFromRadians(rmse(0)), kMillimetres * rmse(1), degreesFromRadians(rmse(2)),
-                   degreesFromRadians(rmse(3)));
+                   degreesFromRadians(rmse(0)), kMillimetresPerMetre * rmse(1),
+                   degreesFromRadians(rmse(2)), degreesFromRadians(rmse(3)));
 }
 
 }  // namespace
