@@ -32,7 +32,6 @@ CITATION = re.compile(r'(\w+\.md)\)?,\s+(?:(?:///?|#) )?'
 CITING = [path for folder in ('bench', 'include', 'src', 'test', 'tools') for name in ('*.h', '*.cpp', '*.py')
           for path in glob.glob(os.path.join(REPOSITORY, folder, '**', name), recursive=True)]
 TEMPLATE = os.path.join(REPOSITORY, 'tools', 'paper', 'reproduce_paper.md')
-WITHOUT_HELP = {'drive_instructions'}  # takes one word
 
 
 def textOf(*path):
@@ -87,8 +86,6 @@ class Commands(unittest.TestCase):
         checked = 0
         for document, command in allCommands():
             for program, rest in re.findall(r'rosrun bearing_calibration (\w+)([^|;]*)', command):
-                if program in WITHOUT_HELP:
-                    continue
                 for option in re.findall(r'(?<!\S)--?[a-z][\w-]*', rest):
                     checked += 1
                     with self.subTest(document=document, program=program, option=option):

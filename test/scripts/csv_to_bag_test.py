@@ -121,6 +121,16 @@ class CsvToBag(unittest.TestCase):
     def testAnOutputThatCannotBeWrittenIsNamed(self):
         done = self.convert('--landmark', '3', '--output', '/no/such/out.bag')
         self.assertRefused(done, 1, '/no/such/out.bag')
+        place = os.path.join(self.folder, 'place')
+        os.mkdir(place)
+        done = self.convert('--landmark', '3', '--output', place)
+        self.assertRefused(done, 1, place)
+        self.assertEqual(sorted(os.listdir(self.folder)), ['observations.csv', 'place', 'wheels.csv'])
+
+    def testMissingArgumentsAreNamedAsInTheHelp(self):
+        done = subprocess.run([self.program, 'wheels.csv', '--landmark', '1', '--output', self.output],
+                              stderr=subprocess.PIPE, universal_newlines=True, timeout=600)
+        self.assertRefused(done, 2, 'BEARINGS.csv is missing')
 
     def testWrongOptionsAreUsageErrors(self):
         for arguments, word in (

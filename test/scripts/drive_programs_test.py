@@ -23,9 +23,15 @@ class DriveInstructions(unittest.TestCase):
         self.assertIn('inside', run('drive_instructions', 'corner_light').stdout)
 
     def testAnUnknownMotionIsRefused(self):
-        done = run('drive_instructions', 'waltz')
-        self.assertEqual(done.returncode, 2)
-        self.assertIn('usage', done.stdout)
+        for words in (('waltz',), ('dance', 'corner_light')):
+            done = run('drive_instructions', *words)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn('usage', done.stdout)
+
+    def testHelpIsNoError(self):
+        done = run('drive_instructions', '--help')
+        self.assertEqual(done.returncode, 0)
+        self.assertIn('corner_light|dance', done.stdout)
 
 
 class DriveTable(unittest.TestCase):

@@ -95,16 +95,18 @@ class FindMirror(unittest.TestCase):
 
     def testNamesWhatIsWrong(self):
         picture = self.write('a.pgm', mirrorPicture(1))
-        self.assertRefused(self.findMirror(), 2, 'image', '--help')
+        self.assertRefused(self.findMirror(), 2, 'IMAGE is missing', '--help')
         self.assertRefused(self.findMirror(picture, '--radius', '-1'), 2, '--radius')
         self.assertRefused(self.findMirror('missing.png'), 1, 'missing.png', 'no image')
         text = self.write('text.png', b'not a picture')
         self.assertRefused(self.findMirror(text), 1, 'text.png')
         other = self.write('b.pgm', mirrorPicture(1, width=100, height=80))
         self.assertRefused(self.findMirror(picture, other), 1, 'b.pgm', 'another size')
-        done = self.findMirror(picture, '--output', os.path.join(self.folder, 'no', 'folder.png'))
-        self.assertEqual(done.returncode, 1)
-        self.assertIn('cannot be written', done.stderr)
+        for drawing in (os.path.join('no', 'folder.png'), 'picture.of_no_kind'):
+            done = self.findMirror(picture, '--output', os.path.join(self.folder, drawing))
+            self.assertEqual(done.returncode, 1)
+            self.assertIn('%s: cannot be written' % drawing, done.stderr)
+            self.assertNotIn('OpenCV', done.stderr)
 
 
 if __name__ == '__main__':

@@ -94,6 +94,7 @@ class SimulateBag(unittest.TestCase):
         done, result = self.calibrate(bag)
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertRight(result)
+        self.assertEqual(result['record']['rejections'], '', 'the simulated sensor is an honest one')
 
     def testImagesLeadToTheMountInBoundedMemory(self):
         bag = self.simulate('images.bag', '--seconds', str(IMAGE_SECONDS))

@@ -33,7 +33,14 @@ std::optional<options::variables_map> parseArguments(
     std::cout << visible << "\n";
     return std::nullopt;
   }
-  options::notify(values);
+  try {
+    options::notify(values);
+  } catch (const options::required_option& error) {  // what is hidden is no option to its user
+    const options::option_description* positional =
+        hidden.find_nothrow(error.get_option_name().substr(2), false);
+    if (positional == nullptr) throw;
+    throw options::error(positional->description() + " is missing");
+  }
   return values;
 }
 

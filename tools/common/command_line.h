@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/program_options.hpp>
+#include <cstdlib>
 #include <functional>
 #include <optional>
 #include <string>
@@ -15,10 +16,23 @@ inline constexpr int kUsageError = 2;  ///< exit status for wrong arguments
 ///   `failure_status` for any other exception
 int runProgram(const char* name, const std::function<int()>& work, int failure_status = 1);
 
+/// The same of a program without a status of its own.
+/// @param parse  stores the arguments; false when only help was asked for
+/// @param work  what is done with them
+template <class Arguments>
+int runProgram(const char* name, int argc, char** argv, bool (*parse)(int, char**, Arguments*),
+               void (*work)(const Arguments&)) {
+  return runProgram(name, [&] {
+    Arguments arguments;
+    if (parse(argc, argv, &arguments)) work(arguments);
+    return EXIT_SUCCESS;
+  });
+}
+
 /// The arguments by their names, stored where the options say. None when only help was asked for,
 /// which is printed then.
 /// @param visible  options, as --help shows them
-/// @param hidden  what `positions` names
+/// @param hidden  what `positions` names; its descriptions are said of what is missing
 /// @throws boost::program_options::error
 std::optional<boost::program_options::variables_map> parseArguments(
     int argc, char** argv, const boost::program_options::options_description& visible,

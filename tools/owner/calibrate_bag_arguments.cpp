@@ -22,7 +22,7 @@ constexpr char kUsage[] =
     "Exit status: 0 converged; 1 failed; 2 wrong arguments or parameters; 3 the mount is not\n"
     "observable with this motion; 4 found, but less certain than the targets; 5 the estimates\n"
     "disagree (--compare).\n"
-    "With several bags it is the first of 1, 3, 5, 4 that holds for one of them.\n";
+    "With several bags it is the first of 1, 3, 5, 4 that holds for one of them.\n\nOptions";
 
 options::options_description describeOptions(CalibrateBagArguments* arguments) {
   options::options_description description(kUsage);
@@ -74,7 +74,7 @@ std::optional<CalibrateBagArguments> parseCalibrateBagArguments(int argc, char**
   CalibrateBagArguments arguments;
   const options::options_description visible = describeOptions(&arguments);
   options::options_description hidden;
-  hidden.add_options()("bag", options::value(&arguments.bags)->required(), "");
+  hidden.add_options()("bag", options::value(&arguments.bags)->required(), "BAG");
   options::positional_options_description positions;
   positions.add("bag", -1);
   if (!parseArguments(argc, argv, visible, hidden, positions)) return std::nullopt;

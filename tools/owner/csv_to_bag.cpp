@@ -4,6 +4,7 @@
 
 #include <boost/program_options.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <limits>
@@ -38,7 +39,7 @@ options::options_description describeOptions(Arguments* arguments) {
       "ODOMETRY.csv: t_s,left_m,right_m (rolled since the row before) or\n"
       "              t_s,left_ticks,right_ticks (counts)\n"
       "BEARINGS.csv: t_s,landmark_id,bearing_rad (counter-clockwise, sensor frame)\n"
-      "Messages are stamped and recorded at start-time + t_s");
+      "Messages are stamped and recorded at start-time + t_s\n\nOptions");
   // Fine enough that rounding (3 um) is nothing beside a wheel's noise, coarse enough that 32-bit
   // counters hold 20 km.
   constexpr double kDefaultMetersPerTick = 1e-5;
@@ -70,8 +71,9 @@ options::options_description describeOptions(Arguments* arguments) {
 bool parse(int argc, char** argv, Arguments* arguments) {
   const options::options_description visible = describeOptions(arguments);
   options::options_description hidden;
-  hidden.add_options()("odometry", options::value(&arguments->odometry_file)->required(), "")(
-      "bearings", options::value(&arguments->bearings_file)->required(), "");
+  hidden.add_options()("odometry", options::value(&arguments->odometry_file)->required(),
+                       "ODOMETRY.csv")(
+      "bearings", options::value(&arguments->bearings_file)->required(), "BEARINGS.csv");
   options::positional_options_description positions;
   positions.add("odometry", 1).add("bearings", 1);
   if (!parseArguments(argc, argv, visible, hidden, positions)) return false;
@@ -135,12 +137,10 @@ void writeBag(const std::vector<CounterRow>& counters,
   const std::string unfinished = arguments.output_file + ".unfinished";
   try {
     writeMessages(counters, observations, arguments, unfinished);
+    std::filesystem::rename(unfinished, arguments.output_file);
   } catch (...) {
     std::remove(unfinished.c_str());
     throw;
-  }
-  if (std::rename(unfinished.c_str(), arguments.output_file.c_str()) != 0) {
-    throw std::runtime_error("cannot rename " + unfinished + " to " + arguments.output_file);
   }
 }
 
@@ -162,16 +162,10 @@ void convert(const Arguments& arguments) {
             << arguments.bearings_topic << "\n";
 }
 
-int run(int argc, char** argv) {
-  Arguments arguments;
-  if (parse(argc, argv, &arguments)) convert(arguments);
-  return EXIT_SUCCESS;
-}
-
 }  // namespace
 }  // namespace bearing_calibration::core
 
 int main(int argc, char** argv) {
-  return bearing_calibration::core::runProgram(
-      "csv_to_bag", [&] { return bearing_calibration::core::run(argc, argv); });
+  using namespace bearing_calibration::core;
+  return runProgram("csv_to_bag", argc, argv, parse, convert);
 }

@@ -1,4 +1,4 @@
-// Prints how to drive a calibration by hand: drive_instructions [corner_light|dance]
+// Prints how to drive a calibration by hand: drive_instructions --help
 
 #include <cstdio>
 #include <string>
@@ -8,10 +8,14 @@
 int main(int argc, char** argv) {
   using namespace bearing_calibration::core;
   constexpr int kUsageError = 2;
-  const auto motion = motionNamed(argc > 1 ? argv[1] : "corner_light");
-  if (!motion) {
-    std::fprintf(stderr, "usage: drive_instructions [corner_light|dance]\n");
-    return kUsageError;
+  const std::string word = argc > 1 ? argv[1] : "corner_light";
+  const bool is_help = word == "-h" || word == "--help";
+  const auto motion = motionNamed(word);
+  if (is_help || !motion || argc > 2) {
+    std::fprintf(is_help ? stdout : stderr,
+                 "usage: drive_instructions [corner_light|dance]\n"
+                 "Prints how to drive a calibration by hand, step by step.\n");
+    return is_help ? 0 : kUsageError;
   }
   int number = 0;
   for (const std::string& step : instructionsFor(*motion)) {

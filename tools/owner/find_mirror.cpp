@@ -3,7 +3,6 @@
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -47,7 +46,7 @@ bool parse(int argc, char** argv, Arguments* arguments) {
       "the\n"
       "surroundings smear and the rim stays.\n"
       "With the lens' principal point it also prints the calibration's parameters for a mirror\n"
-      "that is tilted or offset from the lens' axis");
+      "that is tilted or offset from the lens' axis\n\nOptions");
   auto add = visible.add_options();
   add("help,h", "print this");
   add("radius", options::value(&arguments->radius_px)->default_value(0.0, "any"),
@@ -63,7 +62,7 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   add("config,c", options::value(&arguments->config_files),
       "parameters that differ from config/detection.yaml: your lens and mirror; may be repeated");
   options::options_description hidden;
-  hidden.add_options()("image", options::value(&arguments->images)->required(), "");
+  hidden.add_options()("image", options::value(&arguments->images)->required(), "IMAGE");
   options::positional_options_description positions;
   positions.add("image", -1);
   const auto values = parseArguments(argc, argv, visible, hidden, positions);
@@ -198,21 +197,16 @@ void find(const Arguments& arguments) {
   }
   print(*rim, bestCentre(*rim, image.size(), arguments));
   if (arguments.output_file.empty()) return;
-  if (!cv::imwrite(arguments.output_file, annotateRim(image, *rim))) {
-    throw std::runtime_error(arguments.output_file + ": cannot be written");
+  if (!cv::haveImageWriter(arguments.output_file) ||
+      !cv::imwrite(arguments.output_file, annotateRim(image, *rim))) {
+    throw std::runtime_error(arguments.output_file + ": cannot be written, or is of no known kind");
   }
-}
-
-int run(int argc, char** argv) {
-  Arguments arguments;
-  if (parse(argc, argv, &arguments)) find(arguments);
-  return EXIT_SUCCESS;
 }
 
 }  // namespace
 }  // namespace bearing_calibration::core
 
 int main(int argc, char** argv) {
-  return bearing_calibration::core::runProgram(
-      "find_mirror", [&] { return bearing_calibration::core::run(argc, argv); });
+  using namespace bearing_calibration::core;
+  return runProgram("find_mirror", argc, argv, parse, find);
 }

@@ -3,7 +3,6 @@
 #include <boost/program_options.hpp>
 #include <cinttypes>
 #include <cstdio>
-#include <cstdlib>
 #include <deque>
 #include <filesystem>
 #include <fstream>
@@ -37,7 +36,8 @@ bool parse(int argc, char** argv, Arguments* arguments) {
       "render_scene --output FOLDER [--scene FILE]... [--seed N] [--images N]\n\n"
       "Writes what the simulated camera sees while the robot drives, image by image, with "
       "truth.csv\n"
-      "(where each light is) and detection.yaml (what a detector needs to know of this scene)");
+      "(where each light is) and detection.yaml (what a detector needs to know of this scene)\n\n"
+      "Options");
   std::string folder;
   auto add = description.add_options();
   add("help,h", "print this");
@@ -146,16 +146,10 @@ void render(const Arguments& arguments) {
             << "detection.yaml\n";
 }
 
-int run(int argc, char** argv) {
-  Arguments arguments;
-  if (parse(argc, argv, &arguments)) render(arguments);
-  return EXIT_SUCCESS;
-}
-
 }  // namespace
 }  // namespace bearing_calibration_ros
 
 int main(int argc, char** argv) {
-  return bearing_calibration::core::runProgram(
-      "render_scene", [&] { return bearing_calibration_ros::run(argc, argv); });
+  using namespace bearing_calibration_ros;
+  return core::runProgram("render_scene", argc, argv, parse, render);
 }

@@ -3,7 +3,6 @@
 #include <rosbag/bag.h>
 
 #include <boost/program_options.hpp>
-#include <cstdlib>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -24,6 +23,9 @@ namespace {
 namespace core = bearing_calibration::core;
 namespace options = boost::program_options;
 
+/// Without images: as a laser scanner's that sees a post.
+constexpr double kBearingStddev_rad = core::radiansFromDegrees(0.1);
+
 struct Arguments {
   SceneArguments scene;
   std::string output_file;
@@ -37,14 +39,15 @@ bool parse(int argc, char** argv, Arguments* arguments) {
   options::options_description description(
       "simulate_bag --output FILE [--seconds S] [--scene FILE]... [--seed N] [--only-bearings]\n\n"
       "Writes what the demo's robot would have recorded: wheel_ticks and camera/image_raw (or\n"
-      "bearings), the same for the same seed");
+      "bearings), the same for the same seed\n\nOptions");
   auto add = description.add_options();
   add("help,h", "print this");
   add("output,o", options::value(&arguments->output_file)->required(), "bag to write");
-  add("seconds", options::value(&arguments->seconds)->default_value(kDefaultDrive_s), "of driving");
+  add("seconds", options::value(&arguments->seconds)->default_value(kDefaultDrive_s),
+      "of driving [s]");
   arguments->scene.addTo(&description);
   add("only-bearings", options::bool_switch(&arguments->only_bearings),
-      "bearings of the simulated sensor instead of images: a thousandth of the size");
+      "bearings with a noise of 0.1 deg instead of images: a thousandth of the size");
   if (!core::parseArguments(argc, argv, description)) return false;
   core::requireGreaterThan0("seconds", arguments->seconds);
   return true;
@@ -95,6 +98,7 @@ void record(const Arguments& arguments) {
   SimulationNodeConfig config = readSimulatedScene(arguments.scene);
   const core::Scene scene = core::drawScene(config.scene, config.seed);
   config.renderer.holders = scene.holders;
+  config.robot.sensor.stddev_rad = kBearingStddev_rad;
   core::RobotSimulator simulator(
       config.robot, scene.lights,
       core::makeTrajectory(config.driving.trajectory,
@@ -117,16 +121,10 @@ void record(const Arguments& arguments) {
             << " images\n";
 }
 
-int run(int argc, char** argv) {
-  Arguments arguments;
-  if (parse(argc, argv, &arguments)) record(arguments);
-  return EXIT_SUCCESS;
-}
-
 }  // namespace
 }  // namespace bearing_calibration_ros
 
 int main(int argc, char** argv) {
-  return bearing_calibration::core::runProgram(
-      "simulate_bag", [&] { return bearing_calibration_ros::run(argc, argv); });
+  using namespace bearing_calibration_ros;
+  return core::runProgram("simulate_bag", argc, argv, parse, record);
 }
