@@ -160,10 +160,14 @@ std::string inWords(const RivalMount& rival) {
       "of %d fits from yaws all around and %d with a slip elsewhere", rival.minima, rival.slips);
   if (!std::isfinite(rival.gap)) return "no other mount was found: none " + search;
   const Eigen::Vector3d& mount = rival.mount;
+  constexpr double kOnAnyRobot_m = 100.0;  // beyond it the numbers mean nothing
+  const std::string place = mount.head<2>().norm() > kOnAnyRobot_m
+                                ? formatted("beyond %.0f m", kOnAnyRobot_m)
+                                : formatted("%.3f m, %.3f m", mount.x(), mount.y());
   return formatted(
-      "the next best mount, (%.3f m, %.3f m, %.1f deg), is behind by %.1f of "
+      "the next best mount, (%s, %.1f deg), is behind by %.1f of "
       "log-likelihood (open below %.0f): the best other one %s",
-      mount.x(), mount.y(), degreesFromRadians(mount.z()), rival.gap, kOpenGap, search.c_str());
+      place.c_str(), degreesFromRadians(mount.z()), rival.gap, kOpenGap, search.c_str());
 }
 
 }  // namespace

@@ -92,6 +92,8 @@ TEST(MountQuality, OnlyWhatMayBeTrustedIsPraised) {
             "the next best mount, (0.100 m, -0.200 m, 90.0 deg), is behind by 12.3 of "
             "log-likelihood (open below 7): the best other one of 8 fits from yaws all around and "
             "0 with a slip elsewhere");
+  result.rival.offer(12.3, {-80.0, 4e6, 0.0});
+  EXPECT_EQ(qualityInWords(result)[2].find("the next best mount, (beyond 100 m, 0.0 deg), is"), 0U);
   result.state = CalibrationState::kInconsistent;
   EXPECT_TRUE(qualityInWords(result).empty());
 }

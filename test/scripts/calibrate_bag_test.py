@@ -185,6 +185,29 @@ class CalibrateBag(Drives):
         self.assertGreater(len(estimates), 50)
         self.assertEqual(estimates[-1]['state'], 'CONVERGED')
 
+    def testTheRunningEstimateEndsAsTheResult(self):
+        """Also where the robot turns on the spot at the end, and its distance does not grow."""
+        self.assertStatus(self.run_(self.record('spin.bag', worldOf(), seconds=117.0), '--set', NOISE),
+                          CONVERGED)
+        with open(os.path.join(self.output, 'estimates.csv')) as file:
+            last = list(csv.DictReader(file))[-1]
+        result = self.result()
+        for name, unit in (('x', 'm'), ('y', 'm'), ('yaw', 'rad')):
+            self.assertEqual(float(last['%s_%s' % (name, unit)]), result['base_from_camera'][name])
+            self.assertEqual(float(last['%s_stddev_%s' % (name, unit)]), result['stddev'][name])
+
+    def testTheParametersOfAResultAreTakenAgain(self):
+        self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)
+        first = self.result()
+        groups = {}
+        for name, value in first['parameters'].items():
+            group, key = name.split('/', 1)
+            groups.setdefault(group, {})[key] = value
+        with open(self.path('again.yaml'), 'w') as file:
+            yaml.safe_dump(groups, file)
+        self.assertStatus(self.run_(self.drives[0], '--config', self.path('again.yaml')), CONVERGED)
+        self.assertEqual(self.result()['parameters'], first['parameters'])
+
     def testTheSameBagGivesTheSameBits(self):
         """Reading and calibrating go on at once, on two threads."""
         texts = []
@@ -242,6 +265,16 @@ class CalibrateBag(Drives):
         self.assertRight(comparison['together'], worldOf())
         self.assertRight(self.result('drive_2'), worldOf())
 
+    def testANameOfAnyLengthLeavesItsRowWhole(self):
+        bags = [self.path('%d%s.bag' % (i, 'drive' * 40)) for i in (1, 2)]
+        for drive, bag in zip(self.drives, bags):
+            shutil.copy(drive, bag)
+        done = self.run_(*bags, '--set', NOISE, '--compare')
+        self.assertStatus(done, CONVERGED)
+        number = r' +-?\d+\.\d{4} \+- \d\.\d{4}'
+        rows = re.findall(r'(?m)^(\d)(?:drive){40}%s +\d+\.\d$' % (3 * number), done.stdout)
+        self.assertEqual(rows, ['1', '2'], done.stdout)
+
     def testBagsOfTwoMountsDisagree(self):
         moved = worldOf(2, sensor=(0.15, 0.12, math.radians(12.0)))
         done = self.run_(self.drives[0], self.record('moved.bag', moved), '--set', NOISE, '--compare')
@@ -264,6 +297,9 @@ class CalibrateBag(Drives):
         self.assertRight(self.result('two_light_9'), worldOf())
         self.assertIn('they agree', done.stdout)
         self.assertStatus(self.run_(bag, '--set', NOISE, '--light', '9'), CONVERGED)
+        done = self.run_(bag, '--light', '5')
+        self.assertStatus(done, FAILED)
+        self.assertIn('! no bearing has the light_id 5, only: 4, 9', done.stdout)
 
     # Promise kept: a bag of a straight line over a good result
     def testAStraightLineIsDegenerateAndLeavesAnEarlierResultAlone(self):
@@ -474,7 +510,9 @@ class CalibrateBag(Drives):
             done = self.run_('any.bag', *arguments)
             self.assertStatus(done, USAGE)
             self.assertIn(said, done.stderr)
-        self.assertStatus(self.run_(), USAGE)
+        done = self.run_()
+        self.assertStatus(done, USAGE)
+        self.assertIn('BAG is missing', done.stderr)
         self.assertStatus(self.run_('--help'), CONVERGED)
 
     def testHelpNamesEveryExitStatus(self):

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration_ros/camera_rays.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_bearings.h"
@@ -45,7 +46,13 @@ class History {
     step_m_ *= 2.0;
   }
 
-  std::vector<EstimateRow> take() { return std::move(rows_); }
+  /// All rows, the last one that of the result.
+  std::vector<EstimateRow> take(const CalibrationResult& result) {
+    if (result.base_from_sensor && (rows_.empty() || rows_.back().stamp != result.stamp)) {
+      add(result);
+    }
+    return std::move(rows_);
+  }
 
  private:
   std::vector<EstimateRow> rows_;
@@ -136,6 +143,7 @@ class Replay {
     const Timing timing(&outcome_->times.estimation);
     if (job_.light_id) {
       auto& candidates = bearings.candidates;
+      for (const Bearing& candidate : candidates) lights_.insert(candidate.light_id);
       candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
                                       [this](const Bearing& candidate) {
                                         return candidate.light_id != *job_.light_id;
@@ -200,6 +208,7 @@ class Replay {
   std::optional<ros_side::CameraRays> rays_;  ///< none with a mirror
   History history_;
   bool has_news_ = false;
+  std::set<std::int32_t> lights_;  ///< of all bearings, where only those of one are used
   std::map<std::string, std::string> warnings_;  ///< the first one of each kind
 };
 
@@ -207,9 +216,17 @@ void Replay::finish() {
   const Timing timing(&outcome_->times.estimation);
   outcome_->result = calibrator_.result();
   outcome_->review = review_.conclude(outcome_->result);
-  outcome_->history = history_.take();
+  outcome_->history = history_.take(outcome_->result);
   const OpticsLearner* learner = images_ && images_->learner() ? &*images_->learner() : nullptr;
   if (learner != nullptr && learner->learntValues() > 0) outcome_->optics = yamlOf(*learner);
+  if (job_.light_id && lights_.count(*job_.light_id) == 0) {
+    std::vector<std::string> others;
+    for (const std::int32_t light : lights_) {
+      others.push_back(light == kUnknownLight ? "none" : std::to_string(light));
+    }
+    warn("light", formatted("no bearing has the light_id %d, only: %s", *job_.light_id,
+                            joined(others, ", ").c_str()));
+  }
   for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
 }
 
