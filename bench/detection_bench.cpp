@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/default_rig.h"
 #include "support/synthetic_spot.h"
+#include "tools/study/random_scene.h"
 #include "tools/study/simple_blob.h"
 
 namespace bearing_calibration::core {

@@ -12,6 +12,7 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
+#include "tools/study/random_scene.h"
 
 namespace bearing_calibration::core {
 namespace {

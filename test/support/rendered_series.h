@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/simulation/image_renderer.h"
 #include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/vision/light_bearings.h"
 #include "support/rendered_observations.h"

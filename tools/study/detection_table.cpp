@@ -19,10 +19,10 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/vision/annotation.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/synthetic_spot.h"
+#include "tools/study/random_scene.h"
 #include "tools/study/scene_drive.h"
 #include "tools/study/simple_blob.h"
 

@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/vision/light_detector.h"
 #include "support/rendered_series.h"
 #include "tools/common/command_line.h"
+#include "tools/study/random_scene.h"
 
 namespace bearing_calibration::core {
 namespace {

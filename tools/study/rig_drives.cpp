@@ -15,6 +15,7 @@
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/simulation/image_renderer.h"
 #include "bearing_calibration/simulation/robot_simulator.h"
 #include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration_ros/image_bearings.h"

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstddef>
 
-#include "bearing_calibration/simulation/scene.h"
 #include "bearing_calibration/vision/light_detector.h"
+#include "tools/study/random_scene.h"
 
 namespace bearing_calibration::core {
 
