@@ -20,6 +20,9 @@ constexpr StatusWords kStatusWords[] = {
     {InputStatus::kVarianceRaised, "variance raised to that of bearings/min_stddev",
      "a stated variance of %.9g rad^2 is below that of bearings/min_stddev: raised to it; state "
      "the spread that is seen while the robot stands"},
+    {InputStatus::kElevationLeftOut, "elevation beyond pi/2 (in degrees?)",
+     "elevation %.9g lies beyond pi/2: is it in degrees? bearings are in radians: candidate used "
+     "without it"},
     {InputStatus::kGeometryChanged, "sensor's geometry changed",
      "the sensor now states another geometry, with a harmonic's standard deviation of %.9g rad, or "
      "less that is known of it: the calibration begins again"},

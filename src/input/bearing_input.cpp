@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -32,6 +31,14 @@ InputOutcome checkCandidate(const Bearing& candidate, const BearingInputConfig& 
     }
   }
   return {};
+}
+
+/// The same of an elevation: what is none leaves an azimuth to be used.
+void checkElevation(Bearing* candidate, std::vector<InputOutcome>* remarks) {
+  constexpr double kMost_rad = 0.5 * kPi + 0.1;  // that of a light overhead, with its noise
+  if (!elevationOf(*candidate) || std::abs(candidate->elevation_rad) <= kMost_rad) return;
+  remarks->push_back({InputStatus::kElevationLeftOut, candidate->elevation_rad});
+  candidate->elevation_rad = candidate->elevation_variance_rad2 = Bearing().elevation_rad;
 }
 
 /// A stated variance below `least` becomes that. NaN, zero and less say that there is none.
@@ -83,6 +90,7 @@ CheckedBearings checkBearings(const BearingSet& bearings, const BearingInputConf
         checked.remarks.push_back({InputStatus::kProbabilityZero, probability});
       continue;
     }
+    checkElevation(&candidate, &checked.remarks);
     const double least_rad2 = config.min_stddev_rad * config.min_stddev_rad;
     raiseVariance(least_rad2, &candidate.azimuth_variance_rad2, &checked.remarks);
     raiseVariance(least_rad2, &candidate.elevation_variance_rad2, &checked.remarks);

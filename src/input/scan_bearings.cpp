@@ -207,7 +207,7 @@ BearingSet bearingsInScan(const LaserScan& scan, const ScanLightConfig& config,
   if (candidates.empty()) set.stamp = scan.stamp;
   set.view = viewOf(scan);
   const Eigen::Vector3d middle =
-      sensor_from_scan *
+      sensor_from_scan.linear() *
       Eigen::Vector3d(std::cos(set.view.centre_rad), std::sin(set.view.centre_rad), 0.0);
   set.view.centre_rad = std::atan2(middle.y(), middle.x());
   return set;

@@ -63,6 +63,7 @@ InputOutcome WheelOdometer::add(const OdometryPose& odometry) {
 
 bool WheelOdometer::standsAgainstItsTwist(const OdometryPose& odometry) {
   constexpr double kMostTravel_m = 0.2;  // what a filtered or a commanded twist says of a stop
+  constexpr double kStill_mps = 0.02;    // what a gyroscope's bias and noise say of standing
   const Pose2& last = last_.start_from_base;
   const bool stands = travel_ && odometry.start_from_base.position_m == last.position_m &&
                       odometry.start_from_base.yaw_rad == last.yaw_rad;
@@ -70,7 +71,7 @@ bool WheelOdometer::standsAgainstItsTwist(const OdometryPose& odometry) {
                            0.5 * geometry_.wheel_separation_m * std::abs(odometry.turn_radps);
   if (!stands) {
     twist_travel_m_ = 0.0;
-  } else if (odometry.stamp > last_twist_ && std::isfinite(speed_mps)) {
+  } else if (odometry.stamp > last_twist_ && std::isfinite(speed_mps) && speed_mps > kStill_mps) {
     twist_travel_m_ += speed_mps * secondsFromDuration(odometry.stamp - last_twist_);
   }
   last_twist_ = std::max(last_twist_, odometry.stamp);

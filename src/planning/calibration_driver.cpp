@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/motion_model.h"
 
 namespace bearing_calibration::core {
@@ -117,7 +116,10 @@ void CalibrationDriver::addBearings(const BearingSet& bearings, Stamp received) 
 void CalibrationDriver::addEstimate(const DriveEstimate& estimate, Stamp received) {
   last_estimate_ = received;
   if (estimate.state == CalibrationState::kConverged) end(DriveEnd::kConverged);
-  if (!estimate.robot) known_.reset();
+  if (!estimate.robot) {  // taken back, and with it one that still waits
+    known_.reset();
+    waiting_.reset();
+  }
   const bool is_news = estimate.robot && (!known_ || estimate.stamp > known_->stamp);
   if (!is_news) return;
   waiting_ = {estimate.stamp, partOf(*estimate.robot, kWheelErrors, {0})};

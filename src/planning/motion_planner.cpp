@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/filter/motion_model.h"
 
@@ -25,6 +24,8 @@ constexpr double kChord_m = 0.4;
 constexpr double kLongestStep_s = 0.25;  // 0.4 rad of a spin at 0.2 m/s: information hardly varies
 /// ... and where the sensor sees a part of a turn only, a step turns by at most so much of it.
 constexpr double kMostOfView = 0.125;
+/// However narrow the view or slow the wheels: a plan tries hundreds of ways, and commands wait.
+constexpr double kMostSteps = 1000.0;
 /// Fewer bearings of a step teach nothing.
 constexpr double kFewestBearings = 1e-3;
 constexpr double kSameStep = 1e-9;  // of a part of the way: rounding
@@ -52,11 +53,12 @@ OdometryWindow steadyTravel(const WheelSpeeds& speeds, double wheel_separation_m
 
 int stepsOf(const WheelDisplacement& wheels, double duration_s, const WheelLimits& limits,
             const FieldOfView& view) {
-  const double steps = duration_s / kLongestStep_s;
-  if (!view.isLimited()) return static_cast<int>(std::ceil(steps));
-  const double turn_rad = (wheels.right_m - wheels.left_m) / limits.wheel_separation_m;
-  return static_cast<int>(
-      std::ceil(std::max(steps, std::abs(turn_rad) / (kMostOfView * view.width_rad))));
+  double steps = duration_s / kLongestStep_s;
+  if (view.isLimited()) {
+    const double turn_rad = (wheels.right_m - wheels.left_m) / limits.wheel_separation_m;
+    steps = std::max(steps, std::abs(turn_rad) / (kMostOfView * view.width_rad));
+  }
+  return static_cast<int>(std::ceil(std::min(steps, kMostSteps)));
 }
 
 /// Lets the wheels roll from standstill to standstill.

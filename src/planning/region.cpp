@@ -8,7 +8,6 @@
 #include <boost/geometry/geometries/segment.hpp>
 
 #include "bearing_calibration/common/formatted.h"
-#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -17,6 +16,9 @@ namespace geometry = boost::geometry;
 using Point = geometry::model::d2::point_xy<double>;
 using Polygon = geometry::model::polygon<Point>;
 using Line = geometry::model::linestring<Point>;
+
+/// Clearance of a way that leaves the region past an inward corner, between ends that lie inside.
+constexpr double kOutsideBetween_m = 1e-9;
 
 Point pointFrom(const Eigen::Vector2d& vector) { return {vector.x(), vector.y()}; }
 
@@ -60,7 +62,8 @@ double Region::clearance(const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   const auto to_border = [&border](const auto& what) { return geometry::distance(what, border); };
   if (!geometry::within(pointFrom(from), polygon)) return -to_border(pointFrom(from));
   if (!geometry::within(pointFrom(to), polygon)) return -to_border(pointFrom(to));
-  return to_border(way);  // zero where it crosses the border
+  const double clearance_m = to_border(way);
+  return clearance_m > 0.0 ? clearance_m : -kOutsideBetween_m;
 }
 
 }  // namespace bearing_calibration::core

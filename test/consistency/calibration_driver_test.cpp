@@ -173,6 +173,29 @@ TEST(CalibrationDriver, DrivesNoWayOutOfItsRegion) {
   EXPECT_GT(config.region.clearance(robot.driver().startFromBase().position_m), 0.1);
 }
 
+/// After ~reset nothing is planned on what was known before, though the readings that it waits for
+/// come later.
+TEST(CalibrationDriver, PlansNothingOnAnEstimateThatWasTakenBack) {
+  const Stamp start = stampFromSeconds(100.0);
+  const auto after = [&](double time_s) { return start + durationFromSeconds(time_s); };
+  CartesianEstimate light;
+  light.mean << 2.0, 0.5, 0.1, 0.0, 0.0;
+  light.covariance = 1e-4 * Matrix5::Identity();
+  const DriveGoal goal{DriveMotion::kOptimal, 1000.0, 1000.0};
+  for (const bool is_taken_back : {false, true}) {
+    CalibrationDriver driver(paperDrive(), goal, start);
+    driver.addTravel({start, 0.0, 0.0, 0.0}, start);
+    driver.addEstimate({after(0.1), CalibrationState::kConverging, StateEstimate::of(light)},
+                       after(0.05));
+    if (is_taken_back) {
+      driver.addEstimate({start, CalibrationState::kInitialising, std::nullopt}, after(0.06));
+    }
+    driver.addTravel({after(0.2), 0.0, 0.0, 0.0}, after(0.2));
+    driver.steer(after(0.2));
+    EXPECT_NE(driver.plan().has_value(), is_taken_back);
+  }
+}
+
 /// A script without a part of it would be another one: it ends where the light forbids to go on.
 TEST(CalibrationDriver, EndsAScriptThatLeadsIntoTheLight) {
   Robot robot;

@@ -41,5 +41,30 @@ TEST(CheckedBearings, AreNoBetterThanTheLeastStandardDeviation) {
   EXPECT_EQ(checked.remarks.size(), 2U);
 }
 
+// Promise refused: an elevation in degrees; the azimuth beside it is used
+TEST(CheckedBearings, HaveNoElevationThatIsNone) {
+  BearingInputConfig config;
+  config.max_stddev_rad = 1.0;
+  for (const double elevation_rad : {0.3, -1.6, 12.0, -89.0}) {
+    BearingSet set;
+    set.candidates.resize(1);
+    set.candidates[0].azimuth_rad = 0.7;
+    set.candidates[0].azimuth_variance_rad2 = 1e-4;
+    set.candidates[0].elevation_rad = elevation_rad;
+    set.candidates[0].elevation_variance_rad2 = 1e-4;
+    const CheckedBearings checked = checkBearings(set, config);
+    ASSERT_EQ(checked.bearings.candidates.size(), 1U);
+    EXPECT_EQ(checked.bearings.candidates[0].azimuth_rad, 0.7);
+    const bool is_one = std::abs(elevation_rad) < 2.0;
+    EXPECT_EQ(elevationOf(checked.bearings.candidates[0]).has_value(), is_one) << elevation_rad;
+    ASSERT_EQ(checked.remarks.size(), is_one ? 0U : 1U);
+    if (is_one) continue;
+    EXPECT_EQ(checked.remarks[0].status, InputStatus::kElevationLeftOut);
+    EXPECT_EQ(checked.remarks[0].value, elevation_rad);
+    EXPECT_TRUE(checked.remarks[0].isWorthAWord());
+    EXPECT_FALSE(checked.remarks[0].isBadInput());
+  }
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core

@@ -241,6 +241,22 @@ TEST(OdometryPoses, ThatStandWhileTheTwistMovesAreRefused) {
   }
 }
 
+// A gyroscope's bias of 2 degrees a second, and encoders whose speeds flicker: for minutes.
+TEST(OdometryPoses, ThatStandAreAcceptedWhateverNoiseTheTwistHas) {
+  WheelOdometer odometer(geometry());
+  std::mt19937_64 random(13);
+  std::normal_distribution<double> flicker(0.0, 0.002);
+  for (int i = 0; i < 15000; ++i) {
+    OdometryPose pose = poseAt(0.02 * i, 0.0, 0.0, 0.0);
+    pose.forward_mps = flicker(random);
+    pose.turn_radps = 0.035;
+    const InputOutcome outcome = odometer.add(pose);
+    ASSERT_TRUE(outcome.accepted()) << describe(outcome) << ", reading " << i;
+  }
+  EXPECT_TRUE(odometer.add(poseAt(300.0, 0.01, 0.0, 0.0)).accepted());
+  EXPECT_NEAR(odometer.travel()->left_m, 0.01, 1e-9);
+}
+
 TEST(OdometryPoses, NeedNoTwist) {
   for (const double nothing : {0.0, kNaN}) {
     WheelOdometer odometer(geometry());

@@ -164,6 +164,17 @@ TEST(PrimitivePrediction, OfALightThatIsNeverInViewLearnsNothing) {
             logDetOf(start.mount()));
 }
 
+// Promise bounded: a field of view so narrow that planning a turn would take billions of steps
+TEST(PrimitivePrediction, TakesTheWholeTurnHoweverNarrowTheViewIs) {
+  const StateEstimate start = estimateAt(2.0, 0.0, 0.01);
+  const Eigen::Vector2d behind(0.0, -2.0);  // the light, after a quarter of a turn to the left
+  for (const double width_rad : {1.0, 1e-3, 1e-12}) {
+    const StateEstimate turned =
+        predictAfter({0.5 * kPi, 0.0}, start, kLimits, seeing({0.0, width_rad}));
+    EXPECT_LT((turned.mean.tail<2>() - behind).norm(), 0.01) << width_rad;
+  }
+}
+
 TEST(LightClearance, IsTheLeastDistanceMinusItsOwnDeviations) {
   StateEstimate robot = estimateAt(1.0, 0.5, 0.0);
   const auto clearance = [&](const MotionPrimitive& primitive) {
@@ -192,6 +203,19 @@ TEST(Region, DiscAndPolygonKnowTheirBorders) {
   EXPECT_FALSE(errorsOf(Region{0.0, {{1, 1}, {2, 1}, {2, 2}}}).empty());
   EXPECT_FALSE(errorsOf(Region{0.0, {{-1, -1}, {1, 1}, {1, -1}, {-1, 1}}}).empty());
   EXPECT_FALSE(errorsOf(Region{0.0, {}}).empty());
+}
+
+/// Its ends lie inside, 0.5 m from the border at least; the way between them does not.
+TEST(MotionPlanner, DrivesNoWayOutOfItsRegionPastAnInwardCornerWithoutAMargin) {
+  const Region corner{0.0, {{-1, -1}, {3, -1}, {3, 1}, {1, 1}, {1, 3}, {-1, 3}}};
+  PlannerConfig config = kPlanner;
+  config.region_margin_m = 0.0;
+  const MotionPlanner planner(config, kLimits, kSensing, corner);
+  const Pose2 start_from_base{{0.0, 2.5}, -0.25 * kPi};
+  const double length_m = 2.5 * std::sqrt(2.0);
+  EXPECT_FALSE(planner.staysInside({0.0, length_m}, start_from_base));
+  EXPECT_LT(corner.clearance({0.0, 2.5}, {2.5, 0.0}), 0.0);
+  EXPECT_TRUE(planner.staysInside({-0.25 * kPi, 2.0}, start_from_base));
 }
 
 /// Whatever it knows, it neither comes too near to the light nor leaves the region, and it learns.

@@ -213,6 +213,19 @@ TEST(ScanBearings, AreThoseOfTheSensorsFrame) {
   EXPECT_EQ(turned.stamp, own.stamp);
 }
 
+// A direction is the same from wherever it is seen: here from behind the sensor, turned to the
+// left.
+TEST(ScanBearings, HaveAFieldOfViewThatTurnsWithTheScannerButDoesNotMove) {
+  LaserScan scan = tracedScan({});
+  scan.first_ray_rad = -0.5;
+  scan.ray_spacing_rad = 1.0 / static_cast<double>(scan.ranges_m.size() - 1);
+  const Eigen::Isometry3d sensor_from_scan =
+      Eigen::Translation3d(-1.0, 0.3, 0.0) * Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ());
+  const FieldOfView view = bearingsInScan(scan, kPost, sensor_from_scan, 0.02, std::nullopt).view;
+  EXPECT_NEAR(view.centre_rad, 0.4, 1e-9);
+  EXPECT_NEAR(view.width_rad, 1.0, 1e-9);
+}
+
 TEST(LaserScan, SeesWhereItsRaysGo) {
   LaserScan scan;
   scan.first_ray_rad = -2.0;

@@ -14,6 +14,7 @@ enum class InputStatus : std::uint8_t {
   kAccepted,           ///< taken; bearings may still wait for the ticks that cover them
   kIgnoredPaused,      ///< the calibration is paused (ticks are still followed)
   kVarianceRaised,     ///< a stated variance was below the least: taken with that one
+  kElevationLeftOut,   ///< beyond a right angle, most likely in degrees: taken without it
   kGeometryChanged,    ///< the sensor states another one, or knows less of it: a calibration anew
   kNoStamp,            ///< the stamp is zero
   kStampInFuture,      ///< the stamp lies after the time of receipt by more than allowed

@@ -15,7 +15,8 @@ struct Region {
 
   void declare(Parameters& params);
 
-  /// Least distance of a straight way to the border [m], negative when a part of it lies outside.
+  /// Least distance of a straight way to the border [m], negative when a part of it lies outside:
+  /// minus that of its end which does, or a nanometre where it only touches or crosses the border.
   double clearance(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
   double clearance(const Eigen::Vector2d& point) const { return clearance(point, point); }
 };
