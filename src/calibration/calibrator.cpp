@@ -35,34 +35,25 @@ InputOutcome Calibrator::addReading(const Reading& reading, Stamp received) {
 }
 
 InputOutcome Calibrator::addTicks(const WheelCounts& ticks, Stamp received) {
-  const InputOutcome outcome = addReading(ticks, received);
-  takeOverFit();
-  return outcome;
+  return afterwards(addReading(ticks, received));
 }
 
 InputOutcome Calibrator::addAngles(const WheelAngles& angles, Stamp received) {
-  const InputOutcome outcome = addReading(angles, received);
-  takeOverFit();
-  return outcome;
+  return afterwards(addReading(angles, received));
 }
 
 InputOutcome Calibrator::addOdometry(const OdometryPose& odometry, Stamp received) {
-  const InputOutcome outcome = addReading(odometry, received);
-  takeOverFit();
-  return outcome;
+  return afterwards(addReading(odometry, received));
 }
 
 InputOutcome Calibrator::addWheel(WheelSide side, const WheelCount& count, Stamp received) {
-  const InputOutcome outcome = pair(side, count, received);
-  takeOverFit();
-  return outcome;
+  return afterwards(pair(side, count, received));
 }
 
 InputOutcome Calibrator::addBearings(const BearingSet& bearings, Stamp received) {
   const InputOutcome outcome = accept(bearings, received);
   processCovered();
-  takeOverFit();
-  return outcome;
+  return afterwards(outcome);
 }
 
 InputOutcome Calibrator::pair(WheelSide side, const WheelCount& count, Stamp received) {

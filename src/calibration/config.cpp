@@ -1,6 +1,5 @@
 #include "bearing_calibration/calibration/config.h"
 
-#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/robot_errors.h"
 
 namespace bearing_calibration::core {

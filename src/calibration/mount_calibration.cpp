@@ -5,7 +5,6 @@
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/judge/fault_finder.h"
-#include "bearing_calibration/solve/mount_displacement.h"
 #include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/track/light_start.h"
 

@@ -56,10 +56,7 @@ StateEstimate lastingPart(const StateEstimate& estimate) {
 }
 
 StateEstimate lastingPart(const MountEstimate& mount) {
-  StateEstimate lasting = StateEstimate::zero({kErrorCount, 0});
-  lasting.mean.head<kMountSize>() = mount.mean;
-  lasting.covariance.topLeftCorner<kMountSize, kMountSize>() = mount.covariance;
-  return lasting;
+  return lastingPart(StateEstimate{{}, mount.mean, mount.covariance});
 }
 
 std::vector<std::string> lastingNames() {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "bearing_calibration/common/parameters.h"
-
 namespace bearing_calibration::core {
 
 void ErrorPriors::setBlock(const std::string& name, double block_stddev) {

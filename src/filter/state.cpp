@@ -143,10 +143,6 @@ StateEstimate changedAs(StateEstimate estimate, const StateEstimate& from,
   return estimate;
 }
 
-MountEstimate mountFromCartesian(const CartesianEstimate& cartesian) {
-  return {cartesian.mean.tail<3>(), cartesian.covariance.bottomRightCorner<3, 3>()};
-}
-
 Eigen::Vector3d mountDifference(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return {a.x() - b.x(), a.y() - b.y(), wrapAngle(a.z() - b.z())};
 }

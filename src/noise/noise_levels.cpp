@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/common/robust_statistics.h"
 #include "bearing_calibration/solve/record_weights.h"
 

@@ -1,7 +1,5 @@
 #include "bearing_calibration/odometry/drive_geometry.h"
 
-#include "bearing_calibration/common/parameters.h"
-
 namespace bearing_calibration::core {
 
 void DriveGeometry::declare(Parameters& params) {

@@ -56,12 +56,13 @@ Visualisation::Light Visualiser::drawLight(const CartesianEstimate& estimate,
 
 Visualisation::Found Visualiser::drawFound(const CalibrationResult& result) const {
   const CartesianEstimate& estimate = *result.cartesian_state;
-  const MountEstimate mount = mountFromCartesian(estimate);
+  constexpr int kSensor = CartesianIndex::kSensorX;
+  constexpr int kYaw = CartesianIndex::kSensorYaw;
   Visualisation::Found found;
-  found.base_from_sensor = {mount.mean.head<2>(), mount.mean.z()};
-  found.sensor_ellipse_in_base = ellipseOutline(mount.covariance.topLeftCorner<2, 2>(), sigmas_,
-                                                estimate.sensorInBase(), kEllipseSegments);
-  found.sensor_yaw_band_rad = sigmas_ * std::sqrt(mount.covariance(2, 2));
+  found.base_from_sensor = {estimate.sensorInBase(), estimate.sensorYaw()};
+  found.sensor_ellipse_in_base = ellipseOutline(estimate.covariance.block<2, 2>(kSensor, kSensor),
+                                                sigmas_, estimate.sensorInBase(), kEllipseSegments);
+  found.sensor_yaw_band_rad = sigmas_ * std::sqrt(estimate.covariance(kYaw, kYaw));
   found.lights = {drawLight(estimate, result.start_from_base, true)};
   for (const LightSummary& light : result.lights) {
     const auto& state = light.cartesian_state;

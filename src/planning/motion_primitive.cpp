@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/common/parameters.h"
-
 namespace bearing_calibration::core {
 namespace {
 
@@ -21,7 +19,8 @@ constexpr double kPatience_s = 3.0;
 void WheelLimits::declare(Parameters& params) {
   constexpr double kSlowest_mps2 = 1e-4;
   constexpr double kFastest_mps2 = 1000.0;
-  params.positive("wheels/separation", wheel_separation_m);
+  params.between("wheels/separation", wheel_separation_m, plausible::kShortest_m,
+                 plausible::kFarthest_m);
   params.number("limits/wheel_speed", max_speed_mps, plausible::kSlowest_mps,
                 plausible::kFastest_mps);
   params.number("limits/wheel_acceleration", max_acceleration_mps2, kSlowest_mps2, kFastest_mps2);

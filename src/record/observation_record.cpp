@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/record/lights_record.h"
 
 namespace bearing_calibration::core {

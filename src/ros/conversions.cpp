@@ -49,8 +49,8 @@ core::Stamp stampFromRos(const ros::Time& time) {
 ros::Time rosFromStamp(core::Stamp stamp) {
   const std::int64_t nanoseconds = stamp.time_since_epoch().count();
   if (nanoseconds < 0 || nanoseconds > static_cast<std::int64_t>(ros::TIME_MAX.toNSec())) {
-    throw std::invalid_argument("stamp " + std::to_string(core::secondsFromStamp(stamp)) +
-                                " s does not fit into ros::Time");
+    throw std::invalid_argument("stamp " + std::to_string(nanoseconds) +
+                                " ns does not fit into ros::Time");
   }
   return ros::Time().fromNSec(static_cast<std::uint64_t>(nanoseconds));
 }

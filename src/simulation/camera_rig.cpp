@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bearing_calibration/common/parameters.h"
-
 namespace bearing_calibration::core {
 namespace {
 

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 

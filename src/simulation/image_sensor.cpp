@@ -7,8 +7,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "bearing_calibration/common/parameters.h"
-
 namespace bearing_calibration::core {
 namespace {
 

@@ -5,7 +5,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/simulation/random_numbers.h"
 
 namespace bearing_calibration::core {

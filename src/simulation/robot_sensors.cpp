@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "bearing_calibration/common/parameters.h"
-
 namespace bearing_calibration::core {
 
 std::int64_t wrapCounter(std::int64_t count, int bits, bool is_signed) {

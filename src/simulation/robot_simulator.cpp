@@ -1,11 +1,8 @@
 #include "bearing_calibration/simulation/robot_simulator.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
-
-#include "bearing_calibration/common/parameters.h"
 
 namespace bearing_calibration::core {
 namespace {

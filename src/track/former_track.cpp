@@ -1,7 +1,6 @@
 #include "bearing_calibration/track/former_track.h"
 
 #include <bitset>
-#include <utility>
 
 namespace bearing_calibration::core {
 namespace {

@@ -25,14 +25,14 @@ constexpr double kApart_rad = 0.1;
 std::optional<std::size_t> likeliest(const std::vector<Bearing>& candidates, bool must_be_apart) {
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const bool is_alone =
-        std::none_of(candidates.begin(), candidates.end(), [&](const Bearing& other) {
-          const double apart_rad = wrapAngle(other.azimuth_rad - candidates[i].azimuth_rad);
-          return &other != &candidates[i] && std::abs(apart_rad) < kApart_rad;
-        });
-    if (must_be_apart && !is_alone) continue;
-    if (!best || candidates[i].overallProbability() > candidates[*best].overallProbability())
-      best = i;
+    const Bearing& light = candidates[i];
+    if (best && !(light.overallProbability() > candidates[*best].overallProbability())) continue;
+    const auto is_beside = [&light](const Bearing& other) {
+      return &other != &light &&
+             std::abs(wrapAngle(other.azimuth_rad - light.azimuth_rad)) < kApart_rad;
+    };
+    if (must_be_apart && std::any_of(candidates.begin(), candidates.end(), is_beside)) continue;
+    best = i;
   }
   return best;
 }

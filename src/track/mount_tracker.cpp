@@ -1,11 +1,7 @@
 #include "bearing_calibration/track/mount_tracker.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/solve/record_weights.h"
 #include "bearing_calibration/track/light_start.h"

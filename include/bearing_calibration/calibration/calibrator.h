@@ -80,6 +80,10 @@ class Calibrator {
   InputOutcome assume(const SensorGeometry& stated);
   void noteStepBack();
   InputOutcome countBearings(const InputOutcome& outcome);
+  InputOutcome afterwards(const InputOutcome& outcome) {
+    takeOverFit();
+    return outcome;
+  }
   void followTravel(const WheelTravel& travel);
   std::optional<Frame> nextCovered();
   void processCovered();

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/input/bearing_input.h"
@@ -32,6 +34,12 @@ struct CalibratorConfig {
   double refit_growth = 0.02;
 
   void declare(Parameters& params);
+};
+
+/// Where fits, which take up to a second, are done.
+enum class FitsRun : std::uint8_t {
+  kAtOnce,  ///< within the input that makes them due: the same inputs, the same results
+  kBeside,  ///< on another thread: an input takes no longer than the filter does
 };
 
 }  // namespace bearing_calibration::core

@@ -9,11 +9,17 @@
 #include <thread>
 #include <vector>
 
-#include "bearing_calibration/calibration/fits_run.h"
 #include "bearing_calibration/calibration/several_lights.h"
 #include "bearing_calibration/common/cancellation.h"
 
 namespace bearing_calibration::core {
+
+/// What became of the fits that run beside.
+struct FitsReport {
+  bool under_way = false;     ///< begun, and not yet taken over
+  std::uint32_t taken = 0;    ///< taken over
+  std::uint32_t dropped = 0;  ///< because what they were begun on no longer holds
+};
 
 /// The estimation, with its fits at once or on a thread of their own. Beside: when an image makes a
 /// fit due, the live estimation goes on without it, a copy of it does the fit, sees the images that

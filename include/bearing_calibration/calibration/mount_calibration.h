@@ -3,10 +3,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "bearing_calibration/calibration/config.h"
-#include "bearing_calibration/calibration/fits_run.h"
 #include "bearing_calibration/calibration/joint_record.h"
 #include "bearing_calibration/calibration/record_fit.h"
 #include "bearing_calibration/calibration/schedule.h"

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/calibration/fits_run.h"
 #include "bearing_calibration/calibration/joint_calibration.h"
 #include "bearing_calibration/calibration/mount_calibration.h"
 

@@ -100,10 +100,6 @@ class Parameters {
   void that(bool holds, const std::string& sentence) {
     if (!holds) addError(sentence);
   }
-  void positive(const std::string& name, double value) {
-    that(std::isfinite(value) && value > 0.0,
-         name + " must be greater than 0, but is " + textOf(value));
-  }
   void notNegative(const std::string& name, double value) {
     that(std::isfinite(value) && value >= 0.0,
          name + " must not be negative, but is " + textOf(value));

@@ -28,9 +28,6 @@ inline double secondsFromDuration(Duration duration) {
 }
 inline Stamp stampFromNanoseconds(std::int64_t nanoseconds) { return Stamp(Duration(nanoseconds)); }
 inline Stamp stampFromSeconds(double seconds) { return Stamp(durationFromSeconds(seconds)); }
-inline double secondsFromStamp(Stamp stamp) {
-  return secondsFromDuration(stamp.time_since_epoch());
-}
 
 /// ROS stamps a message that nobody stamped with zero: no moment at all.
 inline bool isStamped(Stamp stamp) { return stamp.time_since_epoch() > Duration::zero(); }

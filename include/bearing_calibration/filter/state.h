@@ -119,9 +119,6 @@ StateEstimate widened(StateEstimate estimate, double widening);
 /// of `from`.
 StateEstimate changedAs(StateEstimate estimate, const StateEstimate& from, const StateEstimate& to);
 
-/// The sensor's part of the state (model.md, eq. 13).
-MountEstimate mountFromCartesian(const CartesianEstimate& cartesian);
-
 /// a minus b (x, y, yaw), the yaw wrapped.
 Eigen::Vector3d mountDifference(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
 

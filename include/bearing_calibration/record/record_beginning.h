@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "bearing_calibration/filter/motion_model.h"
+#include "bearing_calibration/filter/state.h"
 #include "bearing_calibration/record/scatter.h"
 
 namespace bearing_calibration::core {
