@@ -72,7 +72,7 @@ class ImageBearings {
     if (hasMirror()) bearings.geometry = config_.detector.alignment.geometry;
     seen_ = prediction ? core::seenRadius(bearings, *prediction) : std::nullopt;
     if (blink_) {
-      blink_->identify(core::brightnessOf(result_->lights), &bearings);
+      blink_->identify(result_->lights, &bearings);
     } else {
       tracks_.follow(!result_->in_region, prediction, &bearings);
     }

@@ -36,8 +36,7 @@ void drawMask(cv::Mat* picture, const DetectorConfig& config) {
   cv::circle(*picture, centre, cvRound(config.mask.outer_radius_px), kMask);
   cv::drawMarker(*picture, centre, kMask);
   if (config.mirror_kind == MirrorKind::kCone) {
-    cv::circle(*picture, centre, cvRound(conicMirrorOptics(config).largest_radius_px), kMask, 1,
-               cv::LINE_AA);
+    cv::circle(*picture, centre, cvRound(largestLightRadiusPx(config)), kMask, 1, cv::LINE_AA);
   }
   for (const MirrorPost& post : config.mask.posts) {
     for (double side : {-1.0, 1.0}) {

@@ -42,15 +42,15 @@ void BlinkConfig::declare(Parameters& params) {
 
 BlinkIdentifier::BlinkIdentifier(const BlinkConfig& config) : config_(validated(config)) {}
 
-void BlinkIdentifier::identify(const std::vector<double>& brightness, BearingSet* set) {
-  if (brightness.size() != set->candidates.size()) {
-    throw std::invalid_argument("a brightness is needed for each candidate");
+void BlinkIdentifier::identify(const std::vector<Detection>& lights, BearingSet* set) {
+  if (lights.size() != set->candidates.size()) {
+    throw std::invalid_argument("a light is needed for each candidate");
   }
   if (set->stamp < last_stamp_) tracks_.clear();
   last_stamp_ = set->stamp;
   forgetBefore(set->stamp - durationFromSeconds(config_.window_s));
   for (Track& track : tracks_) track.matched = false;
-  for (std::size_t i = 0; i < brightness.size(); ++i) {
+  for (std::size_t i = 0; i < lights.size(); ++i) {
     Bearing& candidate = set->candidates[i];
     Track* track = trackOf(candidate, set->stamp);
     const bool is_the_light = track != nullptr && blinks(*track);
@@ -58,7 +58,7 @@ void BlinkIdentifier::identify(const std::vector<double>& brightness, BearingSet
       track->azimuth_rad = candidate.azimuth_rad;
       track->seen = set->stamp;
       track->matched = true;
-      track->samples.push_back({set->stamp, brightness[i]});
+      track->samples.push_back({set->stamp, lights[i].ellipse.mass_levels});
     }
     candidate.light_id = is_the_light ? config_.light_id : kUnknownLight;
     if (!is_the_light) candidate.probability = 0.0;

@@ -21,23 +21,20 @@ cv::Size gridFor(int rows) {
   return rows < kSomeRows ? cv::Size(7, 7) : cv::Size(9, 7);
 }
 
-/// How often each level was sampled. Its bin is found by a shift: a division by what is not known
-/// beforehand takes longer than everything else that a sample needs.
+/// How often each level was sampled.
 class Histogram {
  public:
-  explicit Histogram(double max_level) {
+  Histogram(const cv::Mat& image, const std::vector<PixelStrip>& strips, double max_level) {
     while (static_cast<std::size_t>(max_level) >> shift_ >= counts_.size()) ++shift_;
     last_bin_ = static_cast<int>(max_level) >> shift_;
-  }
-
-  template <typename Level>
-  void addSamples(const cv::Mat& image, const std::vector<PixelStrip>& strips) {
+    const bool eight_bits = image.depth() == CV_8U;
     const cv::Size grid = gridFor(strips.back().row - strips.front().row + 1);
     for (const PixelStrip& strip : strips) {
       if (strip.row % grid.height != 0) continue;
-      const Level* row = image.ptr<Level>(strip.row);
       for (int u = strip.begin; u < strip.end; u += grid.width) {
-        ++counts_[static_cast<std::size_t>(std::min(row[u] >> shift_, last_bin_))];
+        const int level = eight_bits ? image.ptr<std::uint8_t>(strip.row)[u]
+                                     : image.ptr<std::uint16_t>(strip.row)[u];
+        ++counts_[static_cast<std::size_t>(std::min(level >> shift_, last_bin_))];
         ++samples_;
       }
     }
@@ -71,44 +68,21 @@ class Histogram {
 constexpr std::size_t kMaxBlobs = 20000;
 constexpr std::size_t kMaxRuns = 100000;
 
-constexpr int kBlock = 32;
-
-// Whether a block's levels are all on one side of the threshold. Without branches and of a length
-// that the compiler knows, these loops become vector instructions.
+/// The first column in [u, end) that is bright, over the threshold, or that is not; else the end.
 template <typename Level>
-bool isDark(const Level* levels, Level threshold) {
-  Level brightest = 0;
-  for (int i = 0; i < kBlock; ++i) brightest = std::max(brightest, levels[i]);
-  return brightest <= threshold;
-}
-template <typename Level>
-bool isBright(const Level* levels, Level threshold) {
-  Level darkest = std::numeric_limits<Level>::max();
-  for (int i = 0; i < kBlock; ++i) darkest = std::min(darkest, levels[i]);
-  return darkest > threshold;
-}
-
-/// Writes the columns of [begin, end) where runs begin and end, in turn. @return behind the last
-template <typename Level>
-int* writeEdges(const Level* row, int begin, int end, Level threshold, int* edges) {
-  constexpr int kStep = 16;
-  bool bright = false;
-  for (int u = begin; u < end;) {
-    const int block = std::min(u, end - kBlock);  // not beyond the end
-    if (block >= 0 &&
-        (bright ? isBright(row + block, threshold) : isDark(row + block, threshold))) {
-      u += kBlock;
-      continue;
-    }
-    for (const int last = std::min(u + kStep, end); u < last; ++u) {
-      const bool is_bright = row[u] > threshold;
-      *edges = u;  // the next one's place unless it is one; a branch would cost more
-      edges += is_bright != bright ? 1 : 0;
-      bright = is_bright;
-    }
-  }
-  if (bright) *edges++ = end;
-  return edges;
+int firstThatIs(bool bright, const Level* row, int u, int end, Level threshold) {
+  constexpr int kBlock = 32;
+  // Without branches and of a length that the compiler knows, this loop becomes vector
+  // instructions.
+  const auto isOneIn = [=](const Level* block) {
+    Level bright_pixels = 0;
+    for (int i = 0; i < kBlock; ++i) bright_pixels += block[i] > threshold ? 1 : 0;
+    return bright_pixels != (bright ? 0 : kBlock);
+  };
+  while (u + kBlock <= end && !isOneIn(row + u)) u += kBlock;
+  if (u + kBlock > end && end >= kBlock && !isOneIn(row + end - kBlock)) return end;
+  while (u < end && (row[u] > threshold) != bright) ++u;
+  return u;
 }
 
 }  // namespace
@@ -117,12 +91,7 @@ BackgroundLevel backgroundOf(const cv::Mat& image, const std::vector<PixelStrip>
                              double max_level) {
   constexpr double kOneSigmaBelow = 0.1587;  // of a normal distribution
   if (strips.empty()) return {};
-  Histogram histogram(max_level);
-  if (image.depth() == CV_8U) {
-    histogram.addSamples<std::uint8_t>(image, strips);
-  } else {
-    histogram.addSamples<std::uint16_t>(image, strips);
-  }
+  const Histogram histogram(image, strips, max_level);
   const double median = histogram.quantile(0.5);
   return {median, median - histogram.quantile(kOneSigmaBelow)};
 }
@@ -147,15 +116,9 @@ Thresholds thresholdsOver(const BackgroundLevel& background, const ThresholdConf
   return thresholds;
 }
 
-BlobSegmenter::BlobSegmenter() {
-  runs_.reserve(kMaxRuns);
-  blobs_.reserve(kMaxBlobs);
-}
-
 const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
                                                 const std::vector<PixelStrip>& strips,
                                                 int threshold, int least_pixels) {
-  edges_.resize(static_cast<std::size_t>(image.cols) + 2);
   runs_.clear();
   blobs_.clear();
   complete_ = (image.depth() == CV_8U ? findRuns<std::uint8_t>(image, strips, threshold)
@@ -169,18 +132,17 @@ const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
 template <typename Level>
 bool BlobSegmenter::findRuns(const cv::Mat& image, const std::vector<PixelStrip>& strips,
                              int threshold) {
-  if (strips.empty()) return true;
   const Level limit = cv::saturate_cast<Level>(threshold);
-  const int first_row = strips.front().row;
-  const int last_row = strips.back().row;
   for (const PixelStrip& strip : strips) {
-    const int* last =
-        writeEdges(image.ptr<Level>(strip.row), strip.begin, strip.end, limit, edges_.data());
-    for (const int* edge = edges_.data(); edge != last; edge += 2) {
+    const bool is_border = strip.row == strips.front().row || strip.row == strips.back().row;
+    const Level* row = image.ptr<Level>(strip.row);
+    for (int end = strip.begin; end < strip.end;) {
+      const int begin = firstThatIs(true, row, end, strip.end, limit);
+      end = firstThatIs(false, row, begin, strip.end, limit);
+      if (begin == end) break;
       if (runs_.size() == kMaxRuns) return false;
-      const bool cut = edge[0] == strip.begin || edge[1] == strip.end || strip.row == first_row ||
-                       strip.row == last_row;
-      runs_.push_back({strip.row, edge[0], edge[1], cut, 0, 0});
+      const bool cut = is_border || begin == strip.begin || end == strip.end;
+      runs_.push_back({strip.row, begin, end, cut, 0, 0});
     }
   }
   return true;

@@ -83,25 +83,6 @@ double outlineError_px(const LightEllipse& ellipse) {
   return std::exp(0.5 * log_square_px2) * std::abs(std::log(ellipse.pixels) - log_area);
 }
 
-/// The logarithm of a spot's odds, which each doubt lowers.
-class LogOdds {
- public:
-  explicit LogOdds(double without_doubts) : value_(without_doubts) {}
-
-  void doubt(Rejection reason, double by) {
-    value_ -= by;
-    if (!(by > largest_)) return;
-    largest_ = by;
-    reason_ = reason;
-  }
-  LightProbability probability() const { return {1.0 / (1.0 + std::exp(-value_)), reason_}; }
-
- private:
-  double value_;
-  double largest_ = 6.0;  ///< less is one of many reasons
-  Rejection reason_ = Rejection::kUnlikely;
-};
-
 }  // namespace
 
 const char* describe(Rejection rejection) {
@@ -142,26 +123,36 @@ Rejection rejectionOf(const LightEllipse& thresholded, const GateConfig& gates,
 
 LightProbability probabilityOf(const LightEllipse& ellipse, const ExpectedSpot* expected,
                                const Search& search) {
-  LogOdds odds(kPerfect - search.log_part_searched - std::log(search.thresholds) -
-               std::log(std::max(1.0, search.spots / kUsualSpots)));
-  odds.doubt(Rejection::kFill,
-             halfSquare((ellipse.fill - 1.0) / (kFillStddev + ellipse.fill_tolerance)));
-  if (expected == nullptr) return odds.probability();
-  const SpotSize& size = expected->at(ellipse.centre_px);
-  const Vector2d by_size = sizeDoubts(ellipse, size);
-  odds.doubt(Rejection::kTangentialSize, by_size(0));
-  odds.doubt(Rejection::kRadialSize, by_size(1));
-  odds.doubt(Rejection::kAxis, halfSquare(axisError(ellipse, size) / kAxisStddev_rad));
-  if (!std::isnan(ellipse.kurtosis)) {
-    odds.doubt(Rejection::kKurtosis,
-               kOfKurtosis * std::max(0.0, ellipse.kurtosis - size.max_kurtosis));
+  double log_odds = kPerfect - search.log_part_searched - std::log(search.thresholds) -
+                    std::log(std::max(1.0, search.spots / kUsualSpots));
+  double largest = 6.0;  // less is one of many reasons
+  LightProbability probability;
+  const auto doubt = [&](Rejection reason, double by) {
+    log_odds -= by;
+    if (!(by > largest)) return;
+    largest = by;
+    probability.doubt = reason;
+  };
+  doubt(Rejection::kFill,
+        halfSquare((ellipse.fill - 1.0) / (kFillStddev + ellipse.fill_tolerance)));
+  if (expected != nullptr) {
+    const SpotSize& size = expected->at(ellipse.centre_px);
+    const Vector2d by_size = sizeDoubts(ellipse, size);
+    doubt(Rejection::kTangentialSize, by_size(0));
+    doubt(Rejection::kRadialSize, by_size(1));
+    doubt(Rejection::kAxis, halfSquare(axisError(ellipse, size) / kAxisStddev_rad));
+    if (!std::isnan(ellipse.kurtosis)) {
+      doubt(Rejection::kKurtosis,
+            kOfKurtosis * std::max(0.0, ellipse.kurtosis - size.max_kurtosis));
+    }
+    // Where the light is not expected to be evenly filled, its outline says little.
+    const double evenly_filled = (2.0 - size.max_kurtosis) / (2.0 - kKurtosisOfDisc);
+    doubt(Rejection::kKurtosis, kOfOutline * evenly_filled * outlineError_px(ellipse));
+    doubt(Rejection::kUnlikely, kOfSaturation * ellipse.saturated_fraction);
+    doubt(Rejection::kUnlikely, search.opened ? kOpened : 0.0);
   }
-  // Where the light is not expected to be evenly filled, its outline says little.
-  const double evenly_filled = (2.0 - size.max_kurtosis) / (2.0 - kKurtosisOfDisc);
-  odds.doubt(Rejection::kKurtosis, kOfOutline * evenly_filled * outlineError_px(ellipse));
-  odds.doubt(Rejection::kUnlikely, kOfSaturation * ellipse.saturated_fraction);
-  odds.doubt(Rejection::kUnlikely, search.opened ? kOpened : 0.0);
-  return odds.probability();
+  probability.value = 1.0 / (1.0 + std::exp(-log_odds));
+  return probability;
 }
 
 }  // namespace bearing_calibration::core

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/detection.h"
@@ -110,7 +111,19 @@ void expectPoint(const DetectorConfig& config, double radius_px, SpotSize* size)
   }
 }
 
-SpotSize sizeAt(const DetectorConfig& config, double image_radius_px) {
+/// By image radius in whole pixels, as far as the mask or the mirror reaches.
+std::vector<SpotSize> sizesOver(const DetectorConfig& config) {
+  const double end_px = std::min(rimRadiusPx(config.mirror), config.mask.outer_radius_px);
+  std::vector<SpotSize> sizes;
+  for (int radius = 0; radius <= static_cast<int>(std::ceil(end_px)); ++radius) {
+    sizes.push_back(spotSizeAt(config, radius));
+  }
+  return sizes;
+}
+
+}  // namespace
+
+SpotSize spotSizeAt(const DetectorConfig& config, double image_radius_px) {
   // In the mirror's very centre the azimuth has no meaning and the cone no curvature.
   const double radius_px = std::clamp(image_radius_px, 1.0, rimRadiusPx(config.mirror));
   SpotSize size;
@@ -136,9 +149,7 @@ SpotSize sizeAt(const DetectorConfig& config, double image_radius_px) {
   return size;
 }
 
-/// The horizon of the highest light that stands nearest, with the optics' uncertainty; the rim's at
-/// most.
-double largestRadiusPx(const DetectorConfig& config) {
+double largestLightRadiusPx(const DetectorConfig& config) {
   const double rim_px = rimRadiusPx(config.mirror);
   const double elevation_rad = std::atan(config.light.max_height_m / config.light.min_distance_m);
   if (elevation_rad >= elevationFromRadius(config.mirror, rim_px)) return rim_px;
@@ -149,8 +160,6 @@ double largestRadiusPx(const DetectorConfig& config) {
   return std::min(rim_px, radius_px + kSigmas * stddev_px);
 }
 
-}  // namespace
-
 Vector2d SpotSize::pointStddev_px(double sigmas) const {
   return (log_point + sigmas * log_covariance.diagonal().cwiseSqrt()).array().exp();
 }
@@ -159,24 +168,19 @@ Vector2d SpotSize::widening() const {
   return (kSigmas * log_covariance.diagonal().cwiseSqrt()).array().exp();
 }
 
-LightOptics conicMirrorOptics(const DetectorConfig& config) {
-  const auto elevation = [config](double image_radius_px, double variance_px2) -> Elevation {
-    const double slope = elevationSlope(config.mirror, image_radius_px);
-    return {elevationFromRadius(config.mirror, image_radius_px),
-            variance_px2 * slope * slope + std::pow(config.alignment.elevation_stddev_rad, 2)};
-  };
-  return {[config](double image_radius_px) { return sizeAt(config, image_radius_px); }, elevation,
-          largestRadiusPx(config), rimRadiusPx(config.mirror)};
-}
+ExpectedSpot::ExpectedSpot(const DetectorConfig& config)
+    : ExpectedSpot(sizesOver(config), largestLightRadiusPx(config), config) {}
 
-ExpectedSpot::ExpectedSpot(const LightOptics& optics, const DetectorConfig& config)
-    : optics_(optics), centre_px_(config.view.centre_px()), area_px_{kInfinity, 0.0} {
-  const MaskConfig& mask = config.mask;
-  const double end_px = std::min(optics.rim_radius_px, mask.outer_radius_px);
-  for (int radius = 0; radius <= static_cast<int>(std::ceil(end_px)); ++radius) {
-    const SpotSize& size = sizes_.emplace_back(optics.sizeAt(radius));
-    if (radius < mask.inner_radius_px) continue;
+ExpectedSpot::ExpectedSpot(std::vector<SpotSize> sizes, double largest_radius_px,
+                           const DetectorConfig& config)
+    : sizes_(std::move(sizes)),
+      largest_radius_px_(largest_radius_px),
+      centre_px_(config.view.centre_px()),
+      area_px_{kInfinity, 0.0} {
+  for (std::size_t radius = 0; radius < sizes_.size(); ++radius) {
+    if (static_cast<double>(radius) < config.mask.inner_radius_px) continue;
     constexpr double kArea = 4.0 * kPi;  // of an ellipse with these standard deviations
+    const SpotSize& size = sizes_[radius];
     const Vector2d widening = size.widening();
     const double least_px2 = size.least_stddev_px.cwiseQuotient(widening).prod();
     const double most_px2 = size.most_stddev_px.cwiseProduct(widening).prod();
@@ -194,7 +198,7 @@ const SpotSize& ExpectedSpot::at(const Vector2d& place_px) const {
 }
 
 bool ExpectedSpot::mayStandAt(const Vector2d& place_px) const {
-  return (place_px - centre_px_).norm() <= optics_.largest_radius_px;
+  return (place_px - centre_px_).norm() <= largest_radius_px_;
 }
 
 }  // namespace bearing_calibration::core

@@ -31,7 +31,7 @@ double imageRadiusOf(const DetectorConfig& config, const LightEllipse& ellipse) 
 }
 
 SpotSize expectedSize(const DetectorConfig& config, const LightEllipse& ellipse) {
-  return conicMirrorOptics(config).sizeAt(imageRadiusOf(config, ellipse));
+  return spotSizeAt(config, imageRadiusOf(config, ellipse));
 }
 
 /// The spot's two deviations beside those that the configured lens makes: how many times the one
@@ -98,7 +98,7 @@ bool mayBeOutOfFocus(const DetectorConfig& config, const Detection& spot) {
   const bool round = ellipse.fill > kLeastRoundFill - ellipse.fill_tolerance &&
                      ellipse.fill < kMostRoundFill + ellipse.fill_tolerance;
   return config.mirror_kind == MirrorKind::kCone && spot.rejection != Rejection::kMaskEdge &&
-         round && imageRadiusOf(config, ellipse) <= conicMirrorOptics(config).largest_radius_px &&
+         round && imageRadiusOf(config, ellipse) <= largestLightRadiusPx(config) &&
          misfitOf(config, ellipse) > kOutOfFocus;
 }
 

@@ -113,10 +113,10 @@ std::optional<Bearing> bearingOf(const LightEllipse& light, const Search& search
   bearing.image_radius_variance_px2 =
       variance_px2(1) + std::pow(config.alignment.centre_stddev_px, 2);
   if (expected == nullptr) return bearing;
-  const Elevation elevation =
-      expected->optics().elevationAt(radius_px, bearing.image_radius_variance_px2);
-  bearing.elevation_rad = elevation.angle_rad;
-  bearing.elevation_variance_rad2 = elevation.variance_rad2;
+  const double slope = elevationSlope(config.mirror, radius_px);
+  bearing.elevation_rad = elevationFromRadius(config.mirror, radius_px);
+  bearing.elevation_variance_rad2 = bearing.image_radius_variance_px2 * slope * slope +
+                                    std::pow(config.alignment.elevation_stddev_rad, 2);
   return bearing;
 }
 
@@ -156,12 +156,6 @@ BearingSet bearingsFromLights(const std::vector<Detection>& lights, const Shutte
         std::pow(config.max_turn_rate_radps * apart_s, 2);
   }
   return set;
-}
-
-std::vector<double> brightnessOf(const std::vector<Detection>& lights) {
-  std::vector<double> brightness;
-  for (const Detection& light : lights) brightness.push_back(light.ellipse.mass_levels);
-  return brightness;
 }
 
 }  // namespace bearing_calibration::core

@@ -12,14 +12,6 @@
 namespace bearing_calibration::core {
 namespace {
 
-/// Nothing wider and higher than this is a light, unless that is a large one nearby.
-cv::Mat elementFor(const ExpectedSpot& expected) {
-  constexpr double kDiameter = 4.0;  // standard deviations from outline to outline
-  const int largest = static_cast<int>(std::ceil(kDiameter * expected.largestPointStddev_px()));
-  const int side = largest + 2;
-  return cv::getStructuringElement(cv::MORPH_RECT, {side, side});
-}
-
 double pixelsOf(const std::vector<PixelStrip>& strips) {
   std::int64_t pixels = 0;
   for (const PixelStrip& strip : strips) pixels += strip.end - strip.begin;
@@ -52,15 +44,12 @@ void requireImage(const cv::Mat& image, const ImageSensor& sensor) {
 LightDetector::LightDetector(const DetectorConfig& config)
     : config_(validated(config)), mask_(config), mask_px_(pixelsOf(mask_.strips())) {
   if (config.mirror_kind == MirrorKind::kCone) {
-    expected_ = std::make_unique<ExpectedSpot>(conicMirrorOptics(config), config);
-    wider_than_a_light_ = elementFor(*expected_);
-  }
-  region_.reserve(2 * mask_.strips().size());
-  const std::size_t most = static_cast<std::size_t>(config.max_candidates);
-  lights_.reserve(most);
-  for (DetectionResult* result : {&result_, &opened_result_}) {
-    result->lights.reserve(most);
-    result->rejected.reserve(most);
+    expected_ = std::make_unique<ExpectedSpot>(config);
+    // Nothing wider and higher than this is a light, unless that is a large one nearby.
+    constexpr double kDiameter = 4.0;  // standard deviations from outline to outline
+    const double largest_px = std::ceil(kDiameter * expected_->largestPointStddev_px());
+    const int side = static_cast<int>(largest_px) + 2;
+    wider_than_a_light_ = cv::getStructuringElement(cv::MORPH_RECT, {side, side});
   }
 }
 

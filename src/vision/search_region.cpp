@@ -3,8 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"
@@ -47,6 +45,16 @@ void clipTo(const HalfPlane& half_plane, double centre_u, double up, PixelStrip*
   }
 }
 
+std::vector<Eigen::Vector2d> unitVectorsAllAround() {
+  constexpr int kDirections = 16;
+  std::vector<Eigen::Vector2d> directions;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2.0 * kPi * i / kDirections;
+    directions.emplace_back(std::cos(angle), std::sin(angle));
+  }
+  return directions;
+}
+
 /// Writes what `narrow` leaves of the mask's strips in the rows from the first to the last.
 template <typename Narrow>
 void clip(const std::vector<PixelStrip>& mask, double first_row, double last_row, Narrow narrow,
@@ -67,22 +75,16 @@ AnnulusMask::AnnulusMask(const DetectorConfig& config)
     : view_(config.view), outer_radius_px_(config.mask.outer_radius_px) {
   const int width = config.sensor.width_px;
   const int height = config.sensor.height_px;
-  // What lies beside the image is not in the mask, either.
-  cv::Mat inside = cv::Mat::zeros(height + 2, width + 2, CV_8UC1);
+  inside_ = cv::Mat1b::zeros(height, width);
   for (int v = 0; v < height; ++v) {
-    std::uint8_t* row = inside.ptr(v + 1) + 1;
     for (int u = 0; u < width; ++u) {
-      row[u] = mayShowALight(config, u, v) ? 1 : 0;
-      if (row[u] == 0) continue;
-      const bool goes_on = row[u - 1] != 0;
+      if (!mayShowALight(config, u, v)) continue;
+      const bool goes_on = u > 0 && inside_(v, u - 1) != 0;
       if (!goes_on) strips_.push_back({v, u, u});
       strips_.back().end = u + 1;
+      inside_(v, u) = 1;
     }
   }
-  cv::Mat distances;
-  cv::distanceTransform(inside, distances, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  // Less a half, the conversion rounds down.
-  distances(cv::Rect(1, 1, width, height)).convertTo(clearance_, CV_8UC1, 1.0, -0.49);
 }
 
 void AnnulusMask::clipToSector(const AzimuthSector& sector, std::vector<PixelStrip>* strips) const {
@@ -119,23 +121,17 @@ void AnnulusMask::clipToBox(const cv::Rect& box, std::vector<PixelStrip>* strips
   clip(strips_, box.y, box.br().y - 1, narrow, strips);
 }
 
-int AnnulusMask::clearancePx(double u_px, double v_px) const {
+bool AnnulusMask::contains(double u_px, double v_px) const {
   const double u = u_px + 0.5;
   const double v = v_px + 0.5;
-  if (!(u >= 0.0 && u < clearance_.cols && v >= 0.0 && v < clearance_.rows)) return 0;
-  return clearance_.at<std::uint8_t>(static_cast<int>(v), static_cast<int>(u));
+  return u >= 0.0 && u < inside_.cols && v >= 0.0 && v < inside_.rows &&
+         inside_(static_cast<int>(v), static_cast<int>(u)) != 0;
 }
 
 bool AnnulusMask::cuts(const PixelEllipse& ellipse) const {
-  constexpr double kRounding_px = 1.5;
-  const double longest_reach_px = ellipse.size * std::sqrt(ellipse.covariance_px2.trace());
-  const int clearance_px = clearancePx(ellipse.centre_px.x(), ellipse.centre_px.y());
-  if (clearance_px > longest_reach_px + kRounding_px) return false;
-  constexpr int kDirections = 16;
+  static const std::vector<Eigen::Vector2d> directions = unitVectorsAllAround();
   const Eigen::Matrix2d information = ellipse.covariance_px2.inverse();
-  for (int i = 0; i < kDirections; ++i) {
-    const double angle = 2.0 * kPi * i / kDirections;
-    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+  for (const Eigen::Vector2d& direction : directions) {
     const double reach = ellipse.size / std::sqrt(direction.dot(information * direction));
     const Eigen::Vector2d outline = ellipse.centre_px + reach * direction;
     if (!contains(outline.x(), outline.y())) return true;

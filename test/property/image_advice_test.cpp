@@ -153,7 +153,7 @@ TEST(GuessFocus, SearchesFinerThanASizeIsMeasured) {
       LightEllipse ellipse;
       ellipse.centre_px = believed.view.centre_px() + Eigen::Vector2d(radius_px, 0.0);
       ellipse.moments_px2 =
-          conicMirrorOptics(actual).sizeAt(radius_px).pointStddev_px(0.0).cwiseAbs2().asDiagonal();
+          spotSizeAt(actual, radius_px).pointStddev_px(0.0).cwiseAbs2().asDiagonal();
       EXPECT_LT(guessFocus(believed, ellipse).misfit, kMeasured)
           << actual.mirror.focus_distance_m << " m, " << radius_px << " px";
     }

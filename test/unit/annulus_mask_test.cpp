@@ -108,23 +108,6 @@ TEST(AnnulusMask, ABoxIsTheMaskWithinIt) {
   }
 }
 
-TEST(AnnulusMask, TheClearanceIsTheDistanceToTheNearestPixelOutside) {
-  const DetectorConfig config = smallDetector(1);
-  const AnnulusMask mask(config);
-  for (int v = 0; v < config.sensor.height_px; v += 5) {
-    for (int u = 0; u < config.sensor.width_px; u += 3) {
-      double nearest = 1e9;
-      for (int y = -1; y <= config.sensor.height_px; ++y) {
-        for (int x = -1; x <= config.sensor.width_px; ++x) {
-          if (!mask.contains(x, y)) nearest = std::min(nearest, std::hypot(x - u, y - v));
-        }
-      }
-      EXPECT_EQ(mask.clearancePx(u, v), static_cast<int>(nearest))
-          << "row " << v << " column " << u;
-    }
-  }
-}
-
 // 35 px from the centre, with the mask's end at 50 px.
 TEST(AnnulusMask, CutsWhatReachesBeyondItsEnd) {
   const AnnulusMask mask(smallDetector(1));

@@ -48,16 +48,16 @@ class Spin {
     const double time_s = kFrame_s * ++frame_ + late_(random_);
     BearingSet set;
     set.stamp = stampFromSeconds(100.0 + time_s);
-    std::vector<double> brightness;
+    std::vector<Detection> seen;
     for (std::size_t i = 0; i < lights_.size(); ++i) {
       if (!lights_[i].isOn(time_s)) continue;
       Bearing bearing;
       bearing.azimuth_rad = wrapAngle(lights_[i].azimuth_rad - kSpin_radps * time_s);
       bearing.image_radius_px = static_cast<double>(i);
       set.candidates.push_back(bearing);
-      brightness.push_back(1000.0 * (1.0 + scatter_(random_)));
+      seen.emplace_back().ellipse.mass_levels = 1000.0 * (1.0 + scatter_(random_));
     }
-    identifier_.identify(brightness, &set);
+    identifier_.identify(seen, &set);
     return set;
   }
 
@@ -133,7 +133,9 @@ TEST(BlinkIdentifier, RandomFlickerIsRarelyTakenForTheLight) {
       BearingSet set;
       set.stamp = stampFromSeconds(100.0 + kFrame_s * i);
       if (on(random)) set.candidates.emplace_back();
-      identifier.identify(std::vector<double>(set.candidates.size(), 1.0), &set);
+      std::vector<Detection> seen(set.candidates.size());
+      for (Detection& light : seen) light.ellipse.mass_levels = 1.0;
+      identifier.identify(seen, &set);
       if (i < 59 || set.candidates.empty()) continue;
       ++looks;
       taken += set.candidates.front().light_id != kUnknownLight ? 1 : 0;
@@ -154,7 +156,7 @@ TEST(BlinkIdentifier, BeginsAnewWhenTimeJumpsBack) {
 TEST(BlinkIdentifier, RefusesWhatCannotBe) {
   BearingSet set;
   BlinkIdentifier identifier(blinkAtFive());
-  EXPECT_THROW(identifier.identify({1.0}, &set), std::invalid_argument);
+  EXPECT_THROW(identifier.identify({Detection()}, &set), std::invalid_argument);
   BlinkConfig config = blinkAtFive();
   config.rate_hz = 1.0;  // one and a half periods
   EXPECT_THROW(BlinkIdentifier{config}, std::invalid_argument);

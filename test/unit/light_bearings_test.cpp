@@ -153,7 +153,7 @@ DetectorConfig mirrorInVga() {
 TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
   const DetectorConfig config = mirrorInVga();
   const ExpectedPlace place{{0.0, 0.5}, 0.1, 5.0};
-  const cv::Rect box = boxAround(place, ExpectedSpot(conicMirrorOptics(config), config), config);
+  const cv::Rect box = boxAround(place, ExpectedSpot(config), config);
   EXPECT_GE(box.y, 0);
   EXPECT_LT(box.y, 239);
   EXPECT_GT(box.br().y, 240);
@@ -165,7 +165,7 @@ TEST(SearchRegion, AtTheMirrorsCentreThereIsABox) {
 
 TEST(SearchRegion, ABoxEndsWithTheImage) {
   const DetectorConfig config = mirrorInVga();
-  const ExpectedSpot expected(conicMirrorOptics(config), config);
+  const ExpectedSpot expected(config);
   EXPECT_EQ(boxAround({{235.0, -0.5 * kPi}, 0.1, 5.0}, expected, config).br().y, 480);
   EXPECT_EQ(boxAround({{235.0, 0.5 * kPi}, 0.1, 5.0}, expected, config).y, 0);
   EXPECT_EQ(boxAround({{315.0, 0.0}, 0.1, 5.0}, expected, config).br().x, 640);
@@ -174,13 +174,12 @@ TEST(SearchRegion, ABoxEndsWithTheImage) {
 
 // Of a lamp whose size and distance are known, all that is not is the lens: a blur of 0 to 0.5 px,
 // whose variance adds to the others.
-TEST(ConicMirrorOptics, TheLensAddsItsBlurToALightOfKnownSize) {
+TEST(SpotSize, TheLensAddsItsBlurToALightOfKnownSize) {
   DetectorConfig config = mirrorInVga();
   config.light.min_distance_m = config.light.max_distance_m = 2.0;
   config.light.radius_m = config.light.min_radius_m = 0.01;
-  const LightOptics optics = conicMirrorOptics(config);
   for (const double radius_px : {20.0, 100.0, 180.0}) {
-    const SpotSize size = optics.sizeAt(radius_px);
+    const SpotSize size = spotSizeAt(config, radius_px);
     const Eigen::Array2d added_px2 =
         size.most_stddev_px.array().square() - size.least_stddev_px.array().square();
     EXPECT_LT((added_px2 - 0.25).abs().maxCoeff(), 1e-12) << radius_px;
@@ -189,27 +188,23 @@ TEST(ConicMirrorOptics, TheLensAddsItsBlurToALightOfKnownSize) {
 
 /// A camera whose lights are wider by a tenth of a pixel for each of the image radius; of a point,
 /// one and a half times as long as wide.
-LightOptics wideningLights() {
-  LightOptics optics;
-  optics.sizeAt = [](double image_radius_px) {
-    SpotSize size;
+ExpectedSpot wideningLights(const DetectorConfig& config, int end_px) {
+  std::vector<SpotSize> sizes;
+  for (int image_radius_px = 0; image_radius_px <= end_px; ++image_radius_px) {
+    SpotSize& size = sizes.emplace_back();
     size.least_stddev_px.setConstant(1.0 + 0.1 * image_radius_px);
     size.most_stddev_px = 2.0 * size.least_stddev_px;
     size.log_point = (size.least_stddev_px.array() * Eigen::Array2d(1.0, 1.5)).log();
     size.log_covariance.setZero();
-    return size;
-  };
-  optics.largest_radius_px = 60.0;
-  optics.rim_radius_px = 80.0;
-  return optics;
+  }
+  return {sizes, 60.0, config};
 }
 
 TEST(ExpectedSpot, IsThatOfAnyCamerasOptics) {
   DetectorConfig config;
   config.view = {100.0, 50.0, 1};
   config.mask.inner_radius_px = 10.0;
-  config.mask.outer_radius_px = 70.0;
-  const ExpectedSpot expected(wideningLights(), config);
+  const ExpectedSpot expected = wideningLights(config, 70);
   EXPECT_NEAR(expected.at({100.0, 16.6}).least_stddev_px(0), 1.0 + 3.3, 1e-12);
   EXPECT_NEAR(expected.at({103.4, 54.5}).least_stddev_px(1), 1.0 + 0.6, 1e-12);
   EXPECT_NEAR(expected.at({600.0, 50.0}).least_stddev_px(0), 1.0 + 7.0, 1e-12) << "the mask's end";
@@ -223,7 +218,7 @@ TEST(ExpectedSpot, IsThatOfAnyCamerasOptics) {
 TEST(SearchRegion, ABoxHoldsTheLightWhereverItMayBe) {
   DetectorConfig config = mirrorInVga();
   config.view = {320.0, 240.0, 1};
-  const ExpectedSpot expected(wideningLights(), config);
+  const ExpectedSpot expected = wideningLights(config, 80);
   const ExpectedPlace place{{50.0, 0.0}, 0.1, 5.0};
   const double outward_px = 5.0 + 0.5 * 50.0 * 0.1 * 0.1 + 2.0 * 1.5 * 6.0 + 2.0;  // 25.25
   const double sideways_px = 50.0 * 0.1 + 2.0 * 6.0 + 2.0;                         // 19

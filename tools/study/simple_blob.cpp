@@ -5,7 +5,7 @@
 namespace bearing_calibration::core {
 
 cv::SimpleBlobDetector::Params simpleBlobParams(const DetectorConfig& config) {
-  const Range area = ExpectedSpot(conicMirrorOptics(config), config).area_px();
+  const Range area = ExpectedSpot(config).area_px();
   cv::SimpleBlobDetector::Params params;
   params.blobColor = 255;
   params.filterByArea = true;

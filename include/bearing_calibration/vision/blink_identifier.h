@@ -5,6 +5,7 @@
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/optics/bearing.h"
+#include "bearing_calibration/vision/detection.h"
 
 namespace bearing_calibration::core {
 
@@ -33,9 +34,9 @@ class BlinkIdentifier {
   /// Gives the light that blinks its light_id; all others get the probability 0: they are not the
   /// light, or not yet. Sets come in the order of their stamps, one for every image, empty ones
   /// too, and each image searched whole; an earlier stamp than the last begins anew.
-  /// @param brightness of each candidate of the set, in any unit
-  /// @throws std::invalid_argument unless there is one brightness for each candidate.
-  void identify(const std::vector<double>& brightness, BearingSet* set);
+  /// @param lights of the image, as the candidates of `set`
+  /// @throws std::invalid_argument unless there is one for each candidate.
+  void identify(const std::vector<Detection>& lights, BearingSet* set);
 
  private:
   struct Sample {

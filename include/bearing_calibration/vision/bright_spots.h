@@ -47,8 +47,6 @@ struct Blob {
 /// each adding closed sums to its blob. Buffers are kept from image to image.
 class BlobSegmenter {
  public:
-  BlobSegmenter();
-
   /// @param image CV_8UC1 or CV_16UC1. @param strips in reading order.
   /// @param least_pixels less is a speck of noise
   /// @return the blobs, valid until the next call; none unless complete()
@@ -75,7 +73,6 @@ class BlobSegmenter {
   bool join();
   void addUp(int least_pixels);
 
-  std::vector<int> edges_;  ///< of a row's runs
   std::vector<Run> runs_;
   std::vector<Blob> blobs_;
   bool complete_ = true;

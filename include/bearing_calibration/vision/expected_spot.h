@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <vector>
 
 #include "bearing_calibration/vision/detector_config.h"
@@ -30,27 +29,24 @@ struct SpotSize {
   Eigen::Vector2d widening() const;
 };
 
-/// What a camera makes of a light, by the image radius: all that the detector knows of lens and
-/// mirror. Any other camera that looks alike in all directions about its axis can have its own.
-struct LightOptics {
-  std::function<SpotSize(double image_radius_px)> sizeAt;
-  /// For a variance of the image radius.
-  std::function<Elevation(double image_radius_px, double variance_px2)> elevationAt;
-  double largest_radius_px = 0.0;  ///< outside no light is seen, whatever is not known
-  double rim_radius_px = 0.0;      ///< here ends what is seen of the surroundings
-};
+/// What the conic mirror makes of a light: the blur of the open aperture, the light's own size, the
+/// pixels' size and the software's defocus.
+SpotSize spotSizeAt(const DetectorConfig& config, double image_radius_px);
 
-/// The conic mirror's: the blur of the open aperture, the light's own size, the pixels' size and
-/// the software's defocus. A light lies inside the horizon of the highest one that stands nearest.
-LightOptics conicMirrorOptics(const DetectorConfig& config);
+/// Outside of this image radius [px] the mirror shows no light, whatever is not known: the horizon
+/// of the highest one that stands nearest, with the optics' uncertainty; the rim's at most.
+double largestLightRadiusPx(const DetectorConfig& config);
 
-/// What a light's image is expected to look like at a place in the image: a camera's optics,
-/// tabulated over the mask.
+/// What a light's image is expected to look like at a place in the image, tabulated over the mask.
 class ExpectedSpot {
  public:
-  ExpectedSpot(const LightOptics& optics, const DetectorConfig& config);
+  /// Of a conic mirror's lights.
+  explicit ExpectedSpot(const DetectorConfig& config);
+  /// @param sizes  by the image radius in whole pixels, from 0 to the mask's end or that of what
+  ///   is seen of the surroundings
+  /// @param largest_radius_px  outside no light is seen
+  ExpectedSpot(std::vector<SpotSize> sizes, double largest_radius_px, const DetectorConfig& config);
 
-  const LightOptics& optics() const { return optics_; }
   const SpotSize& at(const Eigen::Vector2d& place_px) const;
   bool mayStandAt(const Eigen::Vector2d& place_px) const;  ///< or too high for a light
   /// Area [px] of the spots that can be seen anywhere in the mask.
@@ -59,9 +55,9 @@ class ExpectedSpot {
   double largestPointStddev_px() const { return largest_point_stddev_px_; }
 
  private:
-  LightOptics optics_;
-  Eigen::Vector2d centre_px_;
   std::vector<SpotSize> sizes_;  ///< by image radius in whole pixels
+  double largest_radius_px_;
+  Eigen::Vector2d centre_px_;
   Range area_px_;
   double largest_point_stddev_px_ = 0.0;
 };

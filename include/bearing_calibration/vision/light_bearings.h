@@ -46,7 +46,4 @@ Stamp midExposure(const ShutterConfig& config, Stamp image_stamp, double row);
 BearingSet bearingsFromLights(const std::vector<Detection>& lights, const ShutterConfig& config,
                               Stamp image_stamp, int image_height_px);
 
-/// The sum of each light over its background [levels].
-std::vector<double> brightnessOf(const std::vector<Detection>& lights);
-
 }  // namespace bearing_calibration::core

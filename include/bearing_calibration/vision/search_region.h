@@ -32,15 +32,13 @@ class AnnulusMask {
 
   const std::vector<PixelStrip>& strips() const { return strips_; }
 
-  /// The part of the mask inside a sector or a box, written to `strips` without allocation once
-  /// that has the capacity. @throws std::invalid_argument unless 0 < half width < 90 deg
+  /// The part of the mask inside a sector or a box, written to `strips`.
+  /// @throws std::invalid_argument unless 0 < half width < 90 deg
   void clipToSector(const AzimuthSector& sector, std::vector<PixelStrip>* strips) const;
   void clipToBox(const cv::Rect& box, std::vector<PixelStrip>* strips) const;
 
-  /// Whole pixels from the pixel nearest to a position to the nearest one outside of the mask; 0
-  /// for a pixel that is outside itself, and not more than 255.
-  int clearancePx(double u_px, double v_px) const;
-  bool contains(double u_px, double v_px) const { return clearancePx(u_px, v_px) > 0; }
+  /// Whether the pixel nearest to a position is one of them.
+  bool contains(double u_px, double v_px) const;
   /// Whether the ellipse's outline leaves the mask.
   bool cuts(const PixelEllipse& ellipse) const;
 
@@ -48,7 +46,7 @@ class AnnulusMask {
   MirrorView view_;
   double outer_radius_px_;
   std::vector<PixelStrip> strips_;
-  cv::Mat clearance_;  ///< by pixel, CV_8UC1
+  cv::Mat1b inside_;  ///< by pixel
 };
 
 /// Where in an image a light is expected, by the place of its centre.
