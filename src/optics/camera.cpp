@@ -172,7 +172,8 @@ std::optional<Vector2d> pixelFromRay(const Camera& camera, const Vector3d& ray) 
   if (camera.lens == Lens::kFisheye) {
     const double across = ray.head<2>().norm();
     const double angle = std::atan2(across, ray.z());
-    if (!growsUpTo(camera, angle)) return std::nullopt;
+    const bool has_place = across > 0.0 || ray.z() > 0.0;  // behind the lens it is a circle
+    if (!has_place || !growsUpTo(camera, angle)) return std::nullopt;
     const double length = angle * lengtheningAt(camera, angle * angle).factor;
     bent = across > 0.0 ? Vector2d(length / across * ray.head<2>()) : Vector2d::Zero();
   } else {

@@ -152,7 +152,9 @@ std::optional<double> radiusFromLight(const ConicMirror& mirror, const LightPlac
 }
 
 bool showsOutside(const ConicMirror& mirror, double image_radius_px, double distance_m) {
-  return mirrorToLight(mirror, rayAngleFromRadius(mirror, image_radius_px), distance_m) > 0.0;
+  const double theta = rayAngleFromRadius(mirror, image_radius_px);
+  const bool meets_mirror = hitRadius(mirror, theta) >= 0.0;  // not along its surface
+  return meets_mirror && mirrorToLight(mirror, theta, distance_m) > 0.0;
 }
 
 SpotBlur expectedBlur(const ConicMirror& mirror, double image_radius_px, double distance_m) {

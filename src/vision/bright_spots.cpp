@@ -68,21 +68,44 @@ class Histogram {
 constexpr std::size_t kMaxBlobs = 20000;
 constexpr std::size_t kMaxRuns = 100000;
 
-/// The first column in [u, end) that is bright, over the threshold, or that is not; else the end.
+constexpr int kBlock = 32;
+
+// Whether a block's levels are all on one side of the threshold. Without branches and of a length
+// that the compiler knows, these loops become vector instructions.
 template <typename Level>
-int firstThatIs(bool bright, const Level* row, int u, int end, Level threshold) {
-  constexpr int kBlock = 32;
-  // Without branches and of a length that the compiler knows, this loop becomes vector
-  // instructions.
-  const auto isOneIn = [=](const Level* block) {
-    Level bright_pixels = 0;
-    for (int i = 0; i < kBlock; ++i) bright_pixels += block[i] > threshold ? 1 : 0;
-    return bright_pixels != (bright ? 0 : kBlock);
-  };
-  while (u + kBlock <= end && !isOneIn(row + u)) u += kBlock;
-  if (u + kBlock > end && end >= kBlock && !isOneIn(row + end - kBlock)) return end;
-  while (u < end && (row[u] > threshold) != bright) ++u;
-  return u;
+bool isDark(const Level* levels, Level threshold) {
+  Level brightest = 0;
+  for (int i = 0; i < kBlock; ++i) brightest = std::max(brightest, levels[i]);
+  return brightest <= threshold;
+}
+template <typename Level>
+bool isBright(const Level* levels, Level threshold) {
+  Level darkest = std::numeric_limits<Level>::max();
+  for (int i = 0; i < kBlock; ++i) darkest = std::min(darkest, levels[i]);
+  return darkest > threshold;
+}
+
+/// Writes the columns of [begin, end) where runs begin and end, in turn. @return behind the last
+template <typename Level>
+int* writeEdges(const Level* row, int begin, int end, Level threshold, int* edges) {
+  constexpr int kStep = 16;
+  bool bright = false;
+  for (int u = begin; u < end;) {
+    const int block = std::min(u, end - kBlock);  // not beyond the end
+    if (block >= 0 &&
+        (bright ? isBright(row + block, threshold) : isDark(row + block, threshold))) {
+      u += kBlock;
+      continue;
+    }
+    for (const int last = std::min(u + kStep, end); u < last; ++u) {
+      const bool is_bright = row[u] > threshold;
+      *edges = u;  // the next one's place unless it is one; a branch would cost more
+      edges += is_bright != bright ? 1 : 0;
+      bright = is_bright;
+    }
+  }
+  if (bright) *edges++ = end;
+  return edges;
 }
 
 }  // namespace
@@ -119,6 +142,7 @@ Thresholds thresholdsOver(const BackgroundLevel& background, const ThresholdConf
 const std::vector<Blob>& BlobSegmenter::segment(const cv::Mat& image,
                                                 const std::vector<PixelStrip>& strips,
                                                 int threshold, int least_pixels) {
+  edges_.resize(static_cast<std::size_t>(image.cols) + 2);
   runs_.clear();
   blobs_.clear();
   complete_ = (image.depth() == CV_8U ? findRuns<std::uint8_t>(image, strips, threshold)
@@ -135,14 +159,12 @@ bool BlobSegmenter::findRuns(const cv::Mat& image, const std::vector<PixelStrip>
   const Level limit = cv::saturate_cast<Level>(threshold);
   for (const PixelStrip& strip : strips) {
     const bool is_border = strip.row == strips.front().row || strip.row == strips.back().row;
-    const Level* row = image.ptr<Level>(strip.row);
-    for (int end = strip.begin; end < strip.end;) {
-      const int begin = firstThatIs(true, row, end, strip.end, limit);
-      end = firstThatIs(false, row, begin, strip.end, limit);
-      if (begin == end) break;
+    const int* last =
+        writeEdges(image.ptr<Level>(strip.row), strip.begin, strip.end, limit, edges_.data());
+    for (const int* edge = edges_.data(); edge != last; edge += 2) {
       if (runs_.size() == kMaxRuns) return false;
-      const bool cut = is_border || begin == strip.begin || end == strip.end;
-      runs_.push_back({strip.row, begin, end, cut, 0, 0});
+      const bool cut = is_border || edge[0] == strip.begin || edge[1] == strip.end;
+      runs_.push_back({strip.row, edge[0], edge[1], cut, 0, 0});
     }
   }
   return true;

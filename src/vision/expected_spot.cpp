@@ -105,6 +105,7 @@ void expectPoint(const DetectorConfig& config, double radius_px, SpotSize* size)
   DetectorConfig other = config;
   for (double sigmas : {-1.0, 1.0}) {
     for (const ConicMirror& mirror : mirrorsOff(config, sigmas)) {
+      if (!showsOutside(mirror, radius_px, usual_m)) continue;  // no optics that show a light there
       other.mirror = mirror;
       add(logPoint(other, radius_px, usual_m, kUsualBlur_px));
     }

@@ -36,10 +36,6 @@ double logOddsOf(double probability) {
 
 }  // namespace
 
-LightTracks::LightTracks(const SearchConfig& config) : config_(config) {
-  tracks_.reserve(kMostFollowed);
-}
-
 void LightTracks::follow(bool searched_whole, const std::optional<BearingPrediction>& expected,
                          BearingSet* set) {
   if (set->stamp < last_stamp_) tracks_.clear();

@@ -77,23 +77,18 @@ double topOf(double before, double middle, double after) {
   return bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
 }
 
-/// Between pixels; nothing outside of the image.
-std::optional<double> levelAt(const cv::Mat& smooth, const Vector2d& place_px) {
-  const cv::Point2d place(place_px.x(), place_px.y());
-  if (!cv::Rect2d(0.0, 0.0, smooth.cols - 1.0, smooth.rows - 1.0).contains(place)) return {};
-  cv::Mat_<float> level;
-  cv::getRectSubPix(smooth, {1, 1}, place, level);
-  return static_cast<double>(level(0, 0));
-}
-
 /// Slopes at every pixel of a ray, from that on as far as it lies in the image; 0 at both ends.
 std::vector<double> slopesAlong(const cv::Mat& smooth, const Vector2d& begin_px,
                                 const Vector2d& direction, double length_px) {
+  const cv::Rect2d image(0.0, 0.0, smooth.cols - 1.0, smooth.rows - 1.0);
   std::vector<double> levels;
+  cv::Mat1f level;  // between pixels
   for (double distance_px = 0.0; distance_px <= length_px; distance_px += 1.0) {
-    const std::optional<double> level = levelAt(smooth, begin_px + distance_px * direction);
-    if (!level) break;
-    levels.push_back(*level);
+    const Vector2d place_px = begin_px + distance_px * direction;
+    const cv::Point2d place(place_px.x(), place_px.y());
+    if (!image.contains(place)) break;
+    cv::getRectSubPix(smooth, {1, 1}, place, level);
+    levels.push_back(level(0, 0));
   }
   std::vector<double> slopes(levels.size(), 0.0);
   for (std::size_t i = 1; i + 1 < levels.size(); ++i) {

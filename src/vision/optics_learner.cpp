@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <sstream>
 #include <stdexcept>
 
 #include "bearing_calibration/common/formatted.h"
@@ -241,14 +241,19 @@ int OpticsLearner::learntValues() const {
 }
 
 int OpticsLearner::learntValuesIn(const std::string& yaml) const {
+  const auto known = optics();
   int learnt = 0;
-  for (int i = 0; i < kValues; ++i) {
-    const std::string parameter = optics().at(static_cast<std::size_t>(i)).stddev_parameter;
-    const std::string key = parameter.substr(parameter.find('/') + 1) + ": ";
-    const std::size_t at = yaml.find(key);
-    if (at == std::string::npos) continue;
-    const double stddev = std::strtod(yaml.c_str() + at + key.size(), nullptr);
-    if (stddev > 0.0 && stddev <= kLearnt * prior_stddev_(i)) ++learnt;
+  std::istringstream lines(yaml);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string name;
+    double stddev = 0.0;
+    if (!(words >> name >> stddev)) continue;
+    for (int i = 0; i < kValues; ++i) {
+      const std::string parameter = known.at(static_cast<std::size_t>(i)).stddev_parameter;
+      const bool is_it = name == parameter.substr(parameter.find('/') + 1) + ":";
+      if (is_it && stddev > 0.0 && stddev <= kLearnt * prior_stddev_(i)) ++learnt;
+    }
   }
   return learnt;
 }

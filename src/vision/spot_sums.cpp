@@ -43,17 +43,12 @@ struct Sums {
   Lanes first{}, second{}, third{};
 };
 
-template <typename Level>
-void convert(const Level* levels, Lanes* converted) {
-  for (std::size_t i = 0; i < kPixelLanes; ++i) (*converted)[i] = static_cast<float>(levels[i]);
-}
-
 Lanes levelsAt(const cv::Mat& image, int row, int column) {
   Lanes levels;
   if (image.depth() == CV_8U) {
-    convert(image.ptr<std::uint8_t>(row) + column, &levels);
+    std::copy_n(image.ptr<std::uint8_t>(row) + column, kPixelLanes, levels.begin());
   } else {
-    convert(image.ptr<std::uint16_t>(row) + column, &levels);
+    std::copy_n(image.ptr<std::uint16_t>(row) + column, kPixelLanes, levels.begin());
   }
   return levels;
 }

@@ -178,6 +178,13 @@ TEST(Camera, OfAFisheyeEndsByItsLastCoefficientToo) {
   EXPECT_FALSE(pixelFromRay(fisheye, rayAt(1.81, 0.3)));
 }
 
+TEST(Camera, OfAFisheyeShowsNothingStraightBehindIt) {
+  const Camera fisheye = camera(Lens::kFisheye, 1.0, {});
+  EXPECT_TRUE(pixelFromRay(fisheye, {0.0, 0.0, 1.0}));
+  EXPECT_TRUE(pixelFromRay(fisheye, {1e-3, 0.0, -1.0}));
+  EXPECT_FALSE(pixelFromRay(fisheye, {0.0, 0.0, -1.0}));
+}
+
 TEST(Camera, IsNoneWithoutItsNumbers) {
   EXPECT_EQ(whyNoCamera(kPlumbBob), "");
   EXPECT_NE(whyNoCamera(Camera()).find("K[0]"), std::string::npos) << "zeros";

@@ -142,6 +142,14 @@ TEST(ConicMirror, TheBlurAgreesWithTheRayTraceToAHundredthOfAPixel) {
   }
 }
 
+TEST(ConicMirror, ARayThatMissesTheMirrorShowsNothing) {
+  const ConicMirror mirror = defaultMirror();
+  for (const double off_rad : {-0.01, 0.01}) {  // the cone's surface, which has no end
+    const double radius_px = imageDistancePx(mirror) * std::tan(mirror.half_angle_rad + off_rad);
+    EXPECT_EQ(showsOutside(mirror, radius_px, 100.0), off_rad < 0.0) << off_rad;
+  }
+}
+
 TEST(ConicMirror, ALightInsideTheMirrorBreaksTheContract) {
   EXPECT_THROW(expectedBlur(defaultMirror(), 200.0, 0.001), std::invalid_argument);
   EXPECT_FALSE(showsOutside(defaultMirror(), 200.0, 0.001));

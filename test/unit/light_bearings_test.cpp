@@ -186,6 +186,19 @@ TEST(SpotSize, TheLensAddsItsBlurToALightOfKnownSize) {
   }
 }
 
+// A lamp close beside the mirror, and optics that are known badly: by some of those that are
+// thought possible the mirror's rim would show what is inside of it.
+TEST(SpotSize, OpticsThatPutTheLightInsideTheMirrorAreNotPossible) {
+  DetectorConfig config = mirrorInVga();
+  config.light.min_distance_m = 0.036;
+  config.light.max_distance_m = 0.042;
+  for (const double scale_stddev : {0.3, 0.5}) {
+    config.optics_stddev.scale = scale_stddev;
+    const SpotSize size = spotSizeAt(config, rimRadiusPx(config.mirror));
+    EXPECT_TRUE(size.log_covariance.allFinite()) << scale_stddev;
+  }
+}
+
 /// A camera whose lights are wider by a tenth of a pixel for each of the image radius; of a point,
 /// one and a half times as long as wide.
 ExpectedSpot wideningLights(const DetectorConfig& config, int end_px) {

@@ -416,6 +416,8 @@ TEST_F(SavedOptics, CountAgainstWhatIsConfigured) {
   const std::string saved = core::yamlOf(learner);
   EXPECT_EQ(learner.learntValuesIn(saved), learner.learntValues());
   EXPECT_EQ(learner.learntValuesIn(""), 0);
+  const std::string remark = "# scale_stddev: 9.0, focus_stddev: 9.0 by the data sheet\n";
+  EXPECT_EQ(learner.learntValuesIn(remark + saved), learner.learntValues());
   // One who starts with them has learnt nothing more yet, and replaces them when it has.
   const core::OpticsLearner next(started({write("saved.yaml", saved)}).detector);
   EXPECT_EQ(next.learntValuesIn(saved), 0);

@@ -1,11 +1,10 @@
-#include "bearing_calibration/vision/ranged_spot.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <vector>
 
 #include "bearing_calibration/common/stamp.h"
+#include "bearing_calibration/vision/light_bearings.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -73,6 +73,7 @@ class BlobSegmenter {
   bool join();
   void addUp(int least_pixels);
 
+  std::vector<int> edges_;  ///< of a row's runs
   std::vector<Run> runs_;
   std::vector<Blob> blobs_;
   bool complete_ = true;

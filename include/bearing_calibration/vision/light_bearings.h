@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -45,5 +46,22 @@ Stamp midExposure(const ShutterConfig& config, Stamp image_stamp, double row);
 /// earlier or later, get (max_turn_rate * that time)^2 added to their azimuth's variance.
 BearingSet bearingsFromLights(const std::vector<Detection>& lights, const ShutterConfig& config,
                               Stamp image_stamp, int image_height_px);
+
+/// The image of a light of which the distance is known otherwise.
+struct RangedSpot {
+  Stamp stamp;
+  double azimuth_rad = 0.0;
+  double image_radius_px = 0.0;
+  Eigen::Vector2d variances_px2 = Eigen::Vector2d::Zero();  ///< of the spot: (tangential, radial)
+  double distance_m = 0.0;                                  ///< horizontal, from the mirror's axis
+  double distance_variance_m2 = 0.0;
+};
+
+/// The light that the calibration expects, where it is the only likely one there, stands alone in
+/// the image, and its distance is known well enough.
+/// @param lights  of the image, as the candidates of `bearings`
+std::optional<RangedSpot> rangedSpot(const std::vector<Detection>& lights,
+                                     const BearingSet& bearings,
+                                     const BearingPrediction& prediction);
 
 }  // namespace bearing_calibration::core

@@ -15,7 +15,7 @@ namespace bearing_calibration::core {
 /// (detection.md).
 class LightTracks {
  public:
-  explicit LightTracks(const SearchConfig& config);
+  explicit LightTracks(const SearchConfig& config) : config_(config) {}
 
   /// Sets the candidates' track_probability. Sets come in the order of their stamps, one for every
   /// image, empty ones too; an earlier stamp than the last begins anew.

@@ -8,7 +8,7 @@
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/vision/detector_config.h"
-#include "bearing_calibration/vision/ranged_spot.h"
+#include "bearing_calibration/vision/light_bearings.h"
 
 namespace bearing_calibration::core {
 
