@@ -82,7 +82,7 @@ class ImageBearings {
                                            result_->lights, config_.detector);
       core::identifyByColour(config_.colour, colours, &bearings);
     }
-    if (learner_ && prediction) learn(bearings, *prediction);
+    if (learner_ && prediction) learner_->see(result_->lights, bearings, *prediction);
     return bearings;
   }
 
@@ -93,14 +93,6 @@ class ImageBearings {
   const std::optional<core::OpticsLearner>& learner() const { return learner_; }
 
  private:
-  void learn(const core::BearingSet& bearings, const core::BearingPrediction& prediction) {
-    if (const auto spot = core::rangedSpot(result_->lights, bearings, prediction)) {
-      learner_->add(*spot);
-    } else if (const core::Detection* light = core::likeliestLight(result_->lights);
-               light == nullptr || light->bearing.probability < core::LightDetector::kLikely) {
-      learner_->miss(bearings.stamp);
-    }
-  }
   bool hasMirror() const { return config_.detector.mirror_kind != core::MirrorKind::kNone; }
 
   DetectionNodeConfig config_;

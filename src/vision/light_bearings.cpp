@@ -159,18 +159,21 @@ BearingSet bearingsFromLights(const std::vector<Detection>& lights, const Shutte
   return set;
 }
 
+bool isOfMoment(const BearingPrediction& prediction, Stamp stamp) {
+  constexpr double kMostAge_s = 0.2;
+  return std::abs(secondsFromDuration(stamp - prediction.stamp)) <= kMostAge_s;
+}
+
 std::optional<RangedSpot> rangedSpot(const std::vector<Detection>& lights,
                                      const BearingSet& bearings,
                                      const BearingPrediction& prediction) {
-  constexpr double kMostAge_s = 0.2;
   constexpr double kSectorSigmas = 4.0;
   constexpr double kBearing_rad = radiansFromDegrees(1.0);  // what the bearings' own noise is below
   constexpr double kLeastKnown = 0.05;                      // of the distance
   constexpr double kMostSaturated = 0.25;  // of the spot's pixels: more make it larger
   const bool known = prediction.distance_variance_m2 <=
                      std::pow(kLeastKnown * prediction.distance_m, 2);  // false of NaN
-  const double age_s = std::abs(secondsFromDuration(bearings.stamp - prediction.stamp));
-  if (!known || age_s > kMostAge_s) return std::nullopt;
+  if (!known || !isOfMoment(prediction, bearings.stamp)) return std::nullopt;
   const double near_rad =
       kBearing_rad + kSectorSigmas * std::sqrt(prediction.azimuth_variance_rad2);
   const Detection* light = nullptr;

@@ -8,7 +8,7 @@
 
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/symmetric.h"
-#include "bearing_calibration/vision/detection.h"
+#include "bearing_calibration/vision/light_detector.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -129,6 +129,17 @@ bool OpticsLearner::add(const RangedSpot& spot) {
 
 void OpticsLearner::miss(Stamp stamp) {
   if (!isSoon(stamp)) countUnlike(stamp);
+}
+
+void OpticsLearner::see(const std::vector<Detection>& lights, const BearingSet& bearings,
+                        const BearingPrediction& prediction) {
+  if (!isOfMoment(prediction, bearings.stamp)) return;
+  const Detection* light = likeliestLight(lights);
+  if (const auto spot = rangedSpot(lights, bearings, prediction)) {
+    add(*spot);
+  } else if (light == nullptr || light->bearing.probability < LightDetector::kLikely) {
+    miss(bearings.stamp);
+  }
 }
 
 /// What is wrong with an image is wrong with the next one, too.

@@ -171,6 +171,21 @@ TEST_F(LearntOnce, ALightThatIsMissedForLongIsLookedForAsConfigured) {
   EXPECT_EQ(learner_.optics()[2].state, OpticsState::kConfigured);
 }
 
+// The calibration has ended or is paused: what it said last is no reason to miss the light.
+TEST_F(LearntOnce, NoLightIsMissedByAnOldPrediction) {
+  const auto seeNothing = [&](double age_s) {
+    BearingSet nothing;
+    nothing.stamp = stampFromSeconds(number_++);
+    BearingPrediction prediction;
+    prediction.stamp = nothing.stamp - durationFromSeconds(age_s);
+    learner_.see({}, nothing, prediction);
+  };
+  for (int i = 0; i < 40; ++i) seeNothing(1.0);
+  EXPECT_EQ(learner_.optics()[2].state, OpticsState::kLearnt);
+  for (int i = 0; i < 20; ++i) seeNothing(0.1);
+  EXPECT_EQ(learner_.optics()[2].state, OpticsState::kConfigured);
+}
+
 TEST_F(LearntOnce, WhatIsSeenInBetweenCounts) {
   for (int i = 0; i < 19; ++i) learner_.miss(stampFromSeconds(number_++));
   EXPECT_TRUE(learner_.add(idealSpot(config_, number_++)));

@@ -47,6 +47,10 @@ Stamp midExposure(const ShutterConfig& config, Stamp image_stamp, double row);
 BearingSet bearingsFromLights(const std::vector<Detection>& lights, const ShutterConfig& config,
                               Stamp image_stamp, int image_height_px);
 
+/// Whether a prediction is of the moment of an image: an older one says nothing of where the light
+/// is by then.
+bool isOfMoment(const BearingPrediction& prediction, Stamp stamp);
+
 /// The image of a light of which the distance is known otherwise.
 struct RangedSpot {
   Stamp stamp;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bearing_calibration/common/stamp.h"
 #include "bearing_calibration/vision/detector_config.h"
@@ -46,6 +47,11 @@ class OpticsLearner {
   /// An image has no light where one is expected. After ten seconds of these, and of spots
   /// that do not fit, another lens or focus is likelier: it begins again with what is configured.
   void miss(Stamp stamp);
+  /// One of the two, by what an image shows; neither where the prediction is of another moment, for
+  /// nobody knows whether the light should be seen, or where it is one of several.
+  /// @param lights  of the image, as the candidates of `bearings`
+  void see(const std::vector<Detection>& lights, const BearingSet& bearings,
+           const BearingPrediction& prediction);
 
   /// The configuration with lens and mirror as they are known now.
   DetectorConfig applied(DetectorConfig config) const;
