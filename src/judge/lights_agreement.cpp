@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/solve/rival_mount.h"

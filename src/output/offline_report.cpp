@@ -1,12 +1,10 @@
 #include "bearing_calibration/output/offline_report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/solve/slip_hypotheses.h"
 
 namespace bearing_calibration::core {

@@ -3,7 +3,6 @@
 #include <ros/package.h>
 #include <yaml-cpp/yaml.h>
 
-#include <cstdio>
 #include <fstream>
 #include <optional>
 #include <stdexcept>

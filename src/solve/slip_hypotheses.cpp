@@ -5,7 +5,6 @@
 #include <iterator>
 #include <utility>
 
-#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/paper_filter.h"
 
 namespace bearing_calibration::core {

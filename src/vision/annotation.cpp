@@ -1,6 +1,5 @@
 #include "bearing_calibration/vision/annotation.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>

@@ -1,5 +1,8 @@
 #include "bearing_calibration/vision/detector_config.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/parameters.h"
 
@@ -61,7 +64,18 @@ void declareOptics(Parameters& params, OpticsUncertainty& stddev, MirrorView& vi
               "mirror/handedness must be 1 or -1, but is " + std::to_string(view.handedness));
 }
 
-void declareMask(Parameters& params, const ImageSensor& sensor, MaskConfig& mask) {
+/// Whether the image, if it is one, has a pixel nearer to the mirror's centre than the mask's end.
+bool reachesTheImage(const MaskConfig& mask, const ImageSensor& sensor, const MirrorView& view) {
+  const auto outside = [](double place, double first, double last) {
+    return place - std::max(first, std::min(place, last));
+  };
+  return sensor.width_px < 1 || std::hypot(outside(view.centre_u_px, 0.0, sensor.width_px - 1.0),
+                                           outside(view.centre_v_px, mask.first_row,
+                                                   mask.last_row)) < mask.outer_radius_px;
+}
+
+void declareMask(Parameters& params, const ImageSensor& sensor, const MirrorView& view,
+                 MaskConfig& mask) {
   params.number("mask/inner_radius", mask.inner_radius_px, 0.0, kLargestSide_px);
   params.number("mask/outer_radius", mask.outer_radius_px, 1.0, kLargestSide_px);
   params.that(mask.inner_radius_px < mask.outer_radius_px,
@@ -71,6 +85,9 @@ void declareMask(Parameters& params, const ImageSensor& sensor, MaskConfig& mask
   params.that(mask.first_row <= mask.last_row,
               "mask/first_row must not be greater than mask/last_row");
   params.that(mask.last_row < sensor.height_px, "mask/last_row must be less than sensor/height");
+  params.that(
+      reachesTheImage(mask, sensor, view),
+      "mask/outer_radius around mirror/centre_u and mirror/centre_v has no pixel of the image");
   params.list("mask/posts", 2, mask.posts, [](const auto& row) {
     return MirrorPost{row[0], row[1]};
   });
@@ -115,7 +132,7 @@ void DetectorConfig::declare(Parameters& params) {
   declareSensor(params, sensor);
   mirror.declare(params);
   declareOptics(params, optics_stddev, view);
-  declareMask(params, sensor, mask);
+  declareMask(params, sensor, view, mask);
   declareLight(params, mirror, light);
   declareAlignment(params, alignment);
   params.number("threshold/min_contrast", threshold.min_contrast_levels, 1.0 / kLargestLevel,

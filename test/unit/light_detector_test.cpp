@@ -460,6 +460,16 @@ TEST(LightDetector, RefusesAConfigurationWithEveryError) {
   EXPECT_EQ(errorsOf(config).size(), 3u);
 }
 
+TEST(LightDetector, RefusesAMaskBesideTheImage) {
+  DetectorConfig config = defaultDetector();
+  config.view.centre_u_px = 639.0 + config.mask.outer_radius_px - 1.0;
+  EXPECT_TRUE(errorsOf(config).empty());
+  config.view.centre_u_px += 2.0;
+  EXPECT_EQ(errorsOf(config).size(), 1u);
+  config.view.centre_u_px = -config.mask.outer_radius_px - 1.0;
+  EXPECT_EQ(errorsOf(config).size(), 1u);
+}
+
 TEST(LightDetector, AllocatesNothingOnceItIsWarm) {
   const DetectorConfig config = defaultDetector();
   LightDetector detector(config);
