@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/filter/motion_model.h"
 #include "bearing_calibration/solve/slip_hypotheses.h"
 
 namespace bearing_calibration::core {

@@ -178,7 +178,7 @@ void requirePositive(double meters_per_tick) {
 
 RecordingError::RecordingError(const std::string& file, std::size_t line,
                                const std::string& sentence)
-    : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + sentence) {}
+    : std::runtime_error(file + ":" + std::to_string(line) + ": " + sentence) {}
 
 std::vector<CounterRow> readCounters(std::istream& stream, const std::string& file,
                                      const RecordingUnits& units) {
