@@ -167,8 +167,10 @@ class BearingAdapterTest(unittest.TestCase):
 
     @classmethod
     def waitForStaticTransforms(cls, publisher, sense):
-        """Drives until the adapter knows them."""
+        """Drives until the adapter knows them: no faster than it happens, for the calibration has no use
+        for a bearing that comes later than wheels/history remembers."""
         def isAnswered():
+            time.sleep(2 * TURN_S)
             for _ in range(round(2 * TURN_S * World.TICK_RATE)):
                 cls.world.advance()
                 cls.node.wheels.publish(cls.world.ticks())
