@@ -9,6 +9,8 @@ import sys
 import tempfile
 import unittest
 
+import matplotlib.image
+import numpy
 import roslib.packages
 import rosbag
 import rospy
@@ -17,6 +19,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [os.path.join(HERE, '..', 'ros'), os.path.join(HERE, '..', '..', 'tools', 'owner')]
 from calibration_world import SIMULATED_ROBOT, World, recordBag  # noqa: E402  (lies beside the nodes)
+import calibration_report  # noqa: E402
 from report import data, plots  # noqa: E402  (lies beside the program)
 
 REPORT = ['rosrun', 'bearing_calibration', 'calibration_report']
@@ -162,6 +165,18 @@ class CalibrationReport(unittest.TestCase):
             names = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text()]
             self.assertEqual(len(names), 2)
             self.assertFalse(names[0].overlaps(names[1]), (x, y))
+
+    def testNoLabelIsCutOff(self):
+        record = data.readRecord(self.single)
+        path = os.path.join(self.folder, 'labels.png')
+        along = numpy.linspace(-1.5, 1.0, len(record.images['t_s']))
+        record.images.update(base_x_m=along, base_y_m=along)
+        for x, y in ((2.2, 1.4), (6.0, 1.0), (2.0, -8.0)):
+            record.details['light_in_first_base'] = {'x': x, 'y': y}
+            calibration_report.embedded(plots.trajectoryFigure(record), path)
+            pixels = matplotlib.image.imread(path)[..., :3]
+            for edge in (pixels[:2], pixels[-2:], pixels[:, :2], pixels[:, -2:]):
+                self.assertEqual(edge.min(), 1.0, 'with the light at (%g, %g)' % (x, y))
 
     def testComparesSeveral(self):
         text = Page(self.pages[self.double]).text

@@ -50,6 +50,7 @@ WITHOUT_ESTIMATE = ((FIGURES[2][0],),)
 def embedded(figure, path):
     """Writes a figure to a PNG file; returns it as a data URI."""
     buffer = io.BytesIO()
+    figure.canvas.draw()  # one round of the layout leaves the labels of axes to scale outside
     figure.savefig(buffer, format='png')
     plt.close(figure)
     with open(path, 'wb') as file:
