@@ -108,6 +108,19 @@ class CsvToBag(unittest.TestCase):
                             observations=OBSERVATIONS.replace('0.25', '25.0'))
         self.assertRefused(done, 1, 'observations.csv:4:', "bearing_rad '25.0'", 'in degrees?', 'radians')
 
+    def testFilesWithoutACommonTimeAreRefused(self):
+        done = self.convert('--landmark', '3', '--output', self.output,
+                            observations=OBSERVATIONS.replace('\n0.', '\n1700000000.'))
+        self.assertRefused(done, 1, 'no time in common', 'wheels.csv: t_s from 0.000 to 0.200',
+                           'observations.csv: t_s from 1700000000.000 to 1700000000.150')
+
+    # Milliseconds in one of them, or in both, show.
+    def testSaysFromWhenToWhenTheFilesAre(self):
+        done = self.convert('--landmark', '3', '--output', self.output,
+                            observations=OBSERVATIONS.replace('0.2,4', '200,3'))
+        self.assertIn('3 messages on wheel_ticks (t_s from 0.000 to 0.200), 3 on bearings '
+                      '(t_s from 0.000 to 200.000)', done.stdout)
+
     def testUnknownLandmarkNamesThoseThereAre(self):
         done = self.convert('--landmark', '5', '--output', self.output)
         self.assertRefused(done, 1, 'landmark 5 is never seen', '3, 4')

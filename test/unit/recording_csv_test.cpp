@@ -155,6 +155,9 @@ TEST(ReadCounters, WhatSpreadsheetsWriteIsNamed) {
   EXPECT_EQ(counterError("t_s,left_m,right_m\n0,0,0\n1;0,1;0\n"), "wheels.csv:3: " + semicolons);
   EXPECT_EQ(counterError("t_s\tleft_m\tright_m\n0\t1\t0\n"),
             "wheels.csv:1: cells are separated by tabs: separate them by commas");
+  EXPECT_EQ(counterError("t_s,left_m,right_m\r0,1,0\r"),
+            "wheels.csv:1: lines end with carriage returns alone: save it with line feeds (Unix or "
+            "Windows)");
   const std::string quotes = "has quotes: write the cells without them, numbers with points";
   EXPECT_EQ(counterError("\"t_s\",\"left_m\",\"right_m\"\n0,0,0\n"), "wheels.csv:1: " + quotes);
   EXPECT_EQ(counterError("t_s,left_m,right_m\n0,0,0\n\"0,1\",\"0,1\",\"0\"\n"),
@@ -217,6 +220,8 @@ TEST(ReadObservations, ErrorsNameFileAndLine) {
       "radians");
   EXPECT_EQ(observationError("t_s,landmark_id,bearing_rad\n1,8.5,0\n"),
             "observations.csv:2: landmark_id '8.5' is not a whole number");
+  EXPECT_EQ(observationError("t_s,landmark_id,bearing_rad\n"),
+            "observations.csv:1: there are no rows below the names of the columns");
   EXPECT_EQ(observationError("t_s,landmark_id,bearing_rad\n1,9,0\n1,8,0\n"),
             "observations.csv:3: landmark 7 is never seen, only (8, 9)");
 }

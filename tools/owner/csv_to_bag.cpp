@@ -13,6 +13,7 @@
 
 #include "bearing_calibration/LightBearings.h"
 #include "bearing_calibration/WheelTicks.h"
+#include "bearing_calibration/common/formatted.h"
 #include "tools/common/command_line.h"
 #include "tools/owner/recording_csv.h"
 
@@ -150,16 +151,33 @@ std::ifstream open(const std::string& file) {
   return stream;
 }
 
+/// From when to when, in the file's own seconds.
+template <typename Row>
+std::string timeOf(const std::vector<Row>& rows, const Arguments& arguments) {
+  const double start_s = arguments.units.start_time_s;
+  return formatted("t_s from %.3f to %.3f",
+                   secondsFromDuration(rows.front().stamp.time_since_epoch()) - start_s,
+                   secondsFromDuration(rows.back().stamp.time_since_epoch()) - start_s);
+}
+
 void convert(const Arguments& arguments) {
   std::ifstream odometry = open(arguments.odometry_file);
   std::ifstream bearings = open(arguments.bearings_file);
   const auto counters = readCounters(odometry, arguments.odometry_file, arguments.units);
   const auto observations =
       readObservations(bearings, arguments.bearings_file, arguments.landmark_id, arguments.units);
+  const std::string wheels_time = timeOf(counters, arguments);
+  const std::string bearings_time = timeOf(observations, arguments);
+  if (counters.back().stamp < observations.front().stamp ||
+      observations.back().stamp < counters.front().stamp) {
+    throw std::runtime_error("the files have no time in common (" + arguments.odometry_file + ": " +
+                             wheels_time + "; " + arguments.bearings_file + ": " + bearings_time +
+                             "): one clock, in seconds, is needed");
+  }
   writeBag(counters, observations, arguments);
   std::cout << arguments.output_file << ": " << counters.size() << " messages on "
-            << arguments.ticks_topic << ", " << observations.size() << " on "
-            << arguments.bearings_topic << "\n";
+            << arguments.ticks_topic << " (" << wheels_time << "), " << observations.size()
+            << " on " << arguments.bearings_topic << " (" << bearings_time << ")\n";
 }
 
 }  // namespace

@@ -97,6 +97,9 @@ class CsvReader {
   RecordingError error(const std::string& sentence) const {
     return RecordingError(file_, line_number_, sentence);
   }
+  RecordingError noRows() const {
+    return error("there are no rows below the names of the columns");
+  }
   std::string describe(std::size_t column) const {
     return columns_[column] + " '" + cells_[column] + "'";
   }
@@ -121,6 +124,10 @@ class CsvReader {
       return error(
           "cells are separated by semicolons: separate them by commas, and write numbers "
           "with points");
+    }
+    if (holds('\r')) {
+      return error(
+          "lines end with carriage returns alone: save it with line feeds (Unix or Windows)");
     }
     if (holds('"')) return error("has quotes: write the cells without them, numbers with points");
     if (holds('\t') && !holds(',')) {
@@ -212,7 +219,7 @@ std::vector<CounterRow> readCounters(std::istream& stream, const std::string& fi
       rows.push_back({stamp, left_sum.add(csv, left), right_sum.add(csv, right)});
     }
   }
-  if (rows.empty()) throw csv.error("there are no rows below the names of the columns");
+  if (rows.empty()) throw csv.noRows();
   return rows;
 }
 
@@ -240,6 +247,7 @@ std::vector<ObservationRow> readObservations(std::istream& stream, const std::st
     landmarks.insert(csv.wholeNumber(landmark));
     if (csv.wholeNumber(landmark) == landmark_id) rows.push_back(row);
   }
+  if (landmarks.empty()) throw csv.noRows();
   if (rows.empty()) {
     std::string seen;
     for (const std::int64_t id : landmarks) seen += (seen.empty() ? "" : ", ") + std::to_string(id);
