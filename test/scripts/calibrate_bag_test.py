@@ -477,6 +477,14 @@ class CalibrateBag(Drives):
         self.assertStatus(done, FAILED)
         self.assertIn('no topic of type sensor_msgs/JointState', done.stdout)
         self.assertIn('/wheel_ticks (bearing_calibration/WheelTicks)', done.stdout)
+        self.assertNotIn('choose', done.stdout)
+        with rosbag.Bag(self.path('wheels.bag'), 'w') as alone, rosbag.Bag(bag) as both:
+            for topic, message, time in both.read_messages(topics=['/wheel_ticks']):
+                alone.write(topic, message, time)
+        done = self.run_(self.path('wheels.bag'))
+        self.assertStatus(done, FAILED)
+        self.assertIn('no bearings (bearing_calibration/LightBearings) and no images (sensor_msgs/Image or '
+                      'sensor_msgs/CompressedImage); the bag holds', done.stdout)
         done = self.run_(bag, '--image-topic', 'camera/image_raw')
         self.assertStatus(done, FAILED)
         self.assertIn('no topic camera/image_raw of type sensor_msgs/Image or '

@@ -58,9 +58,10 @@ std::string findTopic(const Contents& contents, const std::string& wanted,
   }
   const std::vector<std::string> topics = topicsOfType(contents, type);
   if (topics.size() == 1) return topics.front();
-  throw std::runtime_error((topics.empty() ? "no topic of type " : "several topics of type ") +
-                           type + ": choose one by --" + option + "; the bag holds" +
-                           listOf(contents));
+  throw std::runtime_error(
+      (topics.empty() ? "no topic of type " + type
+                      : "several topics of type " + type + ": choose one by --" + option) +
+      "; the bag holds" + listOf(contents));
 }
 
 /// The same of images; where there are none as they are, of compressed ones, which a camera sends
@@ -69,9 +70,15 @@ std::string findImages(const Contents& contents, const std::string& wanted) {
   const std::string raw = ros::message_traits::datatype<sensor_msgs::Image>();
   const std::string compressed = ros::message_traits::datatype<sensor_msgs::CompressedImage>();
   if (wanted.empty()) {
-    return topicsOfType(contents, raw).empty() && !topicsOfType(contents, compressed).empty()
-               ? findTopic<sensor_msgs::CompressedImage>(contents, wanted, "image-topic")
-               : findTopic<sensor_msgs::Image>(contents, wanted, "image-topic");
+    if (!topicsOfType(contents, raw).empty()) {
+      return findTopic<sensor_msgs::Image>(contents, wanted, "image-topic");
+    }
+    if (!topicsOfType(contents, compressed).empty()) {
+      return findTopic<sensor_msgs::CompressedImage>(contents, wanted, "image-topic");
+    }
+    const std::string bearings = ros::message_traits::datatype<LightBearings>();
+    throw std::runtime_error("no bearings (" + bearings + ") and no images (" + raw + " or " +
+                             compressed + "); the bag holds" + listOf(contents));
   }
   for (const std::string& name : {wanted, wanted + "/compressed"}) {
     for (const auto& [topic, type] : contents) {
