@@ -350,6 +350,19 @@ class CalibrateBag(Drives):
         self.assertEqual(self.filesIn('out'), before)
         self.assertIn('short.bag', self.result('1')['provenance']['source'])
 
+    def testAResultIsThePriorOfTheNextRecording(self):
+        first = self.run_(self.drives[0], '--set', NOISE, '--set', 'session/resume=true')
+        self.assertIn('! nothing to resume: no %s' % os.path.join(self.output, 'result.yaml'), first.stdout)
+        alone = self.result()
+        self.assertRight(alone, worldOf())
+        second = self.run_(self.drives[1], '--set', NOISE, '--set', 'session/resume=true')
+        self.assertIn('! resumed from %s, written ' % os.path.join(self.output, 'result.yaml'), second.stdout)
+        self.assertStatus(second, CONVERGED)
+        both = self.result()
+        self.assertIn('drive_2.bag', both['provenance']['source'])
+        self.assertRight(both, worldOf())
+        self.assertLess(both['stddev']['yaw'], 0.85 * alone['stddev']['yaw'])
+
     # Promise kept: a bag of another mount
     def testAnotherMountsResultIsKept(self):
         self.assertStatus(self.run_(self.drives[0], '--set', NOISE), CONVERGED)

@@ -14,6 +14,7 @@
 #include "bearing_calibration_ros/image_bearings.h"
 #include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/parameter_files.h"
+#include "bearing_calibration_ros/result_saver.h"
 #include "bearing_calibration_ros/wheel_input.h"
 #include "tools/common/timing.h"
 #include "tools/owner/bag_reader.h"
@@ -76,6 +77,10 @@ class Replay {
     if (setup.detection.detector.mirror_kind == MirrorKind::kNone) {
       rays_.emplace(setup.detection.sensor_frame, "camera_info beside the images");
     }
+    if (!setup.calibration.resume) return;
+    const ros_side::EarlierResult earlier = ros_side::readEarlierResult(setup.calibration);
+    if (earlier.lasting) calibrator_.resume(*earlier.lasting);
+    warn("resume", earlier.message);
   }
 
   void take(const BagMessage& message) {

@@ -88,8 +88,10 @@ std::uint64_t countMessages(const BagSetup& setup, std::vector<Done>* all) {
 void calibrate(const BagSetup& setup, std::atomic<std::uint64_t>* progress, Done* done) {
   if (!done->error.empty()) return;
   try {
-    done->outcome = calibrateBag(done->job, setup, progress);
-    done->stored = storeBagFiles(done->folder, done->job, setup, done->outcome);
+    BagSetup own = setup;
+    own.calibration.output.folder = done->folder;
+    done->outcome = calibrateBag(done->job, own, progress);
+    done->stored = storeBagFiles(done->folder, done->job, own, done->outcome);
     if (!done->stored.success) done->error = done->stored.message;
   } catch (const std::exception& error) {
     done->error = error.what();
