@@ -138,6 +138,15 @@ class DrawRig(unittest.TestCase):
         self.assertRefused(self.draw(self.write('- 1\n')), 'lens/focal_length is missing')
         self.assertRefused(self.draw('/nowhere.yaml'), '/nowhere.yaml')
 
+    def testRefusesMillimetresAsTheDetectionDoes(self):
+        for room, name in (('lens', 'focal_length'), ('lens', 'pixel_pitch'), ('mirror', 'lens_to_apex'),
+                           ('mirror', 'base_radius')):
+            with open(SIMULATED) as file:
+                config = yaml.safe_load(file)
+            config[room][name] = 11
+            self.assertRefused(self.draw(self.write(config)), '%s/%s is 11 m, more than ' % (room, name),
+                               'in millimetres?')
+
     def testRefusesARigThatSeesNothing(self):
         self.config['mask']['inner_radius'] = 245.0
         self.assertRefused(self.draw(self.write(self.config)), 'mask/inner_radius is 245 px')

@@ -22,6 +22,8 @@ NUMBERS = ('lens/focal_length', 'lens/focus_distance', 'lens/pixel_pitch', 'mirr
            'mirror/half_angle', 'mirror/base_radius', 'mirror/centre_u', 'mirror/centre_v',
            'sensor/width', 'sensor/height', 'mask/inner_radius', 'mask/outer_radius', 'mask/last_row')
 FIRST_ROW = 'mask/first_row'  # 0 where it is not stated
+MOST_M = {'lens/focal_length': 10, 'lens/pixel_pitch': 0.01, 'mirror/lens_to_apex': 10,
+          'mirror/base_radius': 10}  # as the detection has it
 MAY_BE_ZERO = ('mask/inner_radius', FIRST_ROW)
 DISTANCES_M = (0.5, 1.0, 2.0, 3.0)  # of the light, printed
 BLUE, LIGHT, GREY = '#1d6fb8', '#e8a200', '#4b5563'
@@ -57,6 +59,9 @@ def numbersOf(files):
     faults = ['%s is missing' % name for name in NUMBERS if name not in numbers]
     faults += ['%s is %s, which is not a number above 0' % (name, numbers[name]) for name in NUMBERS + (FIRST_ROW,)
                if name in numbers and not isSize(name, numbers[name])]
+    if not faults:
+        faults = ['%s is %s m, more than %g: in millimetres?' % (name, numbers[name], most)
+                  for name, most in MOST_M.items() if numbers[name] > most]
     if not faults and numbers['mirror/half_angle'] >= 0.5 * math.pi:
         faults.append('mirror/half_angle is %s rad, which is no cone' % numbers['mirror/half_angle'])
     if not faults and numbers['lens/focus_distance'] <= numbers['lens/focal_length']:
