@@ -20,7 +20,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [os.path.join(HERE, '..', 'ros'), os.path.join(HERE, '..', '..', 'tools', 'owner')]
 from calibration_world import SIMULATED_ROBOT, World, recordBag  # noqa: E402  (lies beside the nodes)
 import calibration_report  # noqa: E402
-from report import data, plots  # noqa: E402  (lies beside the program)
+from report import data, plots, words  # noqa: E402  (lies beside the program)
 
 REPORT = ['rosrun', 'bearing_calibration', 'calibration_report']
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
@@ -207,6 +207,25 @@ class CalibrationReport(unittest.TestCase):
         self.assertIn('The mount is not observable with this motion', text)
         self.assertIn('Two different curvatures are needed', text)
         self.assertNotIn('<joint', text)
+
+    def testADriveThatFitsNoMountIsNotBlamedOnItsMotion(self):
+        record = data.readRecord(self.line)
+        record.details['motion']['second_curvature_m'] = 50.0
+        self.assertNotIn('curvatures', ' '.join(words.observable(record)))
+        record.images['t_s'] = []
+        self.assertEqual(words.observable(record), ['Nothing: no bearing was used.'])
+
+    def testSaysWhatElseWasEstimated(self):
+        text = Page(self.pages[self.single]).text
+        for error in ('time offset', 'left wheel scale', 'bearing noise factor', 'wheel noise factor'):
+            self.assertRegex(text, error + r'-?\d+\.\d\d [ms%]*\s*\u00b1 \d+\.\d\d')
+        record = data.readRecord(self.single)
+        for block in record.result['blocks']:
+            if block['name'] == 'wheel_scales':
+                block['value']['right_wheel_scale'] = -0.12
+        self.assertEqual([warning for warning in words.warningsOf(record) if 'Wheel scales' in warning],
+                         ['Wheel scales: 4.0 times errors/wheel_scales_stddev off what is configured: measure '
+                          'the wheels and their separation, for all lengths may be as wrong.'])
 
     def testItGoesWithItsResult(self):
         """What is kept, because another mount was found, is kept with its report."""

@@ -44,7 +44,7 @@ FIGURES = (
      ('targets', plots.targetsFigure, 'How sure is it?',
       'Standard deviations beside converged/position_stddev and converged/yaw_stddev.')),
 )
-WITHOUT_ESTIMATE = ((FIGURES[2][0],),)
+WITHOUT_ESTIMATE = ((FIGURES[2][0][:3] + ('By the wheels alone.',),),)
 
 
 def embedded(figure, path):
@@ -113,7 +113,7 @@ def sectionOf(record):
     return {'name': record.name, 'state': record.details['state'], 'tone': tone, 'sentence': sentence,
             'rows': rowsOf(record), 'source': sourceOf(record),
             'warnings': words.warningsOf(record), 'observable': words.observable(record),
-            'unobservable': words.unobservable(record),
+            'unobservable': words.unobservable(record), 'errors': words.estimatedErrors(record),
             'sensor': words.sensorByItself(record), 'figures': figuresOf(record),
             'joint': jointOf(record)}
 

@@ -20,6 +20,8 @@ STATES = {
 MEAN_NIS_RANGE = (0.6, 1.6)
 MANY = 0.05  # share of bearings that is worth a warning
 HIGH_CORRELATION = 0.2
+PRIOR_SIGMAS = 3  # an error beyond so many of its prior's is not what the owner has allowed
+UNITS = {'[s]': ('ms', 1e3), '[m]': ('mm', 1e3), '[rad]': ('deg', math.degrees(1.0))}
 SECOND_CURVATURE_M = 0.15  # what the initialiser wants (init/initializer.h)
 
 
@@ -68,6 +70,16 @@ def warningsOf(record):
     if details['slips']:
         found.append('%d motion(s) between two images look like a slipping wheel and were '
                      'disregarded.' % details['slips'])
+    parameters = record.result['parameters']
+    for block in record.result['blocks']:
+        prior = parameters.get('errors/%s_stddev' % block['name'], 0)
+        largest = max(map(abs, block['value'].values()))
+        if block['name'] in ('time_offset', 'wheel_scales', 'wheel_separation') and (
+                largest > PRIOR_SIGMAS * prior > 0):
+            found.append('%s: %.1f times errors/%s_stddev off what is configured: %s.' % (
+                block['name'].replace('_', ' ').capitalize(), largest / prior, block['name'],
+                'correct bearings/latency' if block['name'] == 'time_offset' else
+                'measure the wheels and their separation, for all lengths may be as wrong'))
     return found
 
 
@@ -94,15 +106,18 @@ def sensorByItself(record):
 
 def observable(record):
     """What was observable with this motion."""
+    if not len(record.images['t_s']):
+        return ['Nothing: no bearing was used.']
     sentences = [drivenText(record)]
     lights = [light for light in (record.result or {}).get('lights', []) if light['in_estimate']]
     if len(lights) > 1:
         sentences.append('The mount rests on %d lights.' % len(lights))
     if not record.details['has_estimate']:
         second = record.details['motion']['second_curvature_m']
-        sentences.append('Two different curvatures are needed, a line and a turn on the spot for '
-                    'instance: beside the main one there were %.2f m of another, %.2f m are needed.'
-                    % (second, SECOND_CURVATURE_M))
+        if second < SECOND_CURVATURE_M:
+            sentences.append('Two different curvatures are needed, a line and a turn on the spot for '
+                             'instance: beside the main one there were %.2f m of another, %.2f m are '
+                             'needed.' % (second, SECOND_CURVATURE_M))
         return sentences
     return sentences + asSentences(record.result['quality'])
 
@@ -138,6 +153,18 @@ def unobservable(record):
             sentences.append('%s is %s: %s.' % (block['name'].replace('_', ' '), block['status'],
                                              block['note']))
     return sentences
+
+
+def estimatedErrors(record):
+    """Rows: what was estimated beside the mount, its value and standard deviation, what they rest on."""
+    rows = []
+    for block in (record.result or {}).get('blocks', []):
+        for key, value in block['value'].items() if block['status'] != 'off' else ():
+            name, _, unit = key.partition(' ')
+            unit, scale = UNITS.get(unit, ('', 1) if name.endswith('factor') else ('%', 100))
+            rows.append([name.replace('_', ' '), '%.2f %s' % (scale * value, unit),
+                         '\u00b1 %.2f %s' % (scale * block['stddev'][key], unit), block['status']])
+    return rows
 
 
 def agreementText(comparison):
