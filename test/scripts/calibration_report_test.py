@@ -215,6 +215,15 @@ class CalibrationReport(unittest.TestCase):
         record.images['t_s'] = []
         self.assertEqual(words.observable(record), ['Nothing: no bearing was used.'])
 
+    def testListsTheLightsOnWhichTheMountRests(self):
+        record = data.readRecord(self.single)
+        light = {'x_m': 1.5, 'y_m': -0.25, 'covariance_x_y': [[1e-4, 0.0], [0.0, 4e-4]], 'in_estimate': True,
+                 'bearings_used': 321}
+        record.result['lights'] = [dict(light, id=7), dict(light, y_m=2.0)]
+        self.assertIn('Light 7, with 321 bearings, stands at x 1.500 \u00b1 0.010 m, y -0.250 \u00b1 0.020 m of '
+                      'the base at the end.', words.observable(record))
+        self.assertIn('Light without a number', ' '.join(words.observable(record)))
+
     def testSaysWhatElseWasEstimated(self):
         text = Page(self.pages[self.single]).text
         for error in ('time offset', 'left wheel scale', 'bearing noise factor', 'wheel noise factor'):

@@ -112,6 +112,12 @@ def observable(record):
     lights = [light for light in (record.result or {}).get('lights', []) if light['in_estimate']]
     if len(lights) > 1:
         sentences.append('The mount rests on %d lights.' % len(lights))
+        for light in lights:
+            stddev = np.sqrt(np.diag(light['covariance_x_y']))
+            sentences.append('Light %s, with %d bearings, stands at x %.3f \u00b1 %.3f m, y %.3f \u00b1 %.3f m '
+                             'of the base at the end.' % (
+                                 light.get('id', 'without a number'), light['bearings_used'],
+                                 light['x_m'], stddev[0], light['y_m'], stddev[1]))
     if not record.details['has_estimate']:
         second = record.details['motion']['second_curvature_m']
         if second < SECOND_CURVATURE_M:
