@@ -117,9 +117,13 @@ bool namesEither(const sensor_msgs::JointState& message, const WheelJoints& join
 }
 
 std::string describeMissing(const WheelJoints& joints, const sensor_msgs::JointState& message) {
+  const std::string positions =
+      message.position.size() == message.name.size()
+          ? ""
+          : " with " + std::to_string(message.position.size()) + " positions";
   return "joints '" + joints.left + "' and '" + joints.right +
          "' with a position each are wanted, but the message has (" +
-         core::joined(message.name, ", ") + "): message ignored";
+         core::joined(message.name, ", ") + ")" + positions + ": message ignored";
 }
 
 core::OdometryPose odometryFromMessage(const nav_msgs::Odometry& message) {

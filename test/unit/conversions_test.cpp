@@ -84,6 +84,11 @@ TEST(JointStates, SayWhichJointsAreThere) {
   EXPECT_EQ(describeMissing({"left", "wheel"}, jointState()),
             "joints 'left' and 'wheel' with a position each are wanted, but the message has (arm, "
             "right, left): message ignored");
+  sensor_msgs::JointState without_positions = jointState();
+  without_positions.position.clear();
+  EXPECT_EQ(describeMissing({"left", "right"}, without_positions),
+            "joints 'left' and 'right' with a position each are wanted, but the message has (arm, "
+            "right, left) with 0 positions: message ignored");
   EXPECT_TRUE(namesEither(jointState(), {"left", "wheel"}));
   EXPECT_TRUE(namesEither(jointState(), {"wheel", "right"}));
   EXPECT_FALSE(namesEither(jointState(), {"wheel_l", "wheel_r"}));
