@@ -60,13 +60,19 @@ inline msg::CalibrationEstimate noEstimate() {
   return none;
 }
 
-/// What feedback and result both say.
+/// What feedback and result both say of the mount.
 template <typename Report>
-Report reportFrom(const core::CalibrationDriver& driver, const msg::CalibrationEstimate& estimate) {
+Report reportFrom(const msg::CalibrationEstimate& estimate) {
   Report report;
   report.x_stddev_m = estimate.x_stddev_m;
   report.y_stddev_m = estimate.y_stddev_m;
   report.yaw_stddev_rad = estimate.yaw_stddev_rad;
+  return report;
+}
+/// ... and of a drive.
+template <typename Report>
+Report reportFrom(const core::CalibrationDriver& driver, const msg::CalibrationEstimate& estimate) {
+  auto report = reportFrom<Report>(estimate);
   report.time_s = driver.timeSeconds();
   report.path_m = driver.pathMeters();
   return report;
@@ -120,8 +126,10 @@ class DriveActionServer {
     goal_ = goal;
     goal_.setAccepted();
   }
-  void refuse(const std::string& why) {
-    goal_.setAborted({}, why);
+  void refuse(const std::string& why, const msg::CalibrationEstimate& estimate) {
+    auto result = reportFrom<msg::CalibrationDriveResult>(estimate);
+    result.end_text = why;
+    goal_.setAborted(result, why);
     goal_ = {};
   }
   void report(const msg::CalibrationDriveFeedback& feedback) {

@@ -164,7 +164,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     action_server_->accept(handle);
     const auto goal = handle.getGoal();
     const std::string error = begin(goal->motion, goal->max_time_s, goal->max_path_m);
-    if (!error.empty()) action_server_->refuse(error);
+    if (!error.empty()) action_server_->refuse(error, estimate_);
   }
 
   bool onStart(msg::StartDrive::Request& request, msg::StartDrive::Response& response) {

@@ -115,7 +115,10 @@ class CalibrationDriveSafeTest(unittest.TestCase):
         b = self.robot.new_client()
         b.send_goal(CalibrationDriveGoal(motion='waltz'))
         self.assertTrue(b.wait_for_result(rospy.Duration(10.0)))
+        refused = b.get_result()
         self.assertIn('waltz', b.get_goal_status_text())
+        self.assertEqual((refused.end, refused.end_text), (0, b.get_goal_status_text()))
+        self.assertNotEqual(refused.x_stddev_m, 0.0, 'nothing is known so well')
         self.assertEnds(self.robot.client, CalibrationDriveResult.CANCELLED)
         self.assertStaysStanding()
 
