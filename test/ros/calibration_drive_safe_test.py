@@ -4,6 +4,7 @@ brakes can be stopped in every way, a safety input that falls silent stops the r
 a goal is without bounds."""
 
 import itertools
+import signal
 import subprocess
 import sys
 import unittest
@@ -121,6 +122,20 @@ class CalibrationDriveSafeTest(unittest.TestCase):
         self.assertNotEqual(refused.x_stddev_m, 0.0, 'nothing is known so well')
         self.assertEnds(self.robot.client, CalibrationDriveResult.CANCELLED)
         self.assertStaysStanding()
+
+    # Promise stands: a terminal that is closed, or a connection that breaks, in which start_drive runs
+    def test_it_stops_when_nobody_can_watch_start_drive(self):
+        closings = {'terminal': lambda program: program.send_signal(signal.SIGHUP),
+                    'connection': lambda program: program.stdout.close()}
+        for name, close in closings.items():
+            with self.subTest(name):
+                self.robot.forget()
+                with subprocess.Popen(['rosrun', 'bearing_calibration', 'start_drive', 'dance'],
+                                      stdout=subprocess.PIPE) as program:
+                    wait_until(self.robot.is_moving, 'the robot moves')
+                    close(program)
+                    self.assertEqual(program.wait(10.0), 1)
+                self.assertStaysStanding()
 
     # Silence.
 

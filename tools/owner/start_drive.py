@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Asks the drive node to drive a calibration, shows how it goes, and stops it on ctrl-C.
+"""Asks the drive node to drive a calibration, shows how it goes, and stops it on ctrl-C, or when its
+terminal or connection is closed.
 
 Waits until the calibration sees the light. Returns 0 only when the calibration has converged.
 """
 
 import argparse
+import signal
 import sys
 
 import actionlib
@@ -30,17 +32,25 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
+def say(text):
+    """To whoever watches. When nobody can any more, all ends as on ctrl-C."""
+    try:
+        print(text, flush=True)
+    except OSError:
+        rospy.signal_shutdown('nobody watches')
+
+
 def waitForLight(topic):
     """Until the calibration has ticks and a light."""
     while not rospy.is_shutdown():
         try:
             estimate = rospy.wait_for_message(topic, CalibrationEstimate, timeout=5.0)
         except rospy.ROSException:
-            print('waiting for %s' % topic, flush=True)
+            say('waiting for %s' % topic)
             continue
         if estimate.state not in NOT_READY:
             return
-        print('waiting: %s: %s' % (estimate.state_text, estimate.advice), flush=True)
+        say('waiting: %s: %s' % (estimate.state_text, estimate.advice))
         rospy.rostime.wallsleep(WAIT_STEP_S)
 
 
@@ -54,15 +64,16 @@ class Printer:
         if feedback.time_s < self.next_row_s:
             return
         self.next_row_s = feedback.time_s + ROW_PERIOD_S
-        print('%5.0f s %6.2f m  x +- %.1f mm  y +- %.1f mm  yaw +- %.2f deg  light at %.2f m  %s' % (
+        say('%5.0f s %6.2f m  x +- %.1f mm  y +- %.1f mm  yaw +- %.2f deg  light at %.2f m  %s' % (
             feedback.time_s, feedback.path_m, 1e3 * feedback.x_stddev_m,
             1e3 * feedback.y_stddev_m, 57.29578 * feedback.yaw_stddev_rad,
-            feedback.light_distance_m, feedback.state_text), flush=True)
+            feedback.light_distance_m, feedback.state_text))
 
 
 def main(arguments):
     options = parse(arguments)
     rospy.init_node('start_drive', anonymous=True)
+    signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown('the terminal was closed'))
     waitForLight(options.estimate)
     client = actionlib.SimpleActionClient(options.node + '/drive', CalibrationDriveAction)
     rospy.on_shutdown(client.cancel_all_goals)
@@ -74,7 +85,7 @@ def main(arguments):
                      feedback_cb=Printer().show)
     while not rospy.is_shutdown() and not client.wait_for_result(rospy.Duration(WAIT_STEP_S)):
         pass
-    print(client.get_goal_status_text() or 'cancelled', flush=True)
+    say(client.get_goal_status_text() or 'cancelled')
     return 0 if client.get_state() == GoalStatus.SUCCEEDED else 1
 
 
