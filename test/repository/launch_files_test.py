@@ -12,6 +12,7 @@ import roslaunch.config
 import roslaunch.core
 import roslaunch.xmlloader
 import roslib.packages
+import rospy
 import yaml
 from bearing_calibration.msg import CalibrationEstimate
 
@@ -90,6 +91,15 @@ class LaunchFiles(unittest.TestCase):
                     self.assertIn('/%s/num_worker_threads' % node.name, config.params)
         self.assertGreater(len(names), 4)
         self.assertEqual(len(names), len(set(names)), names)
+
+    def testTheyForgetTheParametersOfAnEarlierLaunch(self):
+        """Where the roscore goes on, a misspelt name would still be refused after its file was mended."""
+        for path in LAUNCH_FILES:
+            config = load(path)
+            nodelets = {rospy.names.ns_join(node.namespace, node.name) + '/' for node in config.nodes
+                        if 'bearing_calibration/' in node.args}
+            with self.subTest(launch=os.path.basename(path)):
+                self.assertEqual(nodelets - set(config.clear_params), set())
 
     def testLiveGivesItsPartsWhatTheyAreToHave(self):
         params = loadWith({'overrides': 'wheels: {max_apart: 0.11}',
