@@ -5,6 +5,7 @@ And the end of time: the robot stops when /clock does."""
 
 import os
 import signal
+import subprocess
 import sys
 import time
 import unittest
@@ -66,6 +67,21 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         self.assertFalse(is_zero(self.robot.said()[-1][1]))
         killed = rospy.get_time()
         wait_until(lambda: rospy.get_time() > killed + 2.0 * WATCHDOG_S, 'its own time goes on')
+        self.assertStands()
+
+    def test_start_drive_says_that_the_node_is_silent(self):
+        """Which tells nobody that it was killed, or has stopped as here."""
+        with subprocess.Popen(['rosrun', 'bearing_calibration', 'start_drive', 'dance'],
+                              stdout=subprocess.PIPE, text=True) as program:
+            wait_until(self.robot.is_moving, 'the robot moves')
+            pid = pid_of('calibration_drive')
+            os.kill(pid, signal.SIGSTOP)
+            try:
+                words, _ = program.communicate(timeout=30.0)
+            finally:
+                os.kill(pid, signal.SIGCONT)
+        self.assertIn('calibration_drive is silent', words)
+        wait_until(self.robot.is_standing, 'the last command is to stand')
         self.assertStands()
 
     # Promise stands: a clock that stands still

@@ -8,6 +8,7 @@ Waits until the calibration sees the light. Returns 0 only when the calibration 
 import argparse
 import signal
 import sys
+import time
 
 import actionlib
 import rospy
@@ -19,6 +20,7 @@ from bearing_calibration.msg import (CalibrationDriveAction, CalibrationDriveGoa
 NOT_READY = (CalibrationEstimate.WAITING_FOR_TICKS, CalibrationEstimate.WAITING_FOR_LIGHT)
 ROW_PERIOD_S = 2.0
 WAIT_STEP_S = 0.5
+PATIENCE_S = 5.0  # the drive node reports four seconds apart at its slowest rate
 
 
 def parse(arguments):
@@ -44,7 +46,7 @@ def waitForLight(topic):
     """Until the calibration has ticks and a light."""
     while not rospy.is_shutdown():
         try:
-            estimate = rospy.wait_for_message(topic, CalibrationEstimate, timeout=5.0)
+            estimate = rospy.wait_for_message(topic, CalibrationEstimate, timeout=PATIENCE_S)
         except rospy.ROSException:
             say('waiting for %s' % topic)
             continue
@@ -59,8 +61,13 @@ class Printer:
 
     def __init__(self):
         self.next_row_s = 0.0
+        self.heard_s = time.monotonic()
+
+    def isSilent(self):
+        return time.monotonic() > self.heard_s + PATIENCE_S
 
     def show(self, feedback):
+        self.heard_s = time.monotonic()
         if feedback.time_s < self.next_row_s:
             return
         self.next_row_s = feedback.time_s + ROW_PERIOD_S
@@ -77,15 +84,19 @@ def main(arguments):
     waitForLight(options.estimate)
     client = actionlib.SimpleActionClient(options.node + '/drive', CalibrationDriveAction)
     rospy.on_shutdown(client.cancel_all_goals)
-    while not client.wait_for_server(rospy.Duration(WAIT_STEP_S)):
+    while not client.wait_for_server(rospy.Duration(PATIENCE_S)):
         if rospy.is_shutdown():
             return 1
+        say('waiting for %s: live.launch starts it with drive:=true' % options.node)
+    printer = Printer()
     client.send_goal(CalibrationDriveGoal(motion=options.motion, max_time_s=options.max_time,
                                           max_path_m=options.max_path),
-                     feedback_cb=Printer().show)
+                     feedback_cb=printer.show)
     while not rospy.is_shutdown() and not client.wait_for_result(rospy.Duration(WAIT_STEP_S)):
-        pass
-    say(client.get_goal_status_text() or 'cancelled')
+        if printer.isSilent():
+            break
+    silent = '%s is silent: it has ended, or cannot be reached' % options.node
+    say(client.get_goal_status_text() or ('cancelled' if rospy.is_shutdown() else silent))
     return 0 if client.get_state() == GoalStatus.SUCCEEDED else 1
 
 
