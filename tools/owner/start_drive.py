@@ -80,7 +80,8 @@ class Printer:
 def main(arguments):
     options = parse(arguments)
     rospy.init_node('start_drive', anonymous=True)
-    signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown('the terminal was closed'))
+    if signal.getsignal(signal.SIGHUP) == signal.SIG_DFL:  # not under nohup
+        signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown('the terminal was closed'))
     waitForLight(options.estimate)
     client = actionlib.SimpleActionClient(options.node + '/drive', CalibrationDriveAction)
     rospy.on_shutdown(client.cancel_all_goals)
