@@ -512,8 +512,10 @@ class CalibrateBag(Drives):
         self.assertIn('the bag holds nothing', done.stdout)
 
     def testSaysEveryWrongParameterAtOnce(self):
+        """The drive's limits, which are not read here, are none."""
         with open(self.path('robot.yaml'), 'w') as file:
-            file.write('wheels: {seperation: 0.4, left_radius: left}\n')
+            file.write('wheels: {seperation: 0.4, left_radius: left}\n'
+                       'region: {polygon: [[1, 1], [-1, 1], [0, -1]]}\n')
         done = self.run_('any.bag', '--config', self.path('robot.yaml'),
                          '--set', 'filter/gate_probability=2.0', '--set', 'lens/focal=1.0')
         self.assertStatus(done, USAGE)

@@ -80,7 +80,7 @@ class FindMirror(unittest.TestCase):
             self.assertEqual(set(re.findall(r'parameter (\S+) is required', done.stderr)), optics)
         with open(SIMULATED) as file:
             rig = yaml.safe_load(file)
-        own = {'wheels': rig['wheels'], 'lens': rig['lens'],
+        own = {'wheels': rig['wheels'], 'lens': rig['lens'], 'region': {'radius': 1.2},
                'mirror': {name: rig['mirror'][name]
                           for name in ('lens_to_apex', 'half_angle', 'base_radius')}}
         done = self.findMirror(picture, *point, '--config',

@@ -242,6 +242,7 @@ BagSetup readBagSetup(const std::vector<std::string>& config_files,
   ros_side::ParameterFiles files;
   files.addNode("calibration", ros_side::packagedConfig("calibration.yaml"));
   files.addNode("detection", ros_side::packagedConfig("detection.yaml"));
+  files.addNode("drive", ros_side::packagedConfig("drive.yaml"));  // its limits are the robot's
   for (const std::string& file : config_files) files.overlay(file);
   for (const std::string& assignment : assignments) files.set(assignment);
   BagSetup setup{ros_side::readCalibrationNodeConfig(files.reader("calibration")), {}, topics, {}};

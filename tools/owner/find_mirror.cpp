@@ -138,6 +138,7 @@ ConicMirror readMirror(const MirrorRim& rim, const cv::Size& image,
   ros_side::ParameterFiles files;
   files.addNode("calibration", ros_side::packagedConfig("calibration.yaml"));  // knows the wheels
   files.addNode("detection", ros_side::packagedConfig("detection.yaml"));
+  files.addNode("drive", ros_side::packagedConfig("drive.yaml"));  // its limits are the robot's
   for (const std::string& found :
        {formatted("sensor/width=%d", image.width), formatted("sensor/height=%d", image.height),
         formatted("mirror/centre_u=%.3f", rim.circle.centre_px.x()),
