@@ -7,6 +7,7 @@ import itertools
 import signal
 import subprocess
 import sys
+import time
 import unittest
 
 import rospy
@@ -19,6 +20,11 @@ from drivable_robot import MOST_STOPPING_S, REPEAT_HZ, DrivableRobot, is_zero, w
 
 LIMIT_S = 1.0  # timeouts/enable and timeouts/obstacle of drive_overrides.yaml
 GOAL = CalibrationDriveGoal(motion='optimal')
+
+
+def start_drive(motion):
+    return subprocess.Popen(['rosrun', 'bearing_calibration', 'start_drive', motion],
+                            stdout=subprocess.PIPE)
 
 
 class CalibrationDriveSafeTest(unittest.TestCase):
@@ -130,12 +136,24 @@ class CalibrationDriveSafeTest(unittest.TestCase):
         for name, close in closings.items():
             with self.subTest(name):
                 self.robot.forget()
-                with subprocess.Popen(['rosrun', 'bearing_calibration', 'start_drive', 'dance'],
-                                      stdout=subprocess.PIPE) as program:
+                with start_drive('dance') as program:
                     wait_until(self.robot.is_moving, 'the robot moves')
                     close(program)
                     self.assertEqual(program.wait(10.0), 1)
                 self.assertStaysStanding()
+
+    def test_a_second_start_drive_replaces_the_first(self):
+        with start_drive('dance') as first, start_drive('optimal') as second:
+            ended = wait_until(lambda: next((a for a in (first, second) if a.poll() is not None), None),
+                               'one has replaced the other')
+            other = second if ended is first else first
+            wait_until(self.robot.is_moving, 'the robot moves')
+            time.sleep(1.0)
+            self.assertTrue(self.robot.is_moving())
+            self.assertIsNone(other.poll())
+            other.send_signal(signal.SIGINT)
+            self.assertEqual((first.wait(10.0), second.wait(10.0)), (1, 1))
+        self.assertStaysStanding()
 
     # Silence.
 

@@ -77,6 +77,12 @@ class Printer:
             feedback.light_distance_m, feedback.state_text))
 
 
+def takeBack(client):
+    """Its own goal alone: another one may have replaced it."""
+    if client.get_state() in (GoalStatus.PENDING, GoalStatus.ACTIVE):
+        client.cancel_goal()
+
+
 def main(arguments):
     options = parse(arguments)
     rospy.init_node('start_drive', anonymous=True)
@@ -84,7 +90,7 @@ def main(arguments):
         signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown('the terminal was closed'))
     waitForLight(options.estimate)
     client = actionlib.SimpleActionClient(options.node + '/drive', CalibrationDriveAction)
-    rospy.on_shutdown(client.cancel_all_goals)
+    rospy.on_shutdown(lambda: takeBack(client))
     while not client.wait_for_server(rospy.Duration(PATIENCE_S)):
         if rospy.is_shutdown():
             return 1
