@@ -163,10 +163,15 @@ std::optional<Refusal> refusalOf(const sensor_msgs::Image& image, const core::Im
                    formatted("it is %ux%u, but sensor/width and sensor/height say %ux%u",
                              image.width, image.height, width, height)};
   }
-  if (find(image.encoding)->isEightBits() &&
-      sensor.saturation_level > std::numeric_limits<std::uint8_t>::max()) {
-    return Refusal{"wrong depth", formatted("encoding '%s' cannot reach sensor/saturation_level %f",
-                                            image.encoding.c_str(), sensor.saturation_level)};
+  const bool eight_bits = find(image.encoding)->isEightBits();
+  const bool eight_bits_wanted =
+      sensor.saturation_level <= std::numeric_limits<std::uint8_t>::max();
+  if (eight_bits != eight_bits_wanted) {
+    return Refusal{
+        "wrong depth",
+        formatted("encoding '%s' %s sensor/saturation_level %.0f%s", image.encoding.c_str(),
+                  eight_bits ? "cannot reach" : "goes beyond", sensor.saturation_level,
+                  eight_bits ? "" : ": state the level of a full pixel, of 12 bits 4095")};
   }
   if (image.header.stamp.isZero()) {
     return Refusal{"zero stamp", "its stamp is zero: the moment of the exposure is unknown"};

@@ -151,7 +151,9 @@ TEST(ImageConversion, PixelsBecomeAMessageAlsoWhereTheyArePartOfOthers) {
   header.frame_id = "camera";
   header.stamp = ros::Time(1, 0);
   const sensor_msgs::ImagePtr image = imageMessage(header, encodings::MONO16, part);
-  EXPECT_EQ(refusedAs(*image), "");
+  bearing_calibration::core::ImageSensor sensor = smallSensor();
+  sensor.saturation_level = 65535.0;
+  EXPECT_FALSE(refusalOf(*image, sensor));
   EXPECT_EQ(image->data.size(), part.total() * part.elemSize()) << "none of the others";
   EXPECT_EQ(image->header.frame_id, "camera");
   EXPECT_EQ(cv::countNonZero(greyOf(*image) != part), 0);
@@ -203,6 +205,12 @@ TEST(ImageConversion, ADepthThatCannotSaturateIsRefused) {
   EXPECT_FALSE(refusalOf(imageOf(encodings::MONO16, {7, 0}), sensor));
   EXPECT_EQ(refusalOf(imageOf(encodings::YUV422, {7, 7}), sensor)->kind, "wrong depth");
   EXPECT_FALSE(refusalOf(imageOf(encodings::BAYER_GRBG16, {7, 0}), sensor));
+}
+
+// All of an image of 12 bits would count as full.
+TEST(ImageConversion, ADepthBeyondSaturationIsRefused) {
+  EXPECT_EQ(refusedAs(imageOf(encodings::MONO16, {7, 7})), "wrong depth");
+  EXPECT_EQ(refusedAs(imageOf(encodings::BAYER_GRBG16, {7, 7})), "wrong depth");
 }
 
 }  // namespace
