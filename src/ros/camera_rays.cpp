@@ -29,6 +29,16 @@ const std::map<std::string, DistortionModel>& distortionModels() {
   return kModels;
 }
 
+/// Without zeros behind those that the model has: OpenCV knows fourteen, and a driver may send all.
+std::vector<double> coefficientsOf(const sensor_msgs::CameraInfo& info,
+                                   const DistortionModel& model) {
+  std::vector<double> coefficients = info.D;
+  while (coefficients.size() > *model.coefficients.rbegin() && coefficients.back() == 0.0) {
+    coefficients.pop_back();
+  }
+  return coefficients;
+}
+
 }  // namespace
 
 std::optional<Refusal> refusalOf(const sensor_msgs::CameraInfo& info) {
@@ -38,7 +48,7 @@ std::optional<Refusal> refusalOf(const sensor_msgs::CameraInfo& info) {
                                            "' is none of plumb_bob, rational_polynomial, "
                                            "equidistant"};
   }
-  if (model->second.coefficients.count(info.D.size()) == 0) {
+  if (model->second.coefficients.count(coefficientsOf(info, model->second).size()) == 0) {
     return Refusal{"distortion coefficients",
                    formatted("its distortion_model '%s' has no %zu D",
                              info.distortion_model.c_str(), info.D.size())};
@@ -51,14 +61,16 @@ std::optional<Refusal> refusalOf(const sensor_msgs::CameraInfo& info) {
 core::Camera cameraFromMessage(const sensor_msgs::CameraInfo& info) {
   const double binning_x = std::max(info.binning_x, 1U);  // 0 is the same as 1
   const double binning_y = std::max(info.binning_y, 1U);
+  const DistortionModel& model = distortionModels().at(info.distortion_model);
   core::Camera camera;
-  camera.lens = distortionModels().at(info.distortion_model).lens;
+  camera.lens = model.lens;
   camera.focal_u_px = info.K[0] / binning_x;
   camera.focal_v_px = info.K[4] / binning_y;
   // A binned pixel's centre lies between those of its parts.
   camera.centre_u_px = (info.K[2] - info.roi.x_offset + 0.5) / binning_x - 0.5;
   camera.centre_v_px = (info.K[5] - info.roi.y_offset + 0.5) / binning_y - 0.5;
-  std::copy(info.D.begin(), info.D.end(), camera.distortion.begin());
+  const std::vector<double> coefficients = coefficientsOf(info, model);
+  std::copy(coefficients.begin(), coefficients.end(), camera.distortion.begin());
   return camera;
 }
 

@@ -6,6 +6,7 @@
 #include <boost/make_shared.hpp>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration_ros/detection_params.h"
@@ -76,6 +77,25 @@ TEST(CameraInfo, GivesTheLensItsNumbers) {
   ideal.distortion_model = "";
   ideal.D.clear();
   EXPECT_EQ(kindOf(refusalOf(ideal)), "");
+}
+
+// As of OpenCV's fourteen, of which a rational polynomial has eight.
+TEST(CameraInfo, MayHaveZerosBehindItsCoefficients) {
+  for (const auto& [model, lens_has] :
+       {std::pair<const char*, std::size_t>{"rational_polynomial", 8},
+        {"plumb_bob", 5},
+        {"equidistant", 4},
+        {"", 0}}) {
+    sensor_msgs::CameraInfo more = info();
+    more.distortion_model = model;
+    more.D.assign(lens_has, 0.1);
+    const core::Camera camera = cameraFromMessage(more);
+    more.D.resize(14, 0.0);
+    EXPECT_EQ(kindOf(refusalOf(more)), "") << model;
+    EXPECT_EQ(cameraFromMessage(more), camera) << model;
+    more.D.back() = 1e-3;
+    EXPECT_EQ(kindOf(refusalOf(more)), "distortion coefficients") << model;
+  }
 }
 
 TEST(CameraInfo, OfNoCalibrationGivesNoRays) {
