@@ -135,8 +135,12 @@ class LightDetectionNodelet : public GuardedNodelet {
 
   void takeCameraInfo(const sensor_msgs::CameraInfoConstPtr& message) {
     camera_info_ = deliveredImage(*message);
-    if (rays_) rays_->add(message);
-    const std::string doubt = contradiction(*camera_info_, config_.detector);
+    std::string doubt = contradiction(*camera_info_, config_.detector);
+    if (rays_) {
+      rays_->add(message);
+      const auto refusal = refusalOf(*message);
+      if (refusal && doubt.empty()) doubt = refusal->text;
+    }
     if (!doubt.empty() && doubt != camera_info_doubt_) {
       NODELET_WARN("%s: %s", camera_info_topic_.c_str(), doubt.c_str());
     }

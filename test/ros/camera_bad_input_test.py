@@ -73,6 +73,8 @@ class CameraBadInputTest(unittest.TestCase):
         self.assert_refused('wrong imager', '640x480', width=640, height=480)
         self.assert_refused('wrong imager', '0x0', width=0, height=0)
         self.assert_refused('uncalibrated camera', 'K[0]', K=[0.0] * 9)
+        wait_until(lambda: any(value.key == 'camera_info' and 'K[0]' in value.value
+                               for status in self.statuses for value in status.values), 'the doubt in /diagnostics')
         self.assert_refused('uncalibrated camera', 'D', D=[NAN] * 5)
         self.assert_refused('distortion_model', "'unknown'", distortion_model='unknown')
         self.assert_refused('distortion coefficients', 'no 2 D', D=[0.1, 0.2])
