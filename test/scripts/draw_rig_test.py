@@ -122,11 +122,13 @@ class DrawRig(unittest.TestCase):
         self.config['mirror']['half_angle'] = -0.9
         self.config['mirror']['base_radius'] = 'wide'
         self.config['sensor']['width'] = True
+        self.config['lens']['pixel_pitch'] = '5e-6'
         self.config['mirror']['kind'] = 'cone'
         path = self.write(self.config)
         self.assertRefused(self.draw(path), path + ': lens/focal_length is missing',
                            path + ': mask/inner_radius is missing', 'mirror/half_angle is -0.9',
-                           'mirror/base_radius is wide', 'sensor/width is True')
+                           'mirror/base_radius is wide', 'sensor/width is True',
+                           'lens/pixel_pitch is 5e-6, which is not a number above 0 but text to YAML')
 
     def testRefusesWhatIsNoConeOrNoFile(self):
         self.config['mirror']['half_angle'] = 1.6

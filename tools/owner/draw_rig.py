@@ -25,6 +25,7 @@ FIRST_ROW = 'mask/first_row'  # 0 where it is not stated
 MOST_M = {'lens/focal_length': 10, 'lens/pixel_pitch': 0.01, 'mirror/lens_to_apex': 10,
           'mirror/base_radius': 10}  # as the detection has it
 MAY_BE_ZERO = ('mask/inner_radius', FIRST_ROW)
+IS_TEXT = ' but text to YAML, which needs a point and no quotes: 4.0e-3'
 DISTANCES_M = (0.5, 1.0, 2.0, 3.0)  # of the light, printed
 BLUE, LIGHT, GREY = '#1d6fb8', '#e8a200', '#4b5563'
 FONT_PT = 11  # 12 px and more where a page shows the picture 850 px wide
@@ -57,8 +58,8 @@ def numbersOf(files):
     if numbers.get('mirror/kind', 'cone') != 'cone':
         sys.exit('draw_rig: mirror/kind is %s: only a conic mirror can be drawn' % numbers['mirror/kind'])
     faults = ['%s is missing' % name for name in NUMBERS if name not in numbers]
-    faults += ['%s is %s, which is not a number above 0' % (name, numbers[name]) for name in NUMBERS + (FIRST_ROW,)
-               if name in numbers and not isSize(name, numbers[name])]
+    faults += ['%s is %s, which is not a number above 0%s' % (name, value, IS_TEXT * isinstance(value, str))
+               for name, value in numbers.items() if name in NUMBERS + (FIRST_ROW,) and not isSize(name, value)]
     if not faults:
         faults = ['%s is %s m, more than %g: in millimetres?' % (name, numbers[name], most)
                   for name, most in MOST_M.items() if numbers[name] > most]
