@@ -106,6 +106,12 @@ class CalibrateCameraBag(unittest.TestCase):
                 self.assertNotEqual(done.returncode, CONVERGED)
                 self.assertIn('images were left out (%s)' % kind, done.stdout)
 
+    def testSaysWhyTheImagesShowNoLight(self):
+        record(self.bag, CameraWorld('fisheye', START_S))
+        done = self.calibrate('threshold/min_contrast=240.0')
+        self.assertNotEqual(done.returncode, CONVERGED)
+        self.assertIn('of most images: nothing stands out of the background', done.stdout)
+
 
 if __name__ == '__main__':
     unittest.main()

@@ -9,6 +9,7 @@
 
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/vision/image_advice.h"
 #include "bearing_calibration_ros/camera_rays.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/image_bearings.h"
@@ -179,16 +180,16 @@ class Replay {
     {
       const Timing timing(&outcome_->times.detection);
       bearings = images_->detect(image, calibrator_.predictBearing(images_->middleOf(*image)));
+      advice_.add(adviceFor(setup_.detection.detector, images_->result()));
     }
     addBearings(std::move(bearings), ros_side::stampFromRos(received));
   }
 
   void add(const sensor_msgs::CompressedImageConstPtr& compressed, const ros::Time& received) {
-    sensor_msgs::ImageConstPtr image;
-    {
+    const sensor_msgs::ImageConstPtr image = [&] {
       const Timing timing(&outcome_->times.detection);
-      image = ros_side::decoded(*compressed);
-    }
+      return ros_side::decoded(*compressed);
+    }();
     if (image) return add(image, received);
     warn("not decoded",
          "images were left out (not decoded): " + ros_side::describeUndecoded(*compressed));
@@ -211,6 +212,7 @@ class Replay {
   OfflineReport review_;
   std::optional<ros_side::ImageBearings> images_;
   std::optional<ros_side::CameraRays> rays_;  ///< none with a mirror
+  AdviceTally advice_;                        ///< on the images
   History history_;
   bool has_news_ = false;
   std::set<std::int32_t> lights_;  ///< of all bearings, where only those of one are used
@@ -232,6 +234,10 @@ void Replay::finish() {
     warn("light", formatted("no bearing has the light_id %d, only: %s", *job_.light_id,
                             joined(others, ", ").c_str()));
   }
+  const bool no_light = outcome_->result.state == CalibrationState::kWaitingForLight;
+  const std::optional<Advice> advice = advice_.take();
+  const bool is_said = advice && (no_light || advice->kind != AdviceKind::kNothingBright);
+  if (is_said) warn("advice", "of most images: " + advice->sentence);
   for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
 }
 
