@@ -98,6 +98,16 @@ class CalibrateCameraBag(unittest.TestCase):
         self.assertGreater(block['value']['sensor_pitch [rad]'],
                            5.0 * block['stddev']['sensor_pitch [rad]'], 'it is told from a level one')
 
+    def testTakesWhatWasRecordedBehindTheImages(self):
+        world = record(self.bag, CameraWorld('fisheye', START_S), with_info=False, with_transforms=False)
+        with rosbag.Bag(self.bag, 'a') as bag:
+            for message in transforms(PITCH):
+                bag.write('/tf_static', message, world.stamp())
+            bag.write('/camera/camera_info', camera_info(world.lens, world.stamp()), world.stamp())
+        done = self.calibrate()
+        self.assertRight(done, world)
+        self.assertNotIn('left out', done.stdout)
+
     def testSaysWhatIsMissing(self):
         for missing, kind in (('with_info', 'no camera_info'), ('with_transforms', 'no static transform')):
             with self.subTest(missing=missing):

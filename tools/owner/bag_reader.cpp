@@ -95,6 +95,16 @@ void BagReader::read() {
 }
 
 void BagReader::readAll() {
+  // An image needs them, but a recorder may have received the first of them after it.
+  std::vector<BagMessage> needed;
+  for (const std::string& topic : {topics_.static_transforms, topics_.camera_info}) {
+    rosbag::View of_topic(bag_, rosbag::TopicQuery(topic));
+    for (const rosbag::MessageInstance& message : of_topic) {
+      if (auto read = readMessage(message)) needed.push_back(std::move(*read));
+      if (topic == topics_.camera_info) break;
+    }
+  }
+  if (!needed.empty() && !queue_.push(std::move(needed))) return;
   auto message = view_.begin();
   const auto end = view_.end();
   while (message != end) {
