@@ -120,7 +120,12 @@ class CalibrateCameraBag(unittest.TestCase):
         record(self.bag, CameraWorld('fisheye', START_S))
         done = self.calibrate('threshold/min_contrast=240.0')
         self.assertNotEqual(done.returncode, CONVERGED)
-        self.assertIn('of most images: nothing stands out of the background', done.stdout)
+        self.assertIn('on the images: nothing stands out of the background', done.stdout)
+
+    def testSaysHowTheLightIsThoughItIsOftenOutOfView(self):
+        record(self.bag, CameraWorld('perspective', START_S))
+        done = self.calibrate('sensor/saturation_level=100.0')
+        self.assertIn('on the images: the light is saturated', done.stdout)
 
 
 if __name__ == '__main__':

@@ -176,12 +176,12 @@ class Replay {
     }
     if (rays_) images_->setCamera(rays_->of(*image));
     ++outcome_->images;
-    BearingSet bearings;
-    {
+    BearingSet bearings = [&] {
       const Timing timing(&outcome_->times.detection);
-      bearings = images_->detect(image, calibrator_.predictBearing(images_->middleOf(*image)));
-      advice_.add(adviceFor(setup_.detection.detector, images_->result()));
-    }
+      return images_->detect(image, calibrator_.predictBearing(images_->middleOf(*image)));
+    }();
+    const std::optional<Advice> advice = adviceFor(setup_.detection.detector, images_->result());
+    (advice && advice->kind == AdviceKind::kNothingBright ? out_of_view_ : advice_).add(advice);
     addBearings(std::move(bearings), ros_side::stampFromRos(received));
   }
 
@@ -212,7 +212,7 @@ class Replay {
   OfflineReport review_;
   std::optional<ros_side::ImageBearings> images_;
   std::optional<ros_side::CameraRays> rays_;  ///< none with a mirror
-  AdviceTally advice_;                        ///< on the images
+  AdviceTally advice_, out_of_view_;          ///< on the images, on those of no bright spot
   History history_;
   bool has_news_ = false;
   std::set<std::int32_t> lights_;  ///< of all bearings, where only those of one are used
@@ -234,10 +234,10 @@ void Replay::finish() {
     warn("light", formatted("no bearing has the light_id %d, only: %s", *job_.light_id,
                             joined(others, ", ").c_str()));
   }
+  std::optional<Advice> advice = advice_.take();
   const bool no_light = outcome_->result.state == CalibrationState::kWaitingForLight;
-  const std::optional<Advice> advice = advice_.take();
-  const bool is_said = advice && (no_light || advice->kind != AdviceKind::kNothingBright);
-  if (is_said) warn("advice", "of most images: " + advice->sentence);
+  if (!advice && no_light) advice = out_of_view_.take();
+  if (advice) warn("advice", "on the images: " + advice->sentence);
   for (const auto& kind_and_text : warnings_) outcome_->warnings.push_back(kind_and_text.second);
 }
 
