@@ -27,7 +27,7 @@ const char* nameOf(CalibrationState state) {
 const char* adviceFor(CalibrationState state) {
   switch (state) {
     case CalibrationState::kWaitingForTicks:
-      return "no wheel readings yet: check their topic";
+      return "no wheel readings yet that can be used: check their topic, and rejections";
     case CalibrationState::kWaitingForLight:
       return "no bearing yet: bring the light into view";
     case CalibrationState::kInitialising:

@@ -69,7 +69,9 @@ std::string adviceFor(const StartAttempt& attempt) {
       return "you are circling: drive about 1 m straight, then turn on the spot";
     case StartObstacle::kNoSolution:
       return "no mount explains the bearings yet: keep driving; if this stays, check that left and "
-             "right wheel are not swapped and that the bearing grows counter-clockwise";
+             "right wheel are not swapped, that the bearing grows counter-clockwise, and that no "
+             "other "
+             "light is in view";
     case StartObstacle::kPoorFit:
       return "the bearings fit the motion badly: check for slip, reflections and wheel geometry";
     case StartObstacle::kLightTooNear:

@@ -22,7 +22,7 @@ constexpr std::array<DriveEndWords, 18> kDriveEndWords{{
     {"TICKS_LOST", "no wheel readings: check the wheel driver"},
     {"LIGHT_LOST", "the light is not seen: check the lamp, the detector and what stands between"},
     {"ESTIMATE_LOST", "the calibration is silent: check its node"},
-    {"CLOCK_LOST", "/clock stands still"},
+    {"CLOCK_LOST", "ROS time stood still or stepped back: check /clock, or the computer's clock"},
     {"LEFT_REGION", "the robot has left its region: put it back, then start again"},
     {"NO_WAY", "every path leads too near to the light or out of the region: give more room"},
     {"WHEELS_DISOBEYED",
@@ -115,6 +115,7 @@ void CalibrationDriver::addBearings(const BearingSet& bearings, Stamp received) 
 
 void CalibrationDriver::addEstimate(const DriveEstimate& estimate, Stamp received) {
   last_estimate_ = received;
+  is_calibration_heard_ = true;
   if (estimate.state == CalibrationState::kConverged) end(DriveEnd::kConverged);
   if (!estimate.robot) {  // taken back, and with it one that still waits
     known_.reset();
@@ -193,7 +194,8 @@ bool CalibrationDriver::isAllowed(const MotionPrimitive& primitive,
 
 void CalibrationDriver::decide() {
   plan_.reset();
-  if (track_.empty()) return;  // the first reading says where the wheels stand
+  // The first reading says where the wheels stand, the first estimate that it is of use to move.
+  if (track_.empty() || !is_calibration_heard_) return;
   const std::optional<StateEstimate> estimate = estimateNow();
   std::optional<MotionPrimitive> next;
   if (isPlanned() && estimate) {

@@ -10,9 +10,19 @@ namespace {
 constexpr double kBrakingShare = 0.7;
 /// A wheel may lag behind or roll back so far [m] before it is said to disobey.
 constexpr double kPatience_m = 0.1;
-/// ... or a part of a primitive may take so many times its duration, and so much longer [s].
+/// ... or roll so much of a part that the other one does not roll, and so far beyond it.
+constexpr double kPatienceApart = 0.1;
+/// ... or a part, or any motion at all, may take so many times its duration, and so much longer
+/// [s].
 constexpr double kPatienceFactor = 3.0;
 constexpr double kPatience_s = 3.0;
+/// Wheels that do not move for so long, so near to the end, are too stiff for so slow a command.
+constexpr double kStiff_s = 0.5;
+constexpr double kStiff_m = 0.02;
+
+double longestTime(double way_m, double delay_s, const WheelLimits& limits) {
+  return kPatienceFactor * travelTime(way_m, limits) + delay_s;
+}
 
 }  // namespace
 
@@ -83,7 +93,8 @@ PrimitiveFollower::PrimitiveFollower(const MotionPrimitive& primitive, const Whe
                                      const WheelDisplacement& travelled)
     : primitive_(driveable(primitive, limits.wheel_separation_m)),
       limits_(limits),
-      part_start_(travelled) {
+      part_start_(travelled),
+      last_moved_(travelled) {
   if (primitive_.turn_rad == 0.0) nextPart(travelled);
 }
 
@@ -103,8 +114,8 @@ double PrimitiveFollower::leftOfPart(const WheelDisplacement& travelled) const {
 void PrimitiveFollower::nextPart(const WheelDisplacement& travelled) {
   const bool has_straight = part_ == Part::kTurning && primitive_.length_m != 0.0;
   part_ = has_straight ? Part::kStraight : Part::kDone;
-  part_start_ = travelled;
-  part_time_s_ = 0.0;
+  part_start_ = last_moved_ = travelled;
+  part_time_s_ = still_s_ = 0.0;
 }
 
 MotionPrimitive PrimitiveFollower::remaining(const WheelDisplacement& travelled) const {
@@ -118,9 +129,13 @@ bool PrimitiveFollower::isDisobeyed(const WheelDisplacement& travelled) const {
   if (done()) return false;
   const double target_m = targetOfPart();
   const double ahead_m = std::copysign(1.0, target_m) * leftOfPart(travelled);
-  const double patience_s = kPatienceFactor * travelTime(target_m, limits_) + kPatience_s;
+  const double left_m = travelled.left_m - part_start_.left_m;
+  const double right_m = travelled.right_m - part_start_.right_m;
+  const double apart_m = std::abs(part_ == Part::kTurning ? right_m + left_m : right_m - left_m);
   return ahead_m < -kPatience_m || ahead_m > std::abs(target_m) + kPatience_m ||
-         part_time_s_ > patience_s;
+         apart_m > kPatienceApart * std::abs(target_m) + kPatience_m ||
+         part_time_s_ > longestTime(target_m, kPatience_s, limits_) ||
+         still_s_ > longestTime(kArrived_m, kPatience_s, limits_);
 }
 
 WheelSpeeds PrimitiveFollower::steer(const WheelDisplacement& travelled, const WheelSpeeds& before,
@@ -131,12 +146,19 @@ WheelSpeeds PrimitiveFollower::steer(const WheelDisplacement& travelled, const W
     return slower;
   }
   part_time_s_ += period_s;
+  still_s_ += period_s;
+  if (std::max(std::abs(travelled.left_m - last_moved_.left_m),
+               std::abs(travelled.right_m - last_moved_.right_m)) > kArrived_m) {
+    last_moved_ = travelled;
+    still_s_ = 0.0;
+  }
   const double sense = std::copysign(1.0, targetOfPart());
   const double ahead_m = sense * (leftOfPart(travelled) - before.right_mps * period_s);
   const double braking = kBrakingShare * limits_.max_acceleration_mps2;
-  const double wanted = ahead_m <= kArrived_m
-                            ? 0.0
-                            : std::min(limits_.max_speed_mps, std::sqrt(2.0 * braking * ahead_m));
+  const bool is_stiff = still_s_ > longestTime(kArrived_m, kStiff_s, limits_);
+  const bool has_arrived = ahead_m <= (is_stiff ? kStiff_m : kArrived_m);
+  const double wanted =
+      has_arrived ? 0.0 : std::min(limits_.max_speed_mps, std::sqrt(2.0 * braking * ahead_m));
   const double most = limits_.max_acceleration_mps2 * period_s;
   const double speed =
       before.right_mps + std::clamp(sense * wanted - before.right_mps, -most, most);

@@ -87,6 +87,16 @@ TEST(CalibrationDriver, StandsUntilItKnowsWhereTheWheelsStand) {
   EXPECT_FALSE(robot.driver().standing());
 }
 
+TEST(CalibrationDriver, StandsUntilTheCalibrationIsHeard) {
+  Robot robot;
+  robot.has_estimate = false;
+  robot.drive(2.0);
+  for (const WheelSpeeds& command : robot.commands) EXPECT_TRUE(isStanding(command));
+  robot.has_estimate = true;
+  robot.drive(1.0);
+  EXPECT_FALSE(robot.driver().standing());
+}
+
 TEST(CalibrationDriver, StopsWhenAnInputFallsSilent) {
   Robot ticks, light, estimate;
   for (Robot* robot : {&ticks, &light, &estimate}) {
@@ -242,7 +252,7 @@ TEST(CalibrationDriver, StopsOutsideOfItsRegion) {
 TEST(CalibrationDriver, StopsWhenTheWheelsDoNotRoll) {
   Robot robot;
   robot.wheels_roll = false;
-  robot.expectEnd(DriveEnd::kWheelsDisobeyed, 25.0);
+  robot.expectEnd(DriveEnd::kWheelsDisobeyed, 3.5);
 }
 
 TEST(CalibrationDriver, NamesWhatIsWrongWithItsConfiguration) {

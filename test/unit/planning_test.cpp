@@ -358,20 +358,25 @@ TEST(MotionPlanner, KeepsTheLightInView) {
   }
 }
 
-/// Wheels that do what they are told, some time later, read back some time later.
+/// Wheels that do what they are told, some time later, read back some time later; but nothing below
+/// their least speed.
 class LateWheels {
  public:
-  explicit LateWheels(int late_periods) : commands_(static_cast<std::size_t>(late_periods)) {}
+  explicit LateWheels(int late_periods, double least_mps = 0.0)
+      : least_mps_(least_mps), commands_(static_cast<std::size_t>(late_periods)) {}
 
   WheelDisplacement drive(const WheelSpeeds& command, double period_s) {
     commands_.push_back(command);
-    travelled_.left_m += period_s * commands_.front().left_mps;
-    travelled_.right_m += period_s * commands_.front().right_mps;
+    travelled_.left_m += period_s * rolled(commands_.front().left_mps);
+    travelled_.right_m += period_s * rolled(commands_.front().right_mps);
     commands_.pop_front();
     return travelled_;
   }
 
  private:
+  double rolled(double speed_mps) const { return std::abs(speed_mps) < least_mps_ ? 0 : speed_mps; }
+
+  double least_mps_;
   std::deque<WheelSpeeds> commands_;
   WheelDisplacement travelled_;
 };
@@ -424,6 +429,60 @@ TEST(PrimitiveFollower, NoticesWheelsThatDisobey) {
   WheelSpeeds command;
   for (int i = 0; i < 200 && !stuck.isDisobeyed({}); ++i) command = stuck.steer({}, command, 0.05);
   EXPECT_TRUE(stuck.isDisobeyed({}));
+}
+
+// A wheel that is stuck alone makes a circle of the line, and one of the turn.
+TEST(PrimitiveFollower, NoticesOneWheelThatDisobeys) {
+  const PrimitiveFollower straight({0.0, 1.0}, kLimits, {});
+  EXPECT_FALSE(straight.isDisobeyed({0.0, 0.15}));
+  EXPECT_TRUE(straight.isDisobeyed({0.0, 0.25}));
+  EXPECT_TRUE(straight.isDisobeyed({-0.25, 0.25})) << "it turns";
+  EXPECT_FALSE(straight.isDisobeyed({0.9, 1.05})) << "wheels of other sizes than believed";
+  const PrimitiveFollower turn({2.0 / kSeparation_m, 0.0}, kLimits, {});  // each wheel by a metre
+  EXPECT_FALSE(turn.isDisobeyed({0.0, 0.15}));
+  EXPECT_TRUE(turn.isDisobeyed({0.0, 0.25}));
+  EXPECT_FALSE(turn.isDisobeyed({-0.9, 1.05}));
+}
+
+// An emergency stop of the base's own: it must not drive on when somebody releases it later.
+TEST(PrimitiveFollower, NoticesThatItIsHeldOnItsWay) {
+  constexpr double kPeriod_s = 0.05;
+  for (const double held_s : {2.5, 3.5}) {
+    LateWheels wheels(2);
+    PrimitiveFollower follower({0.0, 2.0}, kLimits, {});
+    WheelSpeeds command;
+    WheelDisplacement travelled;
+    while (travelled.right_m < 0.5) {
+      command = follower.steer(travelled, command, kPeriod_s);
+      travelled = wheels.drive(command, kPeriod_s);
+    }
+    for (double time_s = 0.0; time_s < held_s; time_s += kPeriod_s) {
+      command = follower.steer(travelled, command, kPeriod_s);
+    }
+    EXPECT_EQ(follower.isDisobeyed(travelled), held_s > 3.0);
+  }
+}
+
+// Whose motors do not turn for less than a tenth of a metre per second: four times what the end of
+// each part asks for.
+TEST(PrimitiveFollower, ArrivesWithStiffWheels) {
+  constexpr double kPeriod_s = 0.05;
+  for (const MotionPrimitive primitive :
+       {MotionPrimitive{0.0, 1.0}, MotionPrimitive{-5.0, -0.4}, MotionPrimitive{0.01, 0.03}}) {
+    LateWheels wheels(2, 0.1);
+    WheelDisplacement travelled;
+    PrimitiveFollower follower(primitive, kLimits, travelled);
+    WheelSpeeds command;
+    for (int steps = 0; !follower.done() && steps < 2000; ++steps) {
+      command = follower.steer(travelled, command, kPeriod_s);
+      ASSERT_FALSE(follower.isDisobeyed(travelled)) << primitive.length_m;
+      travelled = wheels.drive(command, kPeriod_s);
+    }
+    ASSERT_TRUE(follower.done()) << primitive.turn_rad;
+    EXPECT_NEAR(0.5 * (travelled.right_m + travelled.left_m), primitive.length_m, 0.021);
+    EXPECT_NEAR(0.5 * (travelled.right_m - travelled.left_m),
+                turningWheels(primitive, kSeparation_m).right_m, 0.021);
+  }
 }
 
 const auto kAnything = [](const MotionPrimitive&) { return true; };

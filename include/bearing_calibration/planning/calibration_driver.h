@@ -58,7 +58,7 @@ enum class DriveEnd : std::uint8_t {
   kTicksLost,        ///< no wheel readings for too long
   kLightLost,        ///< no bearing for too long
   kEstimateLost,     ///< the calibration is silent
-  kClockLost,        ///< time stands still
+  kClockLost,        ///< time stands still, or steps back
   kLeftRegion,       ///< the base's centre is outside of the region
   kNoWay,            ///< every way would lead too near to the light or out of the region
   kWheelsDisobeyed,  ///< they do not roll as commanded
@@ -140,6 +140,7 @@ class CalibrationDriver {
   FieldOfView view_;
   Stamp began_;
   Stamp last_steered_ = began_, last_travel_ = began_, last_estimate_ = began_;
+  bool is_calibration_heard_ = false;
   Stamp last_image_ = began_;
   Stamp last_bearing_ = began_;     ///< or the last moment at which none was due
   double turned_unseen_rad_ = 0.0;  ///< since a bearing, either way

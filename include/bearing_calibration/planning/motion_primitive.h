@@ -66,7 +66,8 @@ class PrimitiveFollower {
   bool done() const { return part_ == Part::kDone; }
   /// What remains of the primitive.
   MotionPrimitive remaining(const WheelDisplacement& travelled) const;
-  /// Whether the wheels do something else than they are told: they roll the other way, or not.
+  /// Whether the wheels do something else than they are told: they roll the other way, or not, or
+  /// one of them does.
   bool isDisobeyed(const WheelDisplacement& travelled) const;
 
  private:
@@ -80,6 +81,8 @@ class PrimitiveFollower {
   Part part_ = Part::kTurning;
   WheelDisplacement part_start_;
   double part_time_s_ = 0.0;
+  WheelDisplacement last_moved_;
+  double still_s_ = 0.0;  ///< since the wheels were there
   bool is_abandoned_ = false;
 };
 
