@@ -70,8 +70,7 @@ std::string adviceFor(const StartAttempt& attempt) {
     case StartObstacle::kNoSolution:
       return "no mount explains the bearings yet: keep driving; if this stays, check that left and "
              "right wheel are not swapped, that the bearing grows counter-clockwise, and that no "
-             "other "
-             "light is in view";
+             "other light is in view";
     case StartObstacle::kPoorFit:
       return "the bearings fit the motion badly: check for slip, reflections and wheel geometry";
     case StartObstacle::kLightTooNear:
