@@ -10,9 +10,7 @@ namespace {
 constexpr double kBrakingShare = 0.7;
 /// A wheel may lag behind or roll back so far [m] before it is said to disobey.
 constexpr double kPatience_m = 0.1;
-/// ... or roll so much of a part that the other one does not roll, and so far beyond it.
-constexpr double kPatienceApart = 0.1;
-/// ... or a part, or any motion at all, may take so many times its duration, and so much longer
+/// ... or a part, or any motion of a wheel, may take so many times its duration, and so much longer
 /// [s].
 constexpr double kPatienceFactor = 3.0;
 constexpr double kPatience_s = 3.0;
@@ -129,11 +127,7 @@ bool PrimitiveFollower::isDisobeyed(const WheelDisplacement& travelled) const {
   if (done()) return false;
   const double target_m = targetOfPart();
   const double ahead_m = std::copysign(1.0, target_m) * leftOfPart(travelled);
-  const double left_m = travelled.left_m - part_start_.left_m;
-  const double right_m = travelled.right_m - part_start_.right_m;
-  const double apart_m = std::abs(part_ == Part::kTurning ? right_m + left_m : right_m - left_m);
   return ahead_m < -kPatience_m || ahead_m > std::abs(target_m) + kPatience_m ||
-         apart_m > kPatienceApart * std::abs(target_m) + kPatience_m ||
          part_time_s_ > longestTime(target_m, kPatience_s, limits_) ||
          still_s_ > longestTime(kArrived_m, kPatience_s, limits_);
 }
@@ -147,7 +141,7 @@ WheelSpeeds PrimitiveFollower::steer(const WheelDisplacement& travelled, const W
   }
   part_time_s_ += period_s;
   still_s_ += period_s;
-  if (std::max(std::abs(travelled.left_m - last_moved_.left_m),
+  if (std::min(std::abs(travelled.left_m - last_moved_.left_m),
                std::abs(travelled.right_m - last_moved_.right_m)) > kArrived_m) {
     last_moved_ = travelled;
     still_s_ = 0.0;

@@ -35,6 +35,7 @@ ROBOTS = 'calibrate.launch robot:=$PWD/config/robots/'
 TURTLEBOT, KOBUKI = ROBOTS + 'turtlebot3_burger.yaml', ROBOTS + 'kobuki.yaml'
 DUCKIEBOT = (ROBOTS + 'duckiebot.yaml left_ticks:=/duckie/left_wheel_encoder_node/tick '
              'right_ticks:=/duckie/right_wheel_encoder_node/tick')
+ONE_OF_SEVERAL = 'calibrate.launch robot:=$PWD/robot1.yaml result_folder:=$PWD/robot1'
 ODOMETRY = 'calibrate.launch wheel_source:=odometry odom:=/odom wheel_separation:=0.16'
 
 # What a reader may start one after the other and leave running.
@@ -44,6 +45,7 @@ COMBINATIONS = (
     (CAMERA, TURTLEBOT),
     (KOBUKI, CAMERA, DRIVE),
     (DUCKIEBOT,),
+    (ONE_OF_SEVERAL,),
     (ODOMETRY,),
     (SENSOR, DRIVE),
     (MARKERS, POSE),
@@ -78,7 +80,7 @@ class Combinations(unittest.TestCase):
         os.symlink(os.path.join(REPOSITORY, 'config'), os.path.join(self.folder, 'config'))
         with open(SIMULATED_ROBOT) as file:
             robot = dict(yaml.safe_load(file), wheels=WHEELS)
-        for name in ('robot.yaml', 'litw.yaml'):
+        for name in ('robot.yaml', 'robot1.yaml', 'litw.yaml'):
             with open(os.path.join(self.folder, name), 'w') as file:
                 yaml.safe_dump(robot, file)
         with open(os.path.join(self.folder, 'tags.yaml'), 'w') as file:

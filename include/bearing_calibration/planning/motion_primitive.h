@@ -66,8 +66,8 @@ class PrimitiveFollower {
   bool done() const { return part_ == Part::kDone; }
   /// What remains of the primitive.
   MotionPrimitive remaining(const WheelDisplacement& travelled) const;
-  /// Whether the wheels do something else than they are told: they roll the other way, or not, or
-  /// one of them does.
+  /// Whether the wheels do something else than they are told: they roll the other way, or one of
+  /// them does not roll.
   bool isDisobeyed(const WheelDisplacement& travelled) const;
 
  private:
@@ -82,7 +82,7 @@ class PrimitiveFollower {
   WheelDisplacement part_start_;
   double part_time_s_ = 0.0;
   WheelDisplacement last_moved_;
-  double still_s_ = 0.0;  ///< since the wheels were there
+  double still_s_ = 0.0;  ///< since both wheels have moved from there
   bool is_abandoned_ = false;
 };
 
