@@ -6,6 +6,7 @@ Waits until the calibration sees the light. Returns 0 only when the calibration 
 """
 
 import argparse
+import os
 import signal
 import sys
 import time
@@ -39,6 +40,7 @@ def say(text):
     try:
         print(text, flush=True)
     except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it at the end
         rospy.signal_shutdown('nobody watches')
 
 
