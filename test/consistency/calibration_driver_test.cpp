@@ -77,24 +77,16 @@ class Robot {
   WheelDisplacement travel_;
 };
 
-TEST(CalibrationDriver, StandsUntilItKnowsWhereTheWheelsStand) {
-  Robot robot;
-  robot.has_ticks = false;
-  robot.drive(0.4);
-  for (const WheelSpeeds& command : robot.commands) EXPECT_TRUE(isStanding(command));
-  robot.has_ticks = true;
-  robot.drive(1.0);
-  EXPECT_FALSE(robot.driver().standing());
-}
-
-TEST(CalibrationDriver, StandsUntilTheCalibrationIsHeard) {
-  Robot robot;
-  robot.has_estimate = false;
-  robot.drive(2.0);
-  for (const WheelSpeeds& command : robot.commands) EXPECT_TRUE(isStanding(command));
-  robot.has_estimate = true;
-  robot.drive(1.0);
-  EXPECT_FALSE(robot.driver().standing());
+TEST(CalibrationDriver, StandsUntilWheelsAndCalibrationAreHeard) {
+  for (bool Robot::*const input : {&Robot::has_ticks, &Robot::has_estimate}) {
+    Robot robot;
+    robot.*input = false;
+    robot.drive(0.4);
+    for (const WheelSpeeds& command : robot.commands) EXPECT_TRUE(isStanding(command));
+    robot.*input = true;
+    robot.drive(1.0);
+    EXPECT_FALSE(robot.driver().standing());
+  }
 }
 
 TEST(CalibrationDriver, StopsWhenAnInputFallsSilent) {
