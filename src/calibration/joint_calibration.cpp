@@ -8,6 +8,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/init/start_obstacle.h"
 #include "bearing_calibration/judge/lights_agreement.h"
+#include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/mount_displacement.h"
 
 namespace bearing_calibration::core {
@@ -242,7 +243,8 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   const BatchEstimate fit = BatchEstimator(withoutSlips(config_.initializer.batch))
                                 .estimate(observations, track, slips, beginningOf(lights));
   if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
-  StateEstimate estimate = widened(fit.last, fit.scatter().widening());
+  StateEstimate estimate = widened(withDoubtOfLengths(fit.last, config_.initializer.batch.errors),
+                                   fit.scatter().widening());
   addSpread(taken, &estimate);
   joint_ = Joint{LiveFilter(estimate), lights, Judgement(), RecentInnovations()};
   joint_->filter.predict(since);

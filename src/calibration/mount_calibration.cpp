@@ -5,6 +5,7 @@
 
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/judge/fault_finder.h"
+#include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/rival_mount.h"
 #include "bearing_calibration/track/light_start.h"
 
@@ -91,7 +92,7 @@ void MountCalibration::attemptStart() {
   const std::vector<Observation>& observations = initializer_.record().observations();
   record_fit_.beginAt({attempt.estimate, observations.size() - 1}, observations);
   tracker_.emplace(config_.filter, withEarlier(attempt.estimate), attempt.bearing_correlation);
-  judge_.emplace(config_.converged, config_.initializer.batch.errors.nearness_stddev_m);
+  judge_.emplace(config_.converged, config_.initializer.batch.errors);
   started_ = true;
 }
 
@@ -238,10 +239,11 @@ NoiseMargin MountCalibration::noiseMargin(const NoiseLevels& found) const {
   return {noise_.atMost().varianceOver(noise_), at_jump.varianceOver(noise_)};
 }
 
-/// An estimate from the observations, with the earlier calibration unless they contradict it: then
-/// that one is forgotten.
+/// An estimate from the observations, as uncertain as their doubt of what was known beforehand
+/// makes it, with the earlier calibration unless they contradict it: then that one is forgotten.
 StateEstimate MountCalibration::withEarlier(StateEstimate estimate) {
   constexpr double kFalseAlarm = 1e-4;
+  estimate = withDoubtOfLengths(estimate, config_.initializer.batch.errors);
   if (earlier_ && disagreement(estimate.mount(), earlier_->mount()) >
                       chiSquareQuantile(1.0 - kFalseAlarm, 3.0)) {
     earlier_.reset();

@@ -34,7 +34,8 @@ void MountCalibration::describe(CalibrationResult* result) const {
     search_.describe(result);
   }
   result->lights = {{lightId(), result->state, own, true, bearings_used_, ""}};
-  if (result->state == CalibrationState::kInconsistent && diagnosis_.fault != Fault::kNone) {
+  if (result->state == CalibrationState::kInconsistent && diagnosis_.fault != Fault::kNone &&
+      diagnosis_.fault != result->cause) {
     result->advice = ::bearing_calibration::core::describe(diagnosis_);
     result->cause = diagnosis_.fault;
   }

@@ -8,6 +8,7 @@
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/common/symmetric.h"
+#include "bearing_calibration/judge/fault_finder.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -145,8 +146,8 @@ void Judgement::doubt(const Consistency& recent) {
   if (const auto doubt = doubtAbout(recent)) *this = {CalibrationState::kConverging, *doubt};
 }
 
-ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config, double nearness_stddev_m)
-    : config_(config), nearness_stddev_m_(nearness_stddev_m) {}
+ConvergenceJudge::ConvergenceJudge(const ConvergenceConfig& config, const ErrorPriors& errors)
+    : config_(config), errors_(errors) {}
 
 void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Observation>& record,
                              const std::optional<SlipAverage>& settled, const NoiseMargin& margin) {
@@ -196,8 +197,13 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   if (doubt && doubtAbout(tracker.consistency(), margin.scatter)) {
     return {CalibrationState::kInconsistent, *doubt, Fault::kScatter};
   }
-  const StateEstimate estimate = withNearness(tracker.filter().estimate(), nearness_stddev_m_);
-  if (!settled) return stillConverging(estimate);
+  const StateEstimate estimate =
+      withNearness(tracker.filter().estimate(), errors_.nearness_stddev_m);
+  if (!settled) {
+    const Diagnosis wheels = unlikelyWheels(estimate.errors(), errors_);
+    if (wheels.fault == Fault::kNone) return stillConverging(estimate);
+    return {CalibrationState::kInconsistent, describe(wheels), wheels.fault};
+  }
   // What comes after the light was lost may be another light for a while, or the light after a
   // displacement.
   const bool sure_of_light = !tracker.isSearching();

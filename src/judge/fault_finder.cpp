@@ -1,5 +1,6 @@
 #include "bearing_calibration/judge/fault_finder.h"
 
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/record/observation_change.h"
 #include "bearing_calibration/record/observation_path.h"
+#include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/rival_mount.h"
 
 namespace bearing_calibration::core {
@@ -88,13 +90,18 @@ class FaultSearch {
   }
 
   void tryProportions() {
+    const auto trySeparation = [this](double factor) {
+      if (known_.areEstimated<WheelSeparation>()) return;
+      tryWheels({Fault::kSeparation, factor}, Eigen::Matrix2d::Identity(), factor);
+    };
+    // a diameter for a radius, or other edges of the ticks counted
+    for (double factor : {0.25, 0.5, 2.0, 4.0}) trySeparation(factor);
     for (double factor : {0.85, 0.9, 0.94, 0.97, 1.03, 1.06, 1.1, 1.15}) {
       if (!known_.areEstimated<WheelScales>()) {
         tryWheels({Fault::kLeftRadius, factor}, Eigen::Vector2d(factor, 1.0).asDiagonal(), 1.0);
         tryWheels({Fault::kRightRadius, factor}, Eigen::Vector2d(1.0, factor).asDiagonal(), 1.0);
       }
-      if (known_.areEstimated<WheelSeparation>()) continue;
-      tryWheels({Fault::kSeparation, factor}, Eigen::Matrix2d::Identity(), factor);
+      trySeparation(factor);
     }
   }
 
@@ -143,6 +150,17 @@ class FaultSearch {
 Diagnosis findFault(const std::vector<Observation>& observations, double wheel_separation_m,
                     const InitializerConfig& config, const ErrorPriors& known) {
   return FaultSearch(observations, wheel_separation_m, config, known).run();
+}
+
+Diagnosis unlikelyWheels(const ErrorEstimate& estimate, const ErrorPriors& priors) {
+  constexpr double kMostDoubt = 36.0;  // a chi-square: 6 standard deviations
+  if (doubtOfLengths(estimate, priors) <= kMostDoubt) return {};
+  const double left = 1.0 + estimate.mean(placeOf<WheelScales>());
+  const double right = 1.0 + estimate.mean(placeOf<WheelScales>() + 1);
+  const double separation = 1.0 + estimate.mean(placeOf<WheelSeparation>());
+  const Diagnosis ratio{Fault::kRightRadius, right / left};
+  const Diagnosis turns{Fault::kSeparation, separation / (0.5 * (left + right))};
+  return std::abs(std::log(ratio.size)) > std::abs(std::log(turns.size)) ? ratio : turns;
 }
 
 }  // namespace bearing_calibration::core

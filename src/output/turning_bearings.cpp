@@ -97,9 +97,11 @@ class SpinFit {
     variance_rad2_ = std::pow(std::max(robustStddev(residuals), kLeast_rad), 2);
   }
 
+  double sigmasOf(double residual_rad) const { return residual_rad / std::sqrt(variance_rad2_); }
+
   double weightOf(double residual_rad) const {
     constexpr double kHuberSigmas = 2.0;
-    return 1.0 / huber(residual_rad / std::sqrt(variance_rad2_), kHuberSigmas).doubt;
+    return 1.0 / huber(sigmasOf(residual_rad), kHuberSigmas).doubt;
   }
 
   /// The normal equations of one spin, the priors on its own numbers included.
@@ -153,6 +155,7 @@ class SpinFit {
   }
 
   TurningBearings conclude() {
+    constexpr double kOutlierSigmas = 5.0;
     TurningBearings turning;
     double heading_variance_rad2 = 0.0;
     double squares = 1e-18;  // of a sensor without noise, too
@@ -160,6 +163,7 @@ class SpinFit {
     for (std::size_t k = 0; k < spins_.size(); ++k) {
       double last = 0.0;
       forEachLook(k, [&](const Look& seen) {
+        if (std::abs(sigmasOf(seen.residual_rad)) > kOutlierSigmas) return;
         const double residual = std::sqrt(weightOf(seen.residual_rad)) * seen.residual_rad;
         squares += residual * residual;
         products += residual * last;

@@ -3,8 +3,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <vector>
 
+#include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/common/symmetric.h"
 
 namespace bearing_calibration::core {
@@ -74,6 +77,33 @@ StateEstimate withoutLearntScale(const StateEstimate& estimate, const StateVecto
   known.covariance(places, places) = unit.asDiagonal() * covariance * unit.asDiagonal();
   symmetrise(&known.covariance);
   return known;
+}
+
+double doubtOfLengths(const ErrorEstimate& estimate, const ErrorPriors& priors) {
+  constexpr double kByChance = 0.25;
+  const auto isLookedFor = [&](int error) { return priors.stddev(error) > 0.0; };
+  const auto looked_for = std::count_if(kLengths.begin(), kLengths.end(), isLookedFor);
+  if (looked_for == 0) return 0.0;
+  double chi_square = 0.0;
+  for (const int error : kLengths) {
+    if (!isLookedFor(error)) continue;
+    chi_square += std::pow((estimate.mean(error) - priors.mean(error)) / priors.stddev(error), 2);
+  }
+  constexpr std::ptrdiff_t kRatios = kLengths.size() - 1;
+  const auto degrees = static_cast<double>(std::min(looked_for, kRatios));
+  return std::max(0.0, chi_square - chiSquareExceededBy(kByChance, degrees));
+}
+
+StateEstimate withDoubtOfLengths(StateEstimate estimate, const ErrorPriors& priors) {
+  const double doubt = doubtOfLengths(estimate.errors(), priors);
+  if (doubt == 0.0) return estimate;
+  const StateMatrix P = estimate.covariance;
+  for (const int error : kLengths) {
+    if (error >= estimate.layout.errors || !(priors.stddev(error) > 0.0)) continue;
+    const StateVector by_prior = P.col(kMountSize + error) / priors.stddev(error);
+    estimate.covariance += doubt * by_prior * by_prior.transpose();
+  }
+  return estimate;
 }
 
 }  // namespace bearing_calibration::core

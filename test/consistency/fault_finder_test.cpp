@@ -274,6 +274,34 @@ TEST(FindFault, TellsAWrongSeparationFromMoreNoise) {
   EXPECT_EQ(usualFaultOfNoisyRobot(307, 86.0), Fault::kNone);
 }
 
+// As with a diameter for a radius, or with two or four edges of a tick counted for one.
+TEST(FindFault, TellsTicksThatAreCountedTwoOrFourTimes) {
+  for (const double times : {2.0, 4.0}) {
+    const SimulatedCase simulated = soundCase(1);
+    for (const bool too_long : {false, true}) {
+      const double factor = too_long ? times : 1.0 / times;
+      const Diagnosis found =
+          diagnose(simulated, miswired(simulated, factor * Eigen::Matrix2d::Identity()));
+      EXPECT_EQ(found.fault, Fault::kSeparation) << factor;
+      EXPECT_EQ(found.size, factor);
+    }
+  }
+}
+
+TEST(UnlikelyWheels, AreTheRatioOrTheSeparationThatIsFarther) {
+  const ErrorPriors priors = usualErrors();
+  ErrorEstimate estimate;
+  double& separation = estimate.mean(placeOf<WheelSeparation>());
+  separation = 0.1;  // five standard deviations
+  EXPECT_EQ(unlikelyWheels(estimate, priors).fault, Fault::kNone);
+  separation = 0.14;  // seven
+  EXPECT_EQ(unlikelyWheels(estimate, priors).fault, Fault::kSeparation);
+  EXPECT_DOUBLE_EQ(unlikelyWheels(estimate, priors).size, 1.14);
+  estimate.mean.segment<2>(placeOf<WheelScales>()) << -0.1, 0.1;
+  EXPECT_EQ(unlikelyWheels(estimate, priors).fault, Fault::kRightRadius);
+  EXPECT_DOUBLE_EQ(unlikelyWheels(estimate, priors).size, 1.1 / 0.9);
+}
+
 // A calibration that has converged has estimated them: what does not fit later is something else.
 TEST(FindFault, NamesNoErrorThatIsKnownAlready) {
   SimulatedCase late = soundCase(1);

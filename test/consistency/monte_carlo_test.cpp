@@ -209,6 +209,31 @@ TEST(Calibrator, IsNeverWrongWithCorrelatedBearings) {
   }
 }
 
+/// An owner who measured his wheels' separation wrongly, by more than anyone allows for, and a
+/// sensor so far from the base that all lengths count.
+SimulatedCase wrongSeparationCase(std::uint64_t run) {
+  constexpr double kTrueOverBelieved[] = {0.8, 0.87, 0.92, 0.95, 1.05, 1.08, 1.13, 1.2};
+  SimulatedCase simulated = cornerCase(run + 1);
+  simulated.robot.base_from_sensor.position_m = {0.3, 0.2};
+  simulated.robot.separation_factor = kTrueOverBelieved[run];
+  simulated.looked_for = usualErrors();
+  simulated.looked_for.setBlock(WheelSeparation::kName, 0.01);
+  simulated.noise_looked_for = usualNoise();
+  return simulated;
+}
+
+// Promise honest: wheels that are not as stated
+TEST(Calibrator, IsNeverWrongWithAWrongSeparation) {
+  const std::vector<Trial> trials = runTrials(tryCalibrator, wrongSeparationCase, 8, {100.0});
+  int claimed = 0;
+  for (const Trial& trial : trials) {
+    EXPECT_LT(trial.worst_claim, kWrongChiSquare);
+    if (trial.first_claim_s) ++claimed;
+  }
+  EXPECT_GE(claimed, 4);
+  EXPECT_EQ(trials.front().causes, std::set<Fault>{Fault::kSeparation});  // too far to settle on
+}
+
 TEST(Calibrator, ClaimsNothingFromDegenerateMotion) {
   expectBars(runTrials(tryCalibrator, aimlessCase, 42, {200.0}), ClaimKind::kForbidden);
 }

@@ -31,7 +31,7 @@ CalibrationState judgeFirst(std::size_t count, double sigmas, const ObservationR
 TEST(ConvergenceJudge, AnAnswerThatLeapsIsConfirmedAnew) {
   constexpr double kLeap = 10.0;
   const ObservationRun run = simulate(paperCase(3));
-  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);
+  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, ErrorPriors());
   for (std::size_t count : {700, 850, 860}) judgeFirst(count, 0.0, run, &judge);
   ASSERT_EQ(judge.last().state, CalibrationState::kConverged);
   EXPECT_EQ(judgeFirst(865, kLeap, run, &judge), CalibrationState::kConverging);
@@ -44,7 +44,7 @@ TEST(ConvergenceJudge, AnAnswerThatLeapsIsConfirmedAnew) {
 TEST(ConvergenceJudge, TheFirstAnswerOfAllIsHeldAgainstTheNextOne) {
   constexpr double kLeap = 10.0;
   const ObservationRun run = simulate(paperCase(3));
-  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);
+  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, ErrorPriors());
   for (std::size_t count : {700, 850}) judgeFirst(count, 0.0, run, &judge);
   ASSERT_EQ(judge.last().state, CalibrationState::kConverged);
   EXPECT_EQ(judgeFirst(860, kLeap, run, &judge), CalibrationState::kConverging);
@@ -53,7 +53,7 @@ TEST(ConvergenceJudge, TheFirstAnswerOfAllIsHeldAgainstTheNextOne) {
 
 TEST(ConvergenceJudge, TakesBackWhatTheLatestBearingsContradict) {
   const ObservationRun run = simulate(paperCase(3));
-  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);
+  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, ErrorPriors());
   for (std::size_t count : {700, 850}) judgeFirst(count, 0.0, run, &judge);
   ASSERT_EQ(judge.last().state, CalibrationState::kConverged);
   RecentInnovations recent;
@@ -134,7 +134,7 @@ TEST(ConvergenceJudge, PartsThatMoreNoiseExplainsAreNoFault) {
   const SlipAverage settled{fit, fit, fit.last, {}};
   const MountTracker tracker(FilterConfig(), fit.last, 0.0);
   const auto judgementWith = [&](const NoiseMargin& margin) {
-    ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, 0.0);
+    ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, ErrorPriors());
     judge.judge(tracker, run.observations, settled, margin);
     return judge.last();
   };

@@ -37,7 +37,7 @@ std::optional<SlipAverage> settle(const ObservationRun& run) {
 }
 
 Judgement judgementOn(const ObservationRun& run, const SlipAverage& settled) {
-  ConvergenceJudge judge(testing::calibratorConfig().converged, 0.0);
+  ConvergenceJudge judge(testing::calibratorConfig().converged, ErrorPriors());
   judge.judge(MountTracker(FilterConfig(), settled.estimate, 0.0), run.observations, settled);
   return judge.last();
 }

@@ -119,6 +119,27 @@ TEST(SensorCheck, OutliersAreCountedAndLeftOut) {
   ASSERT_TRUE(check.standing);
   EXPECT_NEAR(check.standing->outlier_share, 0.1, 4.0 * std::sqrt(0.1 * 0.9 / 160.0));
   EXPECT_NEAR(check.standing->stddev_rad / simulated.robot.sensor.stddev_rad, 1.0, 0.25);
+  ASSERT_TRUE(check.turning);
+  EXPECT_NEAR(check.turning->stddev_rad / simulated.robot.sensor.stddev_rad, 1.0, 0.25);
+}
+
+// Between two recordings in one bag the robot may have been carried elsewhere.
+TEST(SensorCheck, WhatLiesBetweenTwoRecordingsIsNoStop) {
+  SimulatedCase simulated = someCase(1);
+  const Trajectory trajectory = segmentTrajectory({{0.0, 0.0, kStop_s}});
+  simulated.duration_s = kStop_s;
+  std::vector<Observation> both = simulateAlong(simulated, trajectory).observations;
+  const std::size_t first = both.size();
+  for (Observation observation : std::vector<Observation>(both)) {
+    observation.stamp += durationFromSeconds(60.0);
+    observation.azimuth_rad += 0.5;
+    both.push_back(observation);
+  }
+  ASSERT_EQ(both[first].motion.distance_m, 0.0);
+  const SensorCheck check = checkSensor(both);
+  ASSERT_TRUE(check.standing);
+  EXPECT_EQ(check.standing->stops, 2);
+  EXPECT_NEAR(check.standing->stddev_rad / simulated.robot.sensor.stddev_rad, 1.0, 0.25);
 }
 
 // A sensor of steps of two standard deviations measures the same most of the time.

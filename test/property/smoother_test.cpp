@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/filter/bearing_model.h"
@@ -329,6 +330,30 @@ TEST(MetricScale, IsKnownByThePriorsAlone) {
   ErrorPriors measured = priors;  // a length that is known for certain tells the scale
   measured.setBlock(WheelSeparation::kName, 0.0);
   EXPECT_EQ(withoutLearntScale(fit, other, measured).mean, fit.mean);
+}
+
+// An estimate that weighs what was known beforehand by L, of a variance that is w times as large in
+// truth, is off by P (J + w L) P, with the information J of the data.
+TEST(MetricScale, IsAsUncertainAsLengthsAreOffWhatWasKnownOfThem) {
+  constexpr double kOneInFour = 2.773;  // chi-square of two degrees, from a table
+  const ErrorPriors priors = plainWithErrors().errors;
+  SimulatedCase simulated = paperCase(1);
+  simulated.duration_s = 60.0;
+  const ObservationRun run = simulate(simulated);
+  const std::size_t last = run.observations.size() - 1;
+  StateEstimate fit =
+      BatchEstimator(plainWithErrors()).estimate(run.observations, {run.truth[last], last}).last;
+  const Eigen::Array3d stddev = priors.stddev.segment<3>(1);
+  fit.mean.segment<3>(4) = Eigen::Array3d(0.7, 0.7, -1.3) * stddev;  // chi-square 2.67
+  EXPECT_EQ(withDoubtOfLengths(fit, priors).covariance, fit.covariance);
+
+  fit.mean.segment<3>(4) = Eigen::Array3d(2.0, 2.0, -4.0) * stddev;
+  const double doubt = doubtOfLengths(fit.errors(), priors);
+  EXPECT_NEAR(doubt, 4.0 + 4.0 + 16.0 - kOneInFour, 1e-3);
+  Eigen::MatrixXd information = Eigen::MatrixXd(fit.covariance).inverse();
+  information.diagonal().segment<3>(4).array() += doubt / stddev.square();
+  const Eigen::MatrixXd expected = fit.covariance * information * fit.covariance;
+  EXPECT_TRUE(withDoubtOfLengths(fit, priors).covariance.isApprox(expected, 1e-9));
 }
 
 TEST(BatchEstimator, RefusesABeginningOfOtherLightsOrErrors) {

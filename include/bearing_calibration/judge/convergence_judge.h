@@ -60,12 +60,13 @@ struct NoiseMargin {
 /// displacement is noticed; a displaced mount stays inconsistent.
 class ConvergenceJudge {
  public:
-  /// @param nearness_stddev_m  what no bearing tells of the mount (ErrorPriors)
-  ConvergenceJudge(const ConvergenceConfig& config, double nearness_stddev_m);
+  /// @param errors  that are looked for, and what no bearing tells of the mount
+  ConvergenceJudge(const ConvergenceConfig& config, const ErrorPriors& errors);
 
   /// @param record  the observations so far, thinned or not, or the latest of them
   /// @param settled  the batch over them with its rivals, which the tracker has just taken up; none
-  ///   when it did not settle: nothing is called converged then
+  ///   when it did not settle: nothing is called converged then, and wheels that the filter had
+  ///   to change too much are named
   /// @param margin  a scatter or a jump of the mount is named when that does not explain it
   void judge(const MountTracker& tracker, const std::vector<Observation>& record,
              const std::optional<SlipAverage>& settled, const NoiseMargin& margin = {});
@@ -81,7 +82,7 @@ class ConvergenceJudge {
   bool staysWhereItWas(const MountEstimate& mount, double motion_m);
 
   ConvergenceConfig config_;
-  double nearness_stddev_m_;
+  ErrorPriors errors_;
   Judgement last_;
   std::optional<double> good_since_m_;    ///< motion of the record when nothing more was amiss
   bool confirmed_ = false;                ///< it was called converged

@@ -15,4 +15,8 @@ namespace bearing_calibration::core {
 Diagnosis findFault(const std::vector<Observation>& observations, double wheel_separation_m,
                     const InitializerConfig& config, const ErrorPriors& known = {});
 
+/// Wheels that an estimate has had to take for others than they can be by what was known: in their
+/// ratio, or against their separation. kNone where there are none.
+Diagnosis unlikelyWheels(const ErrorEstimate& estimate, const ErrorPriors& priors);
+
 }  // namespace bearing_calibration::core

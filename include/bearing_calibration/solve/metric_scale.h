@@ -15,4 +15,15 @@ namespace bearing_calibration::core {
 StateEstimate withoutLearntScale(const StateEstimate& estimate, const StateVector& at,
                                  const ErrorPriors& priors);
 
+/// How far the wheels' scales and their separation are from what was known beforehand: chi-square
+/// beyond what chance gives one robot in four, 0 below. Of the three, bearings tell the two
+/// ratios only (two degrees of freedom).
+double doubtOfLengths(const ErrorEstimate& estimate, const ErrorPriors& priors);
+
+/// An estimate for wheels that are farther from what was known beforehand than its standard
+/// deviations allow. Which of them is, nobody knows, and so the metric scale is as wrong: what was
+/// known counts with a variance that is larger by doubtOfLengths(). The estimate's error then has
+/// the covariance P + doubt P L P, with the prior's information L (model.md, eq. 28).
+StateEstimate withDoubtOfLengths(StateEstimate estimate, const ErrorPriors& priors);
+
 }  // namespace bearing_calibration::core

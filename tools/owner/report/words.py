@@ -73,11 +73,11 @@ def warningsOf(record):
     parameters = record.result['parameters']
     for block in record.result['blocks']:
         prior = parameters.get('errors/%s_stddev' % block['name'], 0)
-        largest = max(map(abs, block['value'].values()))
+        off = math.hypot(*block['value'].values())
         if block['name'] in ('time_offset', 'wheel_scales', 'wheel_separation') and (
-                largest > PRIOR_SIGMAS * prior > 0):
+                off > PRIOR_SIGMAS * prior > 0):
             found.append('%s: %.1f times errors/%s_stddev off what is configured: %s.' % (
-                block['name'].replace('_', ' ').capitalize(), largest / prior, block['name'],
+                block['name'].replace('_', ' ').capitalize(), off / prior, block['name'],
                 'correct bearings/latency' if block['name'] == 'time_offset' else
                 'measure the wheels and their separation, for all lengths may be as wrong'))
     return found
