@@ -233,9 +233,9 @@ PAGES = {'reference/parameters.md': parametersPage, 'reference/messages.md': mes
 
 
 def main():
-    for name, page in PAGES.items():
+    for name, text in [(name, page()) for name, page in PAGES.items()]:
         with open(os.path.join(REPOSITORY, 'doc', name), 'w', encoding='utf-8') as file:
-            file.write(page())
+            file.write(text)
     return 0
 
 
