@@ -146,6 +146,7 @@ void JointCalibration::review(const std::vector<const LandmarkSolution*>& answer
   const bool is_clear = most <= largestContradiction(agreeing.size(), kFalseDoubt);
   StateEstimate estimate = joint_->filter.estimate();
   if (earlier) addEarlier(*earlier, config_.initializer.batch.errors, &estimate);
+  estimate = withDoubtOfLengths(estimate, config_.initializer.batch.errors);
   joint_->filter.restart(estimate);
   joint_->judgement = judge(estimate, is_clear);
   if (!is_clear || !oldest_) return;
@@ -243,8 +244,7 @@ JointCalibration::Outcome JointCalibration::fitTogether(
   const BatchEstimate fit = BatchEstimator(withoutSlips(config_.initializer.batch))
                                 .estimate(observations, track, slips, beginningOf(lights));
   if (!fitsWell(fit, config_.initializer)) return Outcome::kUnfit;
-  StateEstimate estimate = widened(withDoubtOfLengths(fit.last, config_.initializer.batch.errors),
-                                   fit.scatter().widening());
+  StateEstimate estimate = widened(fit.last, fit.scatter().widening());
   addSpread(taken, &estimate);
   joint_ = Joint{LiveFilter(estimate), lights, Judgement(), RecentInnovations()};
   joint_->filter.predict(since);

@@ -239,17 +239,16 @@ NoiseMargin MountCalibration::noiseMargin(const NoiseLevels& found) const {
   return {noise_.atMost().varianceOver(noise_), at_jump.varianceOver(noise_)};
 }
 
-/// An estimate from the observations, as uncertain as their doubt of what was known beforehand
-/// makes it, with the earlier calibration unless they contradict it: then that one is forgotten.
+/// An estimate from the observations, with the earlier calibration unless they contradict it: then
+/// that one is forgotten. It is as uncertain as both doubt what was known beforehand.
 StateEstimate MountCalibration::withEarlier(StateEstimate estimate) {
   constexpr double kFalseAlarm = 1e-4;
-  estimate = withDoubtOfLengths(estimate, config_.initializer.batch.errors);
   if (earlier_ && disagreement(estimate.mount(), earlier_->mount()) >
                       chiSquareQuantile(1.0 - kFalseAlarm, 3.0)) {
     earlier_.reset();
   }
   if (earlier_) addEarlier(*earlier_, config_.initializer.batch.errors, &estimate);
-  return estimate;
+  return withDoubtOfLengths(estimate, config_.initializer.batch.errors);
 }
 
 bool MountCalibration::wantsDiagnosis() const {
