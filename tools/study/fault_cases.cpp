@@ -50,6 +50,18 @@ void enlargeSeparation(SimulatedCase* simulated) {
   simulated->robot.separation_factor = kFactor;
 }
 
+/// As where other edges of a tick count than the owner believes, or a diameter is given for a
+/// radius.
+template <int kTimes>
+void countMoreTicks(SimulatedCase* simulated) {
+  simulated->change_record = [](SimulatedRecord* record) {
+    for (WheelCounts& ticks : record->ticks) {
+      ticks.left_ticks *= kTimes;
+      ticks.right_ticks *= kTimes;
+    }
+  };
+}
+
 /// From a moment on, what another robot of the same drive would have seen.
 void becomeAfter(double seconds, const SimulatedCase& other, SimulatedCase* simulated) {
   simulated->change_record = [seconds, other](SimulatedRecord* record) {
@@ -88,6 +100,8 @@ const std::vector<FaultCase>& faultCases() {
       {"camera 0.1 s late", Fault::kLate, delayCamera},
       {"right wheel 10 % larger", Fault::kRightRadius, enlargeRightWheel},
       {"separation 10 % larger", Fault::kSeparation, enlargeSeparation},
+      {"ticks counted twice", Fault::kSeparation, countMoreTicks<2>},
+      {"ticks counted four times", Fault::kSeparation, countMoreTicks<4>},
       {"light moved by 1 m after 30 s", Fault::kLightMoved, moveLight},
       {"mount displaced by 2 cm and 5 deg after 100 s", Fault::kMountMoved, displaceMount, false},
   };
