@@ -108,7 +108,11 @@ void CalibrationDriver::addBearings(const BearingSet& bearings, Stamp received) 
   last_image_ = received;
   view_ = bearings.view;
   planner_.setView(view_);
-  if (bearings.candidates.empty()) return;
+  const auto mayBeTheLight = [](const Bearing& candidate) {
+    return candidate.overallProbability() > 0.0;  // zero: known to be another one
+  };
+  const std::vector<Bearing>& candidates = bearings.candidates;
+  if (std::none_of(candidates.begin(), candidates.end(), mayBeTheLight)) return;
   last_bearing_ = received;
   turned_unseen_rad_ = 0.0;
 }

@@ -23,7 +23,8 @@ class Robot {
       : separation_m_(config.limits.wheel_separation_m), driver_(config, goal, now_) {}
 
   bool has_ticks = true, sends_images = true, sees_light = true, has_estimate = true;
-  FieldOfView view;  ///< as the sensor says it
+  bool sees_another = false;  ///< that is known to be none of the calibration's lights
+  FieldOfView view;           ///< as the sensor says it
   bool wheels_roll = true;
   CalibrationState state = CalibrationState::kInitialising;
   std::optional<StateEstimate> estimate;  ///< where the robot is now
@@ -68,6 +69,7 @@ class Robot {
     image.stamp = now_;
     image.view = view;
     if (sees_light) image.candidates.emplace_back();
+    if (sees_another) image.candidates.emplace_back().probability = 0.0;
     return image;
   }
 
@@ -98,6 +100,7 @@ TEST(CalibrationDriver, StopsWhenAnInputFallsSilent) {
   ticks.has_ticks = false;
   ticks.expectEnd(DriveEnd::kTicksLost, 0.6);
   light.sees_light = false;
+  light.sees_another = true;
   light.expectEnd(DriveEnd::kLightLost, 3.1);
   estimate.has_estimate = false;
   estimate.expectEnd(DriveEnd::kEstimateLost, 3.1);

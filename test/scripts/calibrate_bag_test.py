@@ -13,6 +13,7 @@ import unittest
 import rosbag
 import roslib.packages
 import yaml
+from sensor_msgs.msg import JointState
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 sys.path.insert(0, os.path.join(REPOSITORY, 'test', 'ros'))
@@ -224,6 +225,16 @@ class CalibrateBag(Drives):
                          '--set', 'wheels/source=joint_states')
         self.assertStatus(done, CONVERGED)
         self.assertRight(self.result(), world)
+
+    def testOtherJointsOnTheTopicDisturbNothing(self):
+        world = worldOf()
+        bag = self.record('arm.bag', world, seconds=2.0, wheels=JOINTS)
+        with rosbag.Bag(bag, 'a') as file:
+            arm = JointState(name=['elbow'], position=[0.0])
+            arm.header.stamp = world.stamp()
+            file.write('/joint_states', arm, world.stamp())
+        done = self.run_(bag, '--set', 'wheels/source=joint_states')
+        self.assertNotIn('joint', done.stdout.replace('/joint_states', ''))
 
     def testSaysWhichJointsWereThere(self):
         bag = self.record('joints.bag', worldOf(), seconds=2.0, wheels=JOINTS)

@@ -16,6 +16,7 @@
 #include "bearing_calibration_ros/image_conversion.h"
 #include "bearing_calibration_ros/parameter_files.h"
 #include "bearing_calibration_ros/result_saver.h"
+#include "bearing_calibration_ros/sensor_places.h"
 #include "bearing_calibration_ros/wheel_input.h"
 #include "tools/common/timing.h"
 #include "tools/owner/bag_reader.h"
@@ -97,7 +98,7 @@ class Replay {
 
   void checkFrame(const std::string& frame, const std::string& of, const std::string& parameter,
                   const std::string& expected) {
-    if (frame.empty() || frame == expected) return;
+    if (frame.empty() || ros_side::areOneFrame(frame, expected)) return;
     warn(parameter, "frame '" + frame + "' of the " + of + " is not " + parameter + " '" +
                         expected + "': taken as if it were");
   }
@@ -121,8 +122,10 @@ class Replay {
     const ros_side::WheelJoints& wheels = setup_.calibration.wheels.joints;
     if (const auto angles = ros_side::anglesFromMessage(*joints, wheels)) {
       calibrator_.addAngles(*angles, ros_side::stampFromRos(received));
-    } else {
+    } else if (ros_side::namesEither(*joints, wheels)) {
       warn("joints", ros_side::describeMissing(wheels, *joints));
+    } else {
+      others_joints_ = ros_side::describeMissing(wheels, *joints);  // an arm's, for instance
     }
   }
 
@@ -215,6 +218,7 @@ class Replay {
   AdviceTally advice_, out_of_view_;          ///< on the images, on those of no bright spot
   History history_;
   bool has_news_ = false;
+  std::string others_joints_;      ///< what a message without the wheels' joints lacks
   std::set<std::int32_t> lights_;  ///< of all bearings, where only those of one are used
   std::map<std::string, std::string> warnings_;  ///< the first one of each kind
 };
@@ -222,6 +226,7 @@ class Replay {
 void Replay::finish() {
   const Timing timing(&outcome_->times.estimation);
   outcome_->result = calibrator_.result();
+  if (outcome_->result.ticks_used == 0 && !others_joints_.empty()) warn("joints", others_joints_);
   outcome_->review = review_.conclude(outcome_->result);
   outcome_->history = history_.take(outcome_->result);
   const OpticsLearner* learner = images_ && images_->learner() ? &*images_->learner() : nullptr;

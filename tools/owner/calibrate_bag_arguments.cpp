@@ -20,8 +20,8 @@ constexpr char kUsage[] =
     "what calibration_report makes its report from. A better result of the same mount that lies\n"
     "there stays, and beside others' files the subfolder bearing_calibration is used.\n\n"
     "Exit status: 0 converged; 1 failed; 2 wrong arguments or parameters; 3 the mount is not\n"
-    "observable with this motion; 4 found, but less certain than the targets; 5 the estimates\n"
-    "disagree (--compare).\n"
+    "observable with this motion; 4 found, but CONVERGING; 5 the estimates disagree\n"
+    "(--compare).\n"
     "With several bags it is the first of 1, 3, 5, 4 that holds for one of them.\n\nOptions";
 
 options::options_description describeOptions(CalibrateBagArguments* arguments) {

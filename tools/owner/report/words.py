@@ -6,8 +6,8 @@ import numpy as np
 
 STATES = {
     'CONVERGED': ('good', 'The standard deviations of the mount are below your targets.'),
-    'CONVERGING': ('fair', 'The mount is found, but its standard deviations are larger than your '
-                           'targets.'),
+    'CONVERGING': ('fair', 'The mount is found, but not confirmed, or its standard deviations are '
+                           'larger than your targets.'),
     'DEGENERATE_MOTION': ('bad', 'The mount is not observable with this motion.'),
     'INITIALISING': ('bad', 'The record is too short to determine the mount.'),
     'INCONSISTENT': ('bad', 'The bearings do not fit the motion: do not use this result.'),
@@ -58,10 +58,10 @@ def warningsOf(record):
                      % (100 * left_out))
     low, high = MEAN_NIS_RANGE
     if meanNis(record) > high:
-        found.append('The bearings scatter more than their sensor says (mean NIS %.1f): raise '
+        found.append('The bearings scatter more than the noise they are weighed with (mean NIS %.1f): raise '
                      'bearings/extra_stddev, or the wheels\' noise.' % meanNis(record))
     if meanNis(record) < low:
-        found.append('The bearings scatter less than their sensor says (mean NIS %.1f): the '
+        found.append('The bearings scatter less than the noise they are weighed with (mean NIS %.1f): the '
                      'standard deviations given here are too large.' % meanNis(record))
     if details['bearing_correlation'] > HIGH_CORRELATION:
         found.append('The errors of successive bearings are correlated (%.1f); the standard '
