@@ -94,7 +94,10 @@ InputOutcome Calibrator::accept(const BearingSet& bearings, Stamp received) {
         {InputStatus::kStampNotAfterLast, secondsFromDuration(*last - checked.bearings.stamp)});
   }
   InputOutcome worst;
-  if (isAnother(bearings.geometry)) checked.remarks.push_back(assume(bearings.geometry));
+  if (isAnother(bearings.geometry)) {
+    const InputOutcome changed = assume(bearings.geometry);
+    if (changed.isWorthAWord()) checked.remarks.push_back(changed);
+  }
   for (const InputOutcome& remark : checked.remarks) {
     countBearings(remark);
     if (!worst.isBadInput()) worst = remark;

@@ -68,7 +68,11 @@ void MountCalibration::work() {
   is_work_due_ = false;
   if (!started_) return attemptStart();
   if (isFitDue()) refineAndJudge();
-  if (wantsDiagnosis()) diagnose();
+  if (wantsDiagnosis()) {
+    diagnose();
+  } else {
+    diagnosis_ = {};
+  }
   if (config_.restart_on_mount_change && judge_->last().cause == Fault::kMountMoved) {
     restarted_ = true;
     earlier_.reset();  // nothing of the old mount holds any longer

@@ -122,14 +122,20 @@ struct Answer {
   RivalMount rival;
 };
 
+/// None where not even its first pass is finite.
+std::optional<BatchEstimate> fitFrom(const RecordStart& start,
+                                     const std::vector<Observation>& observations,
+                                     const InitializerConfig& config) {
+  BatchEstimate fit = BatchEstimator(config.batch).estimate(observations, start);
+  if (fit.path.points.empty()) return std::nullopt;
+  return fit;
+}
+
 Answer findAnswer(const std::vector<Observation>& observations, const InitializerConfig& config) {
   const SearchResult search = Search(observations, config).run();
   if (!search.best) return {};
-  Answer answer{BatchEstimator(config.batch)
-                    .estimate(observations, {search.best->last, observations.size() - 1}),
-                search.rival};
-  if (answer.fit->path.points.empty()) answer.fit.reset();
-  return answer;
+  return {fitFrom({search.best->last, observations.size() - 1}, observations, config),
+          search.rival};
 }
 
 /// Whether a search with the one would find what one with the other does.
@@ -188,7 +194,7 @@ StartAttempt findStart(const std::vector<Observation>& observations,
     attempt.noise_cost = review->cost;
     weighed = withNoise(observations, attempt.noise);
     if (is_found) {
-      answer.fit = BatchEstimator(config.batch).estimate(weighed, surestStart(*answer.fit));
+      answer.fit = fitFrom(surestStart(*answer.fit), weighed, config);
       break;
     }
     answer = findAnswer(weighed, config);

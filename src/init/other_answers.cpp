@@ -46,8 +46,10 @@ std::vector<OtherAnswer> findOtherAnswers(const std::vector<Observation>& all,
   const ErrorVector errors = robotErrorsOf(found.last.layout, found.last.mean);
   const std::vector<PosedObservation> posed = poseWithout(observations, errors);
   const FixedPathWeight weight{posed.size() / 2};
+  InitializerConfig alike = config;
+  alike.batch = config.batch.weighedAs(found);
   const auto fitFrom = [&](const Vector5& state_at_first) {
-    return refine(observations, state_at_first, weight.reference, errors, config);
+    return refine(observations, state_at_first, weight.reference, errors, alike);
   };
   const Vector5 first = stateAtFirst(observations, posed, found, errors);
   // fitted again, as the others are, to the path that the odometry alone gives
@@ -74,7 +76,7 @@ std::vector<OtherAnswer> findOtherAnswers(const std::vector<Observation>& all,
     if (is_known) continue;
     if (!cost) {
       const RecordStart last{refined.front(), observations.size() - 1, errors};
-      cost = BatchEstimator(config.batch).estimate(observations, last).cost;
+      cost = BatchEstimator(alike.batch).estimate(observations, last).cost;
     }
     answers.push_back({0.5 * (batch.cost - *cost), state.tail<3>(), std::move(batch)});
   }

@@ -9,6 +9,7 @@
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/judge/fault_finder.h"
+#include "bearing_calibration/solve/metric_scale.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -199,11 +200,7 @@ Judgement ConvergenceJudge::decide(const MountTracker& tracker,
   }
   const StateEstimate estimate =
       withNearness(tracker.filter().estimate(), errors_.nearness_stddev_m);
-  if (!settled) {
-    const Diagnosis wheels = unlikelyWheels(estimate.errors(), errors_);
-    if (wheels.fault == Fault::kNone) return stillConverging(estimate);
-    return {CalibrationState::kInconsistent, describe(wheels), wheels.fault};
-  }
+  if (!settled) return stillConverging(estimate);
   // What comes after the light was lost may be another light for a while, or the light after a
   // displacement.
   const bool sure_of_light = !tracker.isSearching();
@@ -257,13 +254,24 @@ Judgement ConvergenceJudge::mountMoved(const DisplacementTest& jump) {
           Fault::kMountMoved};
 }
 
-Judgement ConvergenceJudge::stillConverging(const StateEstimate& estimate) {
+/// Wheels that are far from what is stated keep it from more, however long it drives.
+Judgement ConvergenceJudge::stillConverging(const StateEstimate& estimate) const {
+  const Diagnosis wheels = unlikelyWheels(estimate.errors(), errors_);
+  if (wheels.fault != Fault::kNone) {
+    return {CalibrationState::kInconsistent, describe(wheels), wheels.fault};
+  }
   const Eigen::Vector3d stddev = estimate.mount().covariance.diagonal().cwiseSqrt();
+  constexpr double kWorthAWord = 6.0;  // of doubt: one sound robot in eighty
+  const std::string cure =
+      doubtOfLengths(estimate.errors(), errors_) > kWorthAWord
+          ? "the drive contradicts the wheels' radii or separation: measure them again"
+          : formatted(
+                "keep driving straight lines and turns; the light is %.1f m away, nearer is "
+                "better",
+                estimate.cartesian().range());
   return {CalibrationState::kConverging,
-          formatted("position known to %.3f m and yaw to %.2f deg: keep driving straight lines and "
-                    "turns; the light is %.1f m away, nearer is better",
-                    stddev.head<2>().maxCoeff(), degreesFromRadians(stddev.z()),
-                    estimate.cartesian().range())};
+          formatted("position known to %.3f m and yaw to %.2f deg: %s", stddev.head<2>().maxCoeff(),
+                    degreesFromRadians(stddev.z()), cure.c_str())};
 }
 
 }  // namespace bearing_calibration::core

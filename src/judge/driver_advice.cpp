@@ -16,7 +16,7 @@ constexpr double kPlentyOfTurn_rad = 4.0 * kPi;
 
 constexpr double kOfLate_s = 20.0;  // after which an image counts a third
 
-/// "weakest: light x +0.71, sensor x -0.70 known to 0.12 m only"
+/// "known least: +0.7 light x -0.7 sensor x, to 0.120 m"
 std::string describe(const WeakestDirection& weakest) {
   static const char* const kNames[] = {"light x", "light y", "sensor x", "sensor y", "yaw"};
   constexpr double kWorthNaming = 0.3;  // of a unit vector

@@ -8,6 +8,7 @@
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/filter/motion_model.h"
+#include "bearing_calibration/solve/metric_scale.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -32,7 +33,10 @@ BlockStatus statusOf(bool is_looked_for, double remaining_share) {
 /// number that was known beforehand leaves none.
 BlockStatus statusOf(const ErrorBlockInfo& block, const ErrorPriors& priors,
                      const ErrorEstimate& estimate) {
-  const Eigen::VectorXd stddev = priors.stddev.segment(block.begin, block.size);
+  Eigen::VectorXd stddev = priors.stddev.segment(block.begin, block.size);
+  if (block.name == WheelScales::kName || block.name == WheelSeparation::kName) {
+    stddev *= std::sqrt(1.0 + doubtOfLengths(estimate, priors));  // what was known is worth less
+  }
   const Eigen::VectorXd precision = (stddev.array() > 0.0).select(stddev.cwiseInverse(), 0.0);
   const Eigen::MatrixXd whitened =
       precision.asDiagonal() *

@@ -1,5 +1,6 @@
 #include "bearing_calibration/record/observation_change.h"
 
+#include <cmath>
 #include <cstddef>
 
 #include "bearing_calibration/geometry/pose2.h"
@@ -26,10 +27,12 @@ Eigen::Vector2d beyondArc(const OdometryIncrement& motion, const OdometryIncreme
   return motion.start_from_end.position_m - arc.start_from_end.position_m;
 }
 
-/// Whether each wheel rolls farther or less far than it says, and no wheel is another one or turns
-/// the other way.
-bool isScaling(const Eigen::Matrix2d& wheels_from_wheels) {
-  return wheels_from_wheels.isDiagonal() && (wheels_from_wheels.diagonal().array() > 0.0).all();
+/// Whether no wheel is another one, and each rolls so little farther or less far than it says, for
+/// their separation, that it changes a motion to first order.
+bool isSmall(const Eigen::Matrix2d& wheels_from_wheels, double separation_factor) {
+  constexpr double kMost = 0.4;
+  return wheels_from_wheels.isDiagonal() && std::abs(separation_factor - 1.0) < kMost &&
+         ((wheels_from_wheels.diagonal().array() - 1.0).abs() < kMost).all();
 }
 
 /// The first part of a motion, as far as it is one arc; the rest is spread evenly.
@@ -51,7 +54,7 @@ std::vector<Observation> withOtherWheels(const std::vector<Observation>& observa
     const Eigen::Vector2d wheels = wheelsOf(motion, nominal_separation_m);
     const OdometryIncrement believed = arcOf(wheels, nominal_separation_m);
     OdometryIncrement arc = arcOf(wheels_from_wheels * wheels, changed_separation_m);
-    if (isScaling(wheels_from_wheels)) {
+    if (isSmall(wheels_from_wheels, changed_separation_m / nominal_separation_m)) {
       const Eigen::Vector3d scale_errors(wheels_from_wheels(0, 0) - 1.0,
                                          wheels_from_wheels(1, 1) - 1.0,
                                          changed_separation_m / nominal_separation_m - 1.0);

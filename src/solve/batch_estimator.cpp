@@ -20,6 +20,12 @@ BatchConfig BatchConfig::leastSquares(const ErrorPriors& errors) {
   return config;
 }
 
+BatchConfig BatchConfig::weighedAs(const BatchEstimate& fit) const {
+  BatchConfig alike = *this;
+  alike.correlation = fit.correlation;
+  return alike;
+}
+
 void BatchConfig::declare(Parameters& params) {
   params.notNegative("batch/huber_sigmas", huber_sigmas);
   params.notNegative("batch/reject_sigmas", reject_sigmas);

@@ -237,12 +237,13 @@ bool RecordWeights::isInsideSlip(std::size_t i) const {
 }
 
 bool RecordWeights::widenForCorrelation(const SmootherPass& pass, const RecordPath& path) {
-  const auto azimuths = correlations(records_, [&](std::size_t i) -> std::optional<Innovation> {
+  auto azimuths = correlations(records_, [&](std::size_t i) -> std::optional<Innovation> {
     if (!weights_[i].use_bearing) return std::nullopt;
     return pass.observations[i].azimuth;
   });
   const auto elevations =
       correlations(records_, [&](std::size_t i) { return pass.observations[i].elevation; });
+  if (config_.correlation) azimuths.fill(*config_.correlation);
   correlation_ = *std::max_element(azimuths.begin(), azimuths.end());
   std::transform(azimuths.begin(), azimuths.end(), widening_.begin(), wideningFor);
   std::transform(elevations.begin(), elevations.end(), elevation_widening_.begin(), wideningFor);

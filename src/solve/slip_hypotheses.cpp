@@ -44,7 +44,7 @@ class Rivals {
   Rivals(const std::vector<Observation>& observations, const BatchEstimate& batch,
          const BatchConfig& config)
       : observations_(observations),
-        estimator_(config),
+        estimator_(config.weighedAs(batch)),
         start_(surestStart(batch)),
         fits_{batch},
         answers_{answerOf(batch)} {}

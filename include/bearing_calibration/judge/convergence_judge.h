@@ -65,8 +65,7 @@ class ConvergenceJudge {
 
   /// @param record  the observations so far, thinned or not, or the latest of them
   /// @param settled  the batch over them with its rivals, which the tracker has just taken up; none
-  ///   when it did not settle: nothing is called converged then, and wheels that the filter had
-  ///   to change too much are named
+  ///   when it did not settle: nothing is called converged then
   /// @param margin  a scatter or a jump of the mount is named when that does not explain it
   void judge(const MountTracker& tracker, const std::vector<Observation>& record,
              const std::optional<SlipAverage>& settled, const NoiseMargin& margin = {});
@@ -78,7 +77,7 @@ class ConvergenceJudge {
   Judgement decide(const MountTracker& tracker, const std::vector<Observation>& record,
                    const std::optional<SlipAverage>& settled, const NoiseMargin& margin);
   static Judgement mountMoved(const DisplacementTest& jump);
-  static Judgement stillConverging(const StateEstimate& estimate);
+  Judgement stillConverging(const StateEstimate& estimate) const;
   bool staysWhereItWas(const MountEstimate& mount, double motion_m);
 
   ConvergenceConfig config_;

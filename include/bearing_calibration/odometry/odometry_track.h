@@ -37,7 +37,7 @@ class OdometryTrack {
   void anchorAt(Stamp stamp);
 
  private:
-  static constexpr std::size_t kMaxReadings = 1U << 15U;  ///< 1.3 MB; 32 s of a 1 kHz encoder
+  static constexpr std::size_t kMaxReadings = 1U << 15U;  ///< 1 MB; 32 s of a 1 kHz encoder
 
   WheelTravel travelAt(Stamp stamp) const;
   OdometryIncrement appendTravel(const OdometryIncrement& increment, const WheelTravel& from,

@@ -15,6 +15,8 @@
 
 namespace bearing_calibration::core {
 
+struct BatchEstimate;
+
 /// How a whole record is weighed.
 struct BatchConfig {
   /// Residuals beyond so many standard deviations count linearly, not squared (Huber); 0 is off.
@@ -27,10 +29,16 @@ struct BatchConfig {
   double slip_gain = 20.0;
   /// Estimates the correlation of neighbouring bearings' noise and widens their variance with it.
   bool widen_for_correlation = true;
+  /// The correlation as another fit of the record has found it, to be compared with that one by
+  /// their costs; none: as this one finds it.
+  std::optional<double> correlation;
   ErrorPriors errors;  ///< those of the robot that are estimated with the mount
 
   /// Least squares: every bearing counts for what it says, and nothing slips.
   static BatchConfig leastSquares(const ErrorPriors& errors = {});
+  /// The same for fits that are compared with one: where each was widened by the correlation that
+  /// its own misfit makes, a wrong one would be cheap.
+  BatchConfig weighedAs(const BatchEstimate& fit) const;
   void declare(Parameters& params);
 };
 
