@@ -258,6 +258,15 @@ class CalibrateBag(Drives):
         done = self.run_(bag, '--set', 'wheels/source=odometry', '--set', 'frames/base=base')
         self.assertIn("frame 'base_link' of the odometry is not frames/base 'base'", done.stdout)
 
+    def testAFrameWithASlashInFrontIsTheSame(self):
+        with rosbag.Bag(self.record('drive.bag', worldOf(), seconds=2.0)) as plain, \
+                rosbag.Bag(self.path('slash.bag'), 'w') as bag:
+            for topic, message, time in plain:
+                if topic == '/bearings':
+                    message.header.frame_id = '/camera'
+                bag.write(topic, message, time)
+        self.assertNotIn('frames/sensor', self.run_(self.path('slash.bag')).stdout)
+
     def testNamesATopicWithoutOdometry(self):
         done = self.run_(self.drives[0], '--set', 'wheels/source=odometry')
         self.assertStatus(done, FAILED)
