@@ -22,11 +22,11 @@ LEAVE_SCREEN = b'\x1b[?1049l'  # what brings the terminal's own content back
 class Terminal:
     """The program in a terminal of its own."""
 
-    def __init__(self, *arguments):
+    def __init__(self, kind='xterm', locale='C.UTF-8'):
         self.master, slave = pty.openpty()
-        environment = dict(os.environ, TERM='xterm', LINES='30', COLUMNS='100', LC_ALL='C.UTF-8')
-        self.process = subprocess.Popen(COMMAND + list(arguments), stdin=slave, stdout=slave,
-                                        stderr=slave, env=environment)
+        environment = dict(os.environ, TERM=kind, LINES='30', COLUMNS='100', LC_ALL=locale)
+        self.process = subprocess.Popen(COMMAND, stdin=slave, stdout=slave, stderr=slave,
+                                        env=environment)
         os.close(slave)
         self.output = b''
 
@@ -92,6 +92,14 @@ class WatchTest(unittest.TestCase):
         self.assertEqual(terminal.end(lambda: terminal.process.send_signal(signal.SIGINT)), 0)
         self.assertIn(LEAVE_SCREEN, terminal.output)
         self.assertNotIn(b'Traceback', terminal.output)
+
+    def test_a_terminal_without_colours_and_a_locale_that_is_not_there_do(self):
+        for kind, locale in (('vt100', 'C.UTF-8'), ('xterm', 'de_XX.UTF-8')):
+            with self.subTest(kind=kind, locale=locale):
+                terminal = Terminal(kind, locale)
+                terminal.waitFor('q: quit')
+                self.assertEqual(terminal.end(lambda: os.write(terminal.master, b'q')), 0)
+                self.assertNotIn(b'Traceback', terminal.output)
 
     def test_q_ends_it(self):
         terminal = Terminal()

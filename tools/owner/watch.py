@@ -230,10 +230,14 @@ def attributeOf(tone):
 
 
 def showOn(screen, watch):
-    curses.use_default_colors()
-    for tone in COLOURS:
-        curses.init_pair(1 + sorted(COLOURS).index(tone), COLOURS[tone], -1)
-    curses.curs_set(0)
+    if curses.has_colors():  # a serial console has none
+        curses.use_default_colors()
+        for tone in COLOURS:
+            curses.init_pair(1 + sorted(COLOURS).index(tone), COLOURS[tone], -1)
+    try:
+        curses.curs_set(0)
+    except curses.error:
+        pass  # not every terminal can hide its cursor
     screen.timeout(round(1e3 * REFRESH_S))
     targets = watch.targets()
     while screen.getch() != ord('q'):
@@ -259,7 +263,10 @@ def main(arguments):
         print('watch: no ROS master at %s: start the calibration first, or set ROS_MASTER_URI'
               % rosgraph.get_master_uri(), file=sys.stderr)
         return 1
-    locale.setlocale(locale.LC_ALL, '')
+    try:
+        locale.setlocale(locale.LC_ALL, '')
+    except locale.Error:
+        pass  # ssh brings the desktop's, which the robot need not have
     rospy.init_node('watch', anonymous=True, disable_signals=True)
     watch = Watch(options.estimate)
     if options.once:
