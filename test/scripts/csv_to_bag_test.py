@@ -2,6 +2,8 @@
 
 import math
 import os
+import resource
+import signal
 import subprocess
 import tempfile
 import unittest
@@ -11,6 +13,14 @@ import roslib.packages
 
 WHEELS = 't_s,left_m,right_m\n0.0,0.01,0.02\n0.1,0.01,0.02\n0.2,0.01,0.02\n'
 OBSERVATIONS = 't_s,landmark_id,bearing_rad\n0.0,3,0.5\n0.0,4,0.1\n0.15,3,0.25\n0.2,4,0.1\n'
+
+
+def onADiskOf(size):
+    """For a child process: no file that it writes may become larger."""
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # writing fails, as on a full disk
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+    return limit
 
 
 class CsvToBag(unittest.TestCase):
@@ -28,11 +38,11 @@ class CsvToBag(unittest.TestCase):
             file.write(text if isinstance(text, bytes) else text.encode())
         return path
 
-    def convert(self, *arguments, wheels=WHEELS, observations=OBSERVATIONS):
+    def convert(self, *arguments, wheels=WHEELS, observations=OBSERVATIONS, before=None):
         return subprocess.run(
             [self.program, self.write('wheels.csv', wheels), self.write('observations.csv', observations)]
             + list(arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            universal_newlines=True, timeout=600)
+            universal_newlines=True, timeout=600, preexec_fn=before)
 
     def messagesOf(self, *arguments, **files):
         done = self.convert('--output', self.output, *arguments, **files)
@@ -139,6 +149,13 @@ class CsvToBag(unittest.TestCase):
         done = self.convert('--landmark', '3', '--output', place)
         self.assertRefused(done, 1, place)
         self.assertEqual(sorted(os.listdir(self.folder)), ['observations.csv', 'place', 'wheels.csv'])
+
+    def testAFullDiskIsNamedAndNothingIsLeftBehind(self):
+        for size in (2000, 5000):  # bytes: within the head of a bag, behind it
+            with self.subTest(size=size):
+                done = self.convert('--landmark', '3', '--output', self.output,
+                                    before=onADiskOf(size))
+                self.assertRefused(done, 1, self.output + ' cannot be written')
 
     def testMissingArgumentsAreNamedAsInTheHelp(self):
         done = subprocess.run([self.program, 'wheels.csv', '--landmark', '1', '--output', self.output],

@@ -4,6 +4,7 @@ import math
 import os
 import re
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -154,6 +155,17 @@ class SimulateBag(unittest.TestCase):
                 return [(topic, str(message)) for topic, message, _ in bag.read_messages()]
         self.assertEqual(messages('5'), messages('5'))
         self.assertNotEqual(messages('5'), messages('6'))
+
+    def testAFullDiskIsNamedAndNoHalfABagIsLeftBehind(self):
+        def limit():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # writing fails, as on a full disk
+            resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+        bag = self.path('full.bag')
+        done = subprocess.run([program('simulate_bag'), '--output', bag, '--only-bearings', '--seconds', '2'],
+                              stderr=subprocess.PIPE, universal_newlines=True, timeout=600, preexec_fn=limit)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn(bag + ' cannot be written', done.stderr)
+        self.assertEqual([name for name in os.listdir(self.folder) if 'full' in name], [])
 
     def testWrongArgumentsAreSaid(self):
         for arguments in ([], ['--output', 'x', '--seconds', '0'], ['--output', 'x', '--seed=-1']):

@@ -1,10 +1,6 @@
 // Writes a recording in two CSV files as a bag of this package's messages: csv_to_bag --help
 
-#include <rosbag/bag.h>
-
 #include <boost/program_options.hpp>
-#include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <limits>
@@ -15,6 +11,7 @@
 #include "bearing_calibration/WheelTicks.h"
 #include "bearing_calibration/common/formatted.h"
 #include "tools/common/command_line.h"
+#include "tools/owner/bag_writer.h"
 #include "tools/owner/recording_csv.h"
 
 namespace bearing_calibration::core {
@@ -89,7 +86,7 @@ ros::Time rosTime(Stamp stamp) {
   return time;
 }
 
-void write(const CounterRow& row, const Arguments& arguments, rosbag::Bag* bag) {
+void write(const CounterRow& row, const Arguments& arguments, BagWriter* bag) {
   WheelTicks message;
   message.header.stamp = rosTime(row.stamp);
   message.left = row.left_ticks;
@@ -97,7 +94,7 @@ void write(const CounterRow& row, const Arguments& arguments, rosbag::Bag* bag) 
   bag->write(arguments.ticks_topic, message.header.stamp, message);
 }
 
-void write(const ObservationRow& row, const Arguments& arguments, rosbag::Bag* bag) {
+void write(const ObservationRow& row, const Arguments& arguments, BagWriter* bag) {
   constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
   LightBearing candidate;
   candidate.azimuth = row.bearing_rad;
@@ -117,10 +114,9 @@ void write(const ObservationRow& row, const Arguments& arguments, rosbag::Bag* b
 }
 
 /// Both streams in the order of their stamps, ticks first where they are equal.
-void writeMessages(const std::vector<CounterRow>& counters,
-                   const std::vector<ObservationRow>& observations, const Arguments& arguments,
-                   const std::string& file) {
-  rosbag::Bag bag(file, rosbag::bagmode::Write);
+void writeBag(const std::vector<CounterRow>& counters,
+              const std::vector<ObservationRow>& observations, const Arguments& arguments) {
+  BagWriter bag(arguments.output_file);
   auto observation = observations.begin();
   for (const CounterRow& counter : counters) {
     for (; observation != observations.end() && observation->stamp < counter.stamp; ++observation) {
@@ -129,20 +125,7 @@ void writeMessages(const std::vector<CounterRow>& counters,
     write(counter, arguments, &bag);
   }
   for (; observation != observations.end(); ++observation) write(*observation, arguments, &bag);
-  bag.close();
-}
-
-/// The bag appears under its name only when it is complete.
-void writeBag(const std::vector<CounterRow>& counters,
-              const std::vector<ObservationRow>& observations, const Arguments& arguments) {
-  const std::string unfinished = arguments.output_file + ".unfinished";
-  try {
-    writeMessages(counters, observations, arguments, unfinished);
-    std::filesystem::rename(unfinished, arguments.output_file);
-  } catch (...) {
-    std::remove(unfinished.c_str());
-    throw;
-  }
+  bag.finish();
 }
 
 std::ifstream open(const std::string& file) {

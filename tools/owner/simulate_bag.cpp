@@ -1,7 +1,5 @@
 // A drive of the simulated robot as a bag, without a ROS master: simulate_bag --help
 
-#include <rosbag/bag.h>
-
 #include <boost/program_options.hpp>
 #include <iostream>
 #include <optional>
@@ -15,6 +13,7 @@
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/simulated_camera.h"
 #include "tools/common/command_line.h"
+#include "tools/owner/bag_writer.h"
 #include "tools/owner/simulated_scene.h"
 
 namespace bearing_calibration_ros {
@@ -60,7 +59,7 @@ class Recorder {
       : config_(config),
         scene_(scene),
         renderer_(config.renderer, scene.surroundings),
-        bag_(file, rosbag::bagmode::Write) {}
+        bag_(file) {}
 
   void write(const core::WheelCounts& ticks) {
     bearing_calibration::WheelTicks message;
@@ -84,13 +83,14 @@ class Recorder {
     bag_.write("/camera/image_raw", message->header.stamp, *message);
   }
 
+  void finish() { bag_.finish(); }
   std::uint64_t images() const { return images_; }
 
  private:
   const SimulationNodeConfig& config_;
   const core::Scene& scene_;
   core::ImageRenderer renderer_;
-  rosbag::Bag bag_;
+  core::BagWriter bag_;
   std::uint64_t images_ = 0;
 };
 
@@ -117,6 +117,7 @@ void record(const Arguments& arguments) {
     recorder.photograph(now, core::motionBetween(world_from_start, simulator.worldFromSensor(),
                                                  config.robot.step_s));
   }
+  recorder.finish();
   std::cout << arguments.output_file << ": " << arguments.seconds << " s, " << recorder.images()
             << " images\n";
 }
