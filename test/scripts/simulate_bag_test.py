@@ -148,6 +148,17 @@ class SimulateBag(unittest.TestCase):
         done = self.calibrateBag(bearings, *known, '--output', self.path('known'), config=())
         self.assertNotIn('required', done.stdout)
 
+    def testImagesHaveTheFaultsOfTheirScene(self):
+        with open(self.path('faults.yaml'), 'w') as file:
+            yaml.safe_dump({'faults': {'stamp_latency': 0.05, 'occlusions': [[0.45, 0.5]]}}, file)
+        images = []
+        for arguments in ((), ('--scene', self.path('faults.yaml'))):
+            with rosbag.Bag(self.simulate('faults.bag', '--seconds', '1', *arguments)) as bag:
+                images.append([message for _, message, _ in bag.read_messages('/camera/image_raw')])
+        for i, (plain, faulty) in enumerate(zip(*images)):
+            self.assertAlmostEqual((faulty.header.stamp - plain.header.stamp).to_sec(), 0.05)
+            self.assertEqual(max(faulty.data) < max(plain.data), i >= 5, i)
+
     def testTheSameSeedGivesTheSameBag(self):
         def messages(seed):
             with rosbag.Bag(self.simulate('seed.bag', '--only-bearings', '--seconds', '2', '--seed',

@@ -75,9 +75,11 @@ class Recorder {
     bag_.write("/bearings", message.header.stamp, message);
   }
 
-  void photograph(core::Stamp stamp, const core::SensorMotion& motion) {
+  void photograph(core::Stamp stamp, const core::SensorMotion& motion, bool lights_occluded) {
+    static const std::vector<core::Light> kDarkness;
     const sensor_msgs::ImagePtr message = messageFromRendered(
-        renderer_.render(scene_.lights, motion, images_++), config_.renderer.encoding);
+        renderer_.render(lights_occluded ? kDarkness : scene_.lights, motion, images_++),
+        config_.renderer.encoding);
     message->header.stamp = rosFromStamp(stamp);
     message->header.frame_id = config_.frames.sensor;
     bag_.write("/camera/image_raw", message->header.stamp, *message);
@@ -105,7 +107,9 @@ void record(const Arguments& arguments) {
                            config.robot.encoders.drive.wheel_separation_m));
   Recorder recorder(config, scene, arguments.output_file);
   while (simulator.timeSeconds() < arguments.seconds) {
-    const core::Stamp now = simulator.now();
+    const core::Stamp stamp =
+        simulator.now() + core::durationFromSeconds(config.robot.stamp_latency_s);
+    const bool lights_occluded = simulator.lightsOccluded();
     if (const auto ticks = simulator.readTicks()) recorder.write(*ticks);
     const bool image_is_due = simulator.bearingsDue() && !arguments.only_bearings;
     if (arguments.only_bearings) {
@@ -114,8 +118,9 @@ void record(const Arguments& arguments) {
     const core::Pose2 world_from_start = simulator.worldFromSensor();
     simulator.step();
     if (!image_is_due) continue;
-    recorder.photograph(now, core::motionBetween(world_from_start, simulator.worldFromSensor(),
-                                                 config.robot.step_s));
+    const core::SensorMotion motion =
+        core::motionBetween(world_from_start, simulator.worldFromSensor(), config.robot.step_s);
+    recorder.photograph(stamp, motion, lights_occluded);
   }
   recorder.finish();
   std::cout << arguments.output_file << ": " << arguments.seconds << " s, " << recorder.images()
