@@ -30,38 +30,6 @@ BagReader openBag(const std::string& bag, const BagSetup& setup) {
   return {bag, setup.topics, setup.calibration.wheels.source};
 }
 
-/// The running estimate, often enough to be drawn and never too long to be kept.
-class History {
- public:
-  bool isDue(double distance_m, CalibrationState state) const {
-    return rows_.empty() || state != rows_.back().state ||
-           distance_m >= rows_.back().distance_m + step_m_;
-  }
-
-  void add(const CalibrationResult& result) {
-    rows_.push_back(
-        {result.stamp, result.distance_travelled_m, result.state, *result.base_from_sensor});
-    constexpr std::size_t kMostRows = 4000;  // more than a plot has pixels
-    if (rows_.size() < kMostRows) return;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < rows_.size(); i += 2) rows_[kept++] = rows_[i];
-    rows_.resize(kept);
-    step_m_ *= 2.0;
-  }
-
-  /// All rows, the last one that of the result.
-  std::vector<EstimateRow> take(const CalibrationResult& result) {
-    if (result.base_from_sensor && (rows_.empty() || rows_.back().stamp != result.stamp)) {
-      add(result);
-    }
-    return std::move(rows_);
-  }
-
- private:
-  std::vector<EstimateRow> rows_;
-  double step_m_ = 0.01;
-};
-
 /// Feeds a bag's messages to the calibration.
 class Replay {
  public:
@@ -216,7 +184,7 @@ class Replay {
   std::optional<ros_side::ImageBearings> images_;
   std::optional<ros_side::CameraRays> rays_;  ///< none with a mirror
   AdviceTally advice_, out_of_view_;          ///< on the images, on those of no bright spot
-  History history_;
+  EstimateHistory history_;
   bool has_news_ = false;
   std::string others_joints_;      ///< what a message without the wheels' joints lacks
   std::set<std::int32_t> lights_;  ///< of all bearings, where only those of one are used

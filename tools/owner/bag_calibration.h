@@ -11,6 +11,7 @@
 #include "bearing_calibration_ros/calibrator_params.h"
 #include "bearing_calibration_ros/detection_params.h"
 #include "tools/owner/bag_topics.h"
+#include "tools/owner/estimate_history.h"
 
 namespace bearing_calibration::core {
 
@@ -33,14 +34,6 @@ struct BagJob {
   std::string bag;
   std::optional<std::int32_t> light_id;  ///< none: the first that is seen
   std::string name;                      ///< for people
-};
-
-/// The running estimate at one moment.
-struct EstimateRow {
-  Stamp stamp;
-  double distance_m = 0.0;
-  CalibrationState state = CalibrationState::kInitialising;
-  MountEstimate mount;
 };
 
 /// What a drive expected of its way ahead at one moment: standard deviations at the way's end.
