@@ -190,6 +190,8 @@ TEST(ReadCounters, StampsThatRosCannotHoldAreErrors) {
             std::string::npos);
   EXPECT_NE(counterError("t_s,left_m,right_m\n1e10,0,0\n").find("wheels.csv:2: t_s '1e10'"),
             std::string::npos);
+  std::istringstream stream("t_s,left_m,right_m\n0,0,0\n");
+  EXPECT_THROW(readCounters(stream, "wheels.csv", {1e-3, std::nan("")}), RecordingError);
 }
 
 TEST(ReadCounters, WithoutATickSizeIsABrokenContract) {

@@ -87,7 +87,7 @@ class CsvReader {
 
   Stamp stamp(std::size_t column, double start_time_s) const {
     const double time_s = start_time_s + number(column);
-    if (time_s < kEarliestStamp_s || time_s > kLatestStamp_s) {
+    if (!(time_s >= kEarliestStamp_s && time_s <= kLatestStamp_s)) {  // a start time may be NaN
       throw error(describe(column) + " becomes the stamp " + std::to_string(time_s) +
                   " s, which ROS cannot hold: stamps lie above zero and below 2^32 s");
     }
