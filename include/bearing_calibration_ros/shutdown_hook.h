@@ -5,12 +5,12 @@
 
 namespace bearing_calibration_ros {
 
-/// Runs `speak` when somebody ends this process by SIGINT (ctrl-C, roslaunch) or SIGTERM, and lets
-/// the signal take effect after that: when a nodelet is destroyed because of it, ROS no longer
-/// sends anything.
+/// Runs `speak` when somebody ends this process by SIGINT (ctrl-C, roslaunch), SIGTERM or, unless
+/// it was ignored (nohup), SIGHUP (a terminal or connection that is closed), and lets the signal
+/// take effect after that: when a nodelet is destroyed because of it, ROS no longer sends anything.
 ///
 /// `speak` runs in a thread of its own, once, and may take ten seconds: roslaunch kills after 15.
-/// While one of these lives the process' handlers of the two signals are this class'; the last one
+/// While one of these lives the process' handlers of these signals are this class'; the last one
 /// puts back what it found.
 class ShutdownHook {
  public:

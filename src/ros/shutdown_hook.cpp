@@ -19,7 +19,7 @@
 namespace bearing_calibration_ros {
 namespace {
 
-constexpr std::array<int, 2> kSignals = {SIGINT, SIGTERM};
+constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGHUP};
 constexpr unsigned char kNoSignal = 0;
 constexpr std::chrono::milliseconds kDelivery{100};  // of the last message, by ROS' own threads
 
@@ -54,7 +54,11 @@ class ShutdownHook::Listener {
     struct sigaction ours {};
     ours.sa_handler = handleSignal;
     ours.sa_flags = SA_RESTART;
-    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &ours, &before_[i]);
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      sigaction(kSignals[i], &ours, &before_[i]);
+      const bool is_nohup = kSignals[i] == SIGHUP && before_[i].sa_handler == SIG_IGN;
+      if (is_nohup) sigaction(SIGHUP, &before_[i], nullptr);
+    }
     thread_ = std::thread([this] { listen(); });
   }
   ~Listener() {
@@ -101,7 +105,7 @@ class ShutdownHook::Listener {
   }
 
   std::array<int, 2> pipe_{};
-  std::array<struct sigaction, 2> before_{};
+  std::array<struct sigaction, kSignals.size()> before_{};
   std::mutex mutex_;
   std::set<ShutdownHook*> all_;
   std::thread thread_;  ///< last: it uses the others

@@ -39,6 +39,37 @@ TEST(ShutdownHook, TheHandlerLeavesErrnoAlone) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
+// A terminal or a connection that is closed ends the process, but not one under nohup.
+TEST(ShutdownHook, SpeaksBeforeAHangUpEndsTheProcess) {
+  static int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const int status = statusOfChild([] {
+    const ShutdownHook words([] {
+      if (::write(ends[1], "!", 1) != 1) ::_exit(1);
+    });
+    ::raise(SIGHUP);
+    while (true) ::pause();
+    return 0;
+  });
+  ::close(ends[1]);
+  char said = 0;
+  EXPECT_EQ(::read(ends[0], &said, 1), 1) << "it was ended at once";
+  ::close(ends[0]);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(WTERMSIG(status), SIGHUP);
+}
+TEST(ShutdownHook, AHangUpThatIsIgnoredStaysSo) {
+  const int status = statusOfChild([] {
+    ::signal(SIGHUP, SIG_IGN);
+    const ShutdownHook words([] { ::_exit(1); });
+    ::raise(SIGHUP);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    return 0;
+  });
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
 // A robot is stopped while a file is being written.
 TEST(ShutdownHook, NoneWaitsForAnother) {
   static std::atomic<int> speaking{0};
