@@ -49,11 +49,11 @@ class CalibrationNodelet : public GuardedNodelet {
         std::make_unique<InputWatch>(wheel_topic_, bearing_topic_, config_.input_timeout_s);
     publisher_ =
         std::make_unique<CalibrationPublisher>(getPrivateNodeHandle(), config_, calibrator_.get());
-    saver_ = std::make_unique<ResultSaver>(
-        getNodeHandle(), config_, getName(), wheel_topic_ + ", " + bearing_topic_,
-        [this] { return calibrator_->result(); }, &callback_mutex_);
     resumeFromSavedResult();
     publisher_->publishEstimate();
+    saver_ = std::make_unique<ResultSaver>(  // with a timer: from here on callbacks may come
+        getNodeHandle(), config_, getName(), wheel_topic_ + ", " + bearing_topic_,
+        [this] { return calibrator_->result(); }, &callback_mutex_);
     subscribe();
   }
 
