@@ -13,6 +13,7 @@ import unittest
 import rosbag
 import roslib.packages
 import yaml
+from bearing_calibration.msg import LightBearings
 from sensor_msgs.msg import JointState
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
@@ -522,6 +523,21 @@ class CalibrateBag(Drives):
         self.assertStatus(done, FAILED)
         self.assertIn('no topic camera/image_raw of type sensor_msgs/Image or '
                       'sensor_msgs/CompressedImage', done.stdout)
+
+    def testMessagesOfAnotherVersionAreNamed(self):
+        class Others(LightBearings):
+            _md5sum = '0' * 32
+
+        with rosbag.Bag(self.record('drive.bag', worldOf(), seconds=1.0)) as ours, \
+                rosbag.Bag(self.path('others.bag'), 'w') as others:
+            for topic, message, time in ours:
+                if topic == '/bearings':
+                    message = Others(*(getattr(message, name) for name in message.__slots__))
+                others.write(topic, message, time)
+        done = self.run_(self.path('others.bag'))
+        self.assertStatus(done, FAILED)
+        self.assertIn('/bearings (bearing_calibration/LightBearings of another version of this package)',
+                      done.stdout)
 
     # Promise named: an empty bag
     def testAnEmptyBagFailsAndSaysWhatIsMissing(self):

@@ -30,6 +30,15 @@ std::string withoutSlash(const std::string& topic) {
   return topic.empty() || topic.front() != '/' ? topic : topic.substr(1);
 }
 
+/// Whether it has the name of one of these types, but another definition: rosbag would leave its
+/// messages out without a word.
+template <typename... Messages>
+bool isOfAnotherVersion(const rosbag::ConnectionInfo& connection) {
+  return ((connection.datatype == ros::message_traits::datatype<Messages>() &&
+           connection.md5sum != ros::message_traits::md5sum<Messages>()) ||
+          ...);
+}
+
 std::string listOf(const Contents& contents) {
   std::string list;
   for (const auto& [topic, type] : contents) list += "\n  " + topic + " (" + type + ")";
@@ -148,7 +157,9 @@ BagTopics findTopics(rosbag::View& whole_bag, const BagTopics& wanted, WheelSour
   Contents contents;
   std::set<std::string> wheel_counts;
   for (const rosbag::ConnectionInfo* connection : whole_bag.getConnections()) {
-    contents[connection->topic] = connection->datatype;
+    const bool is_foreign = isOfAnotherVersion<WheelTicks, LightBearings>(*connection);
+    contents[connection->topic] =
+        connection->datatype + (is_foreign ? " of another version of this package" : "");
     if (bearing_calibration_ros::isWheelCount(connection->msg_def)) {
       wheel_counts.insert(connection->topic);
     }
