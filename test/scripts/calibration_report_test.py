@@ -191,6 +191,17 @@ class CalibrationReport(unittest.TestCase):
         page = Page(self.makePage(self.calibrate('dated', bag)))
         self.assertIn('Where the camera sits: 20261129', page.text)
 
+    def testABagsNameIsReadAsItWasWrittenWhateverTheLocaleIs(self):
+        bag = os.path.join(self.folder, 'M\u00fcnster.bag')
+        shutil.copy(os.path.join(self.folder, 'drive_1.bag'), bag)
+        folder = self.calibrate('named', bag)
+        ascii_alone = dict(os.environ, LC_ALL='POSIX', PYTHONCOERCECLOCALE='0', PYTHONUTF8='0')
+        done = subprocess.run(REPORT + [folder], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                              env=ascii_alone, timeout=600)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(os.path.join(folder, 'report.html'), encoding='utf-8') as file:
+            self.assertIn('M\u00fcnster', file.read())
+
     def testLightsStandInTheOrderOfTheirNumbers(self):
         folder = os.path.join(self.folder, 'ordered')
         for number in (2, 10, 1):

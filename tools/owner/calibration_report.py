@@ -93,7 +93,7 @@ def jointOf(record):
     path = os.path.join(record.folder, 'mount.urdf')
     if record.result is None or not os.path.exists(path):
         return None
-    with open(path) as file:
+    with open(path, encoding='utf-8') as file:
         return re.search(r'<joint.*</joint>', file.read(), re.DOTALL).group(0).replace('\n  ', '\n')
 
 

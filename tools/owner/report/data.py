@@ -19,7 +19,7 @@ def readYaml(path):
     """None where there is no such file."""
     if not os.path.exists(path):
         return None
-    with open(path) as file:
+    with open(path, encoding='utf-8') as file:
         content = yaml.safe_load(file)
     if not isinstance(content, dict):
         raise ValueError('%s is empty or damaged' % path)
@@ -27,7 +27,7 @@ def readYaml(path):
 
 
 def columnsOf(path):
-    with open(path) as file:
+    with open(path, encoding='utf-8') as file:
         reader = csv.DictReader(file)
         rows = list(reader)
         names = reader.fieldnames
@@ -66,7 +66,7 @@ def addToOwnFiles(path):
     folder, name = os.path.split(path)
     if not os.path.exists(os.path.join(folder, OWN_FILES)):
         return
-    with open(os.path.join(folder, OWN_FILES), 'r+') as file:
+    with open(os.path.join(folder, OWN_FILES), 'r+', encoding='utf-8') as file:
         if name not in file.read().splitlines():
             file.write(name + '\n')
 
