@@ -1,7 +1,11 @@
 """What the demo calls right: converged, within three sigmas of the truth, sigmas small enough."""
 
+import contextlib
+import io
 import math
 import os
+import signal
+import socket
 import sys
 import unittest
 
@@ -105,6 +109,19 @@ class Table(unittest.TestCase):
         self.assertIn('right: converged', demo_monitor.resultBlock(convergedEstimate(), TRUTH))
         self.assertIn('FAULT: x is off', demo_monitor.resultBlock(convergedEstimate(x_m=1), TRUTH))
         self.assertIn('FAULT: the calibration said nothing', demo_monitor.resultBlock(None, TRUTH))
+
+
+class Port(unittest.TestCase):
+
+    def testOneThatIsTakenIsNamed(self):
+        self.addCleanup(signal.signal, signal.SIGTERM, signal.getsignal(signal.SIGTERM))
+        said = io.StringIO()
+        with socket.socket() as other, contextlib.redirect_stderr(said):
+            other.bind(('', 0))
+            other.listen()
+            port = other.getsockname()[1]
+            self.assertEqual(demo_monitor.main(['--port', str(port)]), 1)
+        self.assertEqual(said.getvalue(), 'demo: port %d is in use already\n' % port)
 
 
 if __name__ == '__main__':

@@ -264,9 +264,13 @@ def main(arguments):
     signal.signal(signal.SIGTERM, raiseExit)
     without_detector = ['detect:=false'] if options.no_detector else []
     ports = [options.port] if options.port else [DEFAULT_MASTER_PORT] + masterPorts()
+    try:
+        port = freePort(ports)
+    except RuntimeError as error:
+        print('demo: %s' % error, file=sys.stderr)
+        return 1
     bag = bagPath()
-    demo = Demo(freePort(ports),
-                without_detector + ['bag:=' + bag] + options.launch_arguments)
+    demo = Demo(port, without_detector + ['bag:=' + bag] + options.launch_arguments)
     print('Demo at %s, output of its nodes in %s' % (os.environ['ROS_MASTER_URI'], demo.log_path))
     if 'drive:=manual' in options.launch_arguments:  # what the launch file prints is in the log
         subprocess.run(['rosrun', 'bearing_calibration', 'drive_instructions', 'corner_light'])
