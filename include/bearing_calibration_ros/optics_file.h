@@ -84,10 +84,12 @@ class OpticsFile {
       saved_ = text;
     });
     if (!error.empty()) said = "the optics are not saved: " + error;
-    if (ros::ok()) {
-      ROS_INFO_NAMED(node_, "%s", said.c_str());
-    } else {  // and so is the log
+    if (!ros::ok()) {  // and so is the log
       std::fprintf(stderr, "%s: %s\n", node_.c_str(), said.c_str());
+    } else if (error.empty()) {
+      ROS_INFO_NAMED(node_, "%s", said.c_str());
+    } else {
+      ROS_WARN_NAMED(node_, "%s", said.c_str());
     }
   }
 
