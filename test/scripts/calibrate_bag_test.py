@@ -301,6 +301,9 @@ class CalibrateBag(Drives):
         done = self.run_(self.drives[0], self.record('moved.bag', moved), '--set', NOISE, '--compare')
         self.assertStatus(done, DISAGREE)
         self.assertIn('they DISAGREE', done.stdout)
+        self.assertIn('comparison.yaml', os.listdir(self.output))
+        self.assertStatus(self.run_(*self.drives[:2], '--set', NOISE), CONVERGED)
+        self.assertNotIn('comparison.yaml', os.listdir(self.output), 'it is of other estimates')
 
     def testEachLightOfABag(self):
         other = (3.5, 1.5)

@@ -24,6 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 namespace ros_side = bearing_calibration_ros;
 
+constexpr char kComparison[] = "comparison.yaml";
+
 enum ExitStatus : int {
   kConverged = 0,
   kFailed = 1,
@@ -175,7 +177,7 @@ ExitStatus compare(const std::vector<Done>& all, const std::string& folder) {
   const MountComparison comparison = compareMounts(mounts);
   std::printf("\n%s", format(mounts, comparison).c_str());
   try {
-    OwnedFolder(folder).add({"comparison.yaml", toYaml(mounts, comparison)});
+    OwnedFolder(folder).add({kComparison, toYaml(mounts, comparison)});
   } catch (const std::exception& error) {
     std::printf("%s\n", error.what());
     return kFailed;
@@ -203,10 +205,18 @@ std::vector<Done> runAll(const CalibrateBagArguments& arguments, const BagSetup&
   return all;
 }
 
+bool isAnyStored(const std::vector<Done>& all) {
+  return std::any_of(all.begin(), all.end(),
+                     [](const Done& done) { return !done.stored.folder.empty(); });
+}
+
+/// One that an earlier run has left beside the results of several jobs is of others.
+void removeComparison(const std::string& output) {
+  const OwnedFolder folder(output);
+  if (folder.owns(kComparison)) fs::remove(fs::path(folder.path()) / kComparison);
+}
+
 void sayHowToReport(const std::vector<Done>& all, const std::string& output) {
-  const bool any = std::any_of(all.begin(), all.end(),
-                               [](const Done& done) { return !done.stored.folder.empty(); });
-  if (!any) return;
   const std::string folder =
       all.size() == 1 ? all.front().stored.folder : OwnedFolder::find(output);
   std::printf("\nIn %s; a report of it: rosrun bearing_calibration calibration_report %s\n",
@@ -225,8 +235,9 @@ ExitStatus run(const CalibrateBagArguments& arguments) {
     print(done);
     statuses.insert(statusOf(done));
   }
+  if (all.size() > 1 && isAnyStored(all)) removeComparison(arguments.output_folder);
   if (arguments.compare) statuses.insert(compare(all, arguments.output_folder));
-  sayHowToReport(all, arguments.output_folder);
+  if (isAnyStored(all)) sayHowToReport(all, arguments.output_folder);
   return worst(statuses);
 }
 
