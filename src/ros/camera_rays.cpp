@@ -77,14 +77,14 @@ core::Camera cameraFromMessage(const sensor_msgs::CameraInfo& info) {
 std::optional<Refusal> CameraRays::refusalOf(const sensor_msgs::Image& image) const {
   if (!info_)
     return Refusal{"no camera_info", "mirror/kind none needs it, but nothing came on " + topic_};
+  if (auto refusal = bearing_calibration_ros::refusalOf(*info_)) {
+    refusal->text = topic_ + ": " + refusal->text;
+    return refusal;
+  }
   const DeliveredImage delivered = deliveredImage(*info_);
   if (delivered.width_px != image.width || delivered.height_px != image.height) {
     return Refusal{"wrong imager", formatted("%s is for images of %ux%u", topic_.c_str(),
                                              delivered.width_px, delivered.height_px)};
-  }
-  if (auto refusal = bearing_calibration_ros::refusalOf(*info_)) {
-    refusal->text = topic_ + ": " + refusal->text;
-    return refusal;
   }
   if (auto refusal = places_.refusalOf(image.header)) return refusal;
   const std::string frame = withoutSlash(image.header.frame_id);

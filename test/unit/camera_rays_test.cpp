@@ -146,6 +146,9 @@ TEST(CameraRays, SayWhatTheyLack) {
   other.K = {};
   rays.add(boost::make_shared<sensor_msgs::CameraInfo>(other));
   EXPECT_EQ(kindOf(rays.refusalOf(image)), "uncalibrated camera");
+  // Many a driver without a calibration says nothing but zeros.
+  rays.add(boost::make_shared<sensor_msgs::CameraInfo>());
+  EXPECT_EQ(kindOf(rays.refusalOf(image)), "uncalibrated camera");
   rays.add(boost::make_shared<sensor_msgs::CameraInfo>(info()));
   EXPECT_EQ(kindOf(rays.refusalOf(image)), "no static transform");
   EXPECT_EQ(kindOf(rays.refusalOf(imageIn("mast"))), "frame of the image");
