@@ -185,6 +185,14 @@ class CalibrationReport(unittest.TestCase):
         self.assertIn('drive_1: CONVERGED', text)
         self.assertIn('drive_2: CONVERGED', text)
 
+    def testYawsOnEitherSideOfAHalfTurnLieTogether(self):
+        def mount(yaw):
+            return {'name': 'drive', 'base_from_camera': {'x': 0.1, 'y': 0.0, 'yaw': yaw},
+                    'stddev': {'x': 0.01, 'y': 0.01, 'yaw': 0.01}}
+        figure = plots.comparisonFigure({'mounts': [mount(3.14), mount(-3.14)], 'together': mount(3.1415)})
+        low, high = figure.axes[2].get_xlim()
+        self.assertLess(high - low, 10.0, 'degrees')
+
     def testABagMayHaveANumberForItsName(self):
         bag = os.path.join(self.folder, '20261129.bag')
         shutil.copy(os.path.join(self.folder, 'drive_1.bag'), bag)

@@ -294,12 +294,16 @@ def comparisonFigure(comparison):
     figure, columns = plt.subplots(1, 3, sharey=True,
                                    figsize=(WIDTH_IN, 1.2 + 0.34 * len(mounts)))
     for axes, (name, unit, scale) in zip(columns, QUANTITIES):
-        middle = scale * together['base_from_camera'][name]
+        mean = together['base_from_camera'][name]
+        middle = scale * mean
         band = SIGMAS * scale * together['stddev'][name]
         axes.axvspan(middle - band, middle + band, color=RED, alpha=0.15, linewidth=0)
         axes.axvline(middle, color=RED, linewidth=1.0, linestyle='--')
         for row, each in enumerate(mounts):
-            axes.errorbar(scale * each['base_from_camera'][name], row,
+            value = each['base_from_camera'][name]
+            if name == 'yaw':  # as the branch nearest to the mean
+                value = mean + math.remainder(value - mean, 2 * math.pi)
+            axes.errorbar(scale * value, row,
                           xerr=SIGMAS * scale * each['stddev'][name], fmt='o', color=BLUE,
                           markersize=4, capsize=2.5, linewidth=1.2)
         axes.set_xlabel('%s [%s]' % (name, unit))
