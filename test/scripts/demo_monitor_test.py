@@ -8,6 +8,7 @@ import signal
 import socket
 import sys
 import unittest
+from unittest import mock
 
 from geometry_msgs.msg import Pose
 
@@ -111,10 +112,20 @@ class Table(unittest.TestCase):
         self.assertIn('FAULT: the calibration said nothing', demo_monitor.resultBlock(None, TRUTH))
 
 
-class Port(unittest.TestCase):
+class Beginning(unittest.TestCase):
 
-    def testOneThatIsTakenIsNamed(self):
+    def setUp(self):
         self.addCleanup(signal.signal, signal.SIGTERM, signal.getsignal(signal.SIGTERM))
+
+    @mock.patch.dict(os.environ, ROS_MASTER_URI='http://localhost:1')
+    @mock.patch.object(demo_monitor.subprocess, 'run', side_effect=KeyboardInterrupt)
+    @mock.patch.object(demo_monitor, 'Demo')
+    def testCtrlCWhileItIsExplainedStopsTheNodes(self, demo, _):
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.assertEqual(demo_monitor.main(['drive:=manual']), 128 + signal.SIGINT)
+        demo.return_value.stop.assert_called_once_with()
+
+    def testAPortThatIsTakenIsNamed(self):
         said = io.StringIO()
         with socket.socket() as other, contextlib.redirect_stderr(said):
             other.bind(('', 0))

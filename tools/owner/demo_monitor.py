@@ -271,12 +271,12 @@ def main(arguments):
         return 1
     bag = bagPath()
     demo = Demo(port, without_detector + ['bag:=' + bag] + options.launch_arguments)
-    print('Demo at %s, output of its nodes in %s' % (os.environ['ROS_MASTER_URI'], demo.log_path))
-    if 'drive:=manual' in options.launch_arguments:  # what the launch file prints is in the log
-        subprocess.run(['rosrun', 'bearing_calibration', 'drive_instructions', 'corner_light'])
-        print()
-    print('In the table: value +- standard deviation (error in standard deviations)\n', flush=True)
     try:
+        print('Demo at %s, output of its nodes in %s' % (os.environ['ROS_MASTER_URI'], demo.log_path))
+        if 'drive:=manual' in options.launch_arguments:  # what the launch file prints is in the log
+            subprocess.run(['rosrun', 'bearing_calibration', 'drive_instructions', 'corner_light'])
+            print()
+        print('In the table: value +- standard deviation (error in standard deviations)\n', flush=True)
         demo.connect()
         watch(demo, options.seconds, options.period)
         if not demo.isAlive():
