@@ -102,7 +102,10 @@ class CalibrationNodelet : public GuardedNodelet {
         early_inputs_.emplace_back(input);
         return;
       }
-      for (const auto& early : std::exchange(early_inputs_, {})) early(*now);
+      for (const auto& early : std::exchange(early_inputs_, {})) {
+        const std::string error = thrownBy([&] { early(*now); });
+        if (!error.empty()) onError(what, error);
+      }
       input(*now);
     });
   }

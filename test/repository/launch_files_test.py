@@ -116,6 +116,12 @@ class LaunchFiles(unittest.TestCase):
         self.assertEqual({name: params[name].value for name in expected}, expected)
         self.assertNotIn('/light_detection/wheels/separation', params)
 
+    def testNamesMayBeDigits(self):
+        parameters = load(os.path.join(REPOSITORY, 'launch', 'calibrate.launch'), 'result_folder:=2026',
+                          'left_joint:=1', 'base_frame:=0').params
+        for name, value in (('output/folder', '2026'), ('wheels/left_joint', '1'), ('frames/base', '0')):
+            self.assertEqual(parameters['/calibration/' + name].value, value)
+
     def testTheDriveTakesItsParametersFromTheRobotsFileToo(self):
         params = loadWith({'robot': 'region: {radius: 0.7}\nlimits: {wheel_speed: 0.06}',
                            'overrides': 'limits: {wheel_speed: 0.05}'},
