@@ -74,7 +74,8 @@ bool reachesTheImage(const MaskConfig& mask, const ImageSensor& sensor, const Mi
                                                    mask.last_row)) < mask.outer_radius_px;
 }
 
-void declareMask(Parameters& params, const ImageSensor& sensor, const MirrorView& view,
+/// @param view  of the mirror, round which the mask lies; null without one
+void declareMask(Parameters& params, const ImageSensor& sensor, const MirrorView* view,
                  MaskConfig& mask) {
   params.number("mask/inner_radius", mask.inner_radius_px, 0.0, kLargestSide_px);
   params.number("mask/outer_radius", mask.outer_radius_px, 1.0, kLargestSide_px);
@@ -86,7 +87,7 @@ void declareMask(Parameters& params, const ImageSensor& sensor, const MirrorView
               "mask/first_row must not be greater than mask/last_row");
   params.that(mask.last_row < sensor.height_px, "mask/last_row must be less than sensor/height");
   params.that(
-      reachesTheImage(mask, sensor, view),
+      view == nullptr || reachesTheImage(mask, sensor, *view),
       "mask/outer_radius around mirror/centre_u and mirror/centre_v has no pixel of the image");
   params.list("mask/posts", 2, mask.posts, [](const auto& row) {
     return MirrorPost{row[0], row[1]};
@@ -132,7 +133,7 @@ void DetectorConfig::declare(Parameters& params) {
   declareSensor(params, sensor);
   mirror.declare(params);
   declareOptics(params, optics_stddev, view);
-  declareMask(params, sensor, view, mask);
+  declareMask(params, sensor, mirror_kind == MirrorKind::kNone ? nullptr : &view, mask);
   declareLight(params, mirror, light);
   declareAlignment(params, alignment);
   params.number("threshold/min_contrast", threshold.min_contrast_levels, 1.0 / kLargestLevel,

@@ -27,6 +27,34 @@ CalibrationState judgeFirst(std::size_t count, double sigmas, const ObservationR
   return judge->last().state;
 }
 
+/// Of an estimate that has had to take the separation for so much larger than stated.
+Judgement judgedWithSeparation(double scale_error) {
+  ErrorPriors priors;
+  priors.setBlock(WheelSeparation::kName, 0.01);
+  StateEstimate estimate = StateEstimate::zero({errorsInUse(priors), 1});
+  estimate.mean.head<2>() << 0.2, 0.1;
+  estimate.mean.tail<2>() << 2.0, 1.0;
+  estimate.mean(kMountSize + placeOf<WheelSeparation>()) = scale_error;
+  estimate.covariance.diagonal().setConstant(0.02 * 0.02);
+  ConvergenceJudge judge(ConvergenceConfig{0.01, radiansFromDegrees(1.0)}, priors);
+  judge.judge(MountTracker(FilterConfig(), estimate, 0.0), {}, std::nullopt);
+  return judge.last();
+}
+
+// No motion makes such a mount more certain.
+TEST(ConvergenceJudge, SaysWhereTheWheelsAreNotAsStated) {
+  const Judgement as_stated = judgedWithSeparation(0.01);
+  EXPECT_EQ(as_stated.state, CalibrationState::kConverging);
+  EXPECT_NE(as_stated.advice.find("keep driving"), std::string::npos) << as_stated.advice;
+  const Judgement doubtful = judgedWithSeparation(0.04);
+  EXPECT_EQ(doubtful.state, CalibrationState::kConverging);
+  EXPECT_NE(doubtful.advice.find("measure them again"), std::string::npos) << doubtful.advice;
+  const Judgement wrong = judgedWithSeparation(0.1);
+  EXPECT_EQ(wrong.state, CalibrationState::kInconsistent);
+  EXPECT_EQ(wrong.cause, Fault::kSeparation);
+  EXPECT_NE(wrong.advice.find("multiplied by about 1.10"), std::string::npos) << wrong.advice;
+}
+
 // With slips a fit can settle in another minimum for a moment.
 TEST(ConvergenceJudge, AnAnswerThatLeapsIsConfirmedAnew) {
   constexpr double kLeap = 10.0;

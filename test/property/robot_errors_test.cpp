@@ -233,6 +233,20 @@ TEST(RobotErrors, ReportSaysWhatTheDataTell) {
   EXPECT_TRUE(reports[4].note.empty());
 }
 
+// What the doubt of the stated wheels adds to their variances is nothing that the data lack.
+TEST(RobotErrors, WheelsThatTheDataContradictAreEstimatedAllTheSame) {
+  ErrorPriors priors;
+  priors.setBlock(WheelScales::kName, 0.03);
+  priors.setBlock(WheelSeparation::kName, 0.01);
+  ErrorEstimate estimate;  // of a separation that is 10 % less than stated
+  estimate.mean.segment<2>(placeOf<WheelScales>()).setConstant(0.082);
+  estimate.mean(placeOf<WheelSeparation>()) = -0.018;
+  constexpr double kLeft = 0.18;  // of the scales' prior variance: as the separation is known
+  estimate.covariance.block<2, 2>(placeOf<WheelScales>(), placeOf<WheelScales>())
+      .setConstant(kLeft * 0.03 * 0.03 * (1.0 + doubtOfLengths(estimate, priors)));
+  EXPECT_EQ(reportBlocks(priors, estimate)[1].status, BlockStatus::kEstimated);
+}
+
 TEST(RobotErrors, WhatNearnessLeavesOpenIsThePlaceOfTheSensor) {
   const StateEstimate known = StateEstimate::zero({0, 1});
   const StateEstimate open = withNearness(known, 0.02);

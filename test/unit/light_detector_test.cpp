@@ -418,6 +418,14 @@ TEST(LightDetector, WithoutAMirrorNeedsItsCamera) {
   EXPECT_THROW(detector.detect(cv::Mat(480, 640, CV_8UC1, cv::Scalar(0))), std::invalid_argument);
 }
 
+TEST(LightDetector, WithoutAMirrorAnImageMayBeOfAnySize) {
+  DetectorConfig config = withoutMirror();
+  config.sensor.width_px = 80;  // far from the centre of a mirror that nobody has stated
+  config.sensor.height_px = 60;
+  config.mask.last_row = 59;
+  EXPECT_EQ(errorsOf(config), std::vector<std::string>());
+}
+
 TEST(LightDetector, MeasuresNoMoreThanItsLimit) {
   DetectorConfig config = defaultDetector();
   config.mirror_kind = MirrorKind::kOther;
