@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/init/start_obstacle.h"
 #include "bearing_calibration/judge/lights_agreement.h"
 #include "bearing_calibration/solve/metric_scale.h"
@@ -100,6 +100,9 @@ void JointCalibration::forget(std::size_t light) {
   if (joint_ && std::count(joint_->lights.begin(), joint_->lights.end(), light) > 0) {
     joint_.reset();
   }
+  contradicting_.erase(std::remove(contradicting_.begin(), contradicting_.end(), light),
+                       contradicting_.end());  // the next one there is another
+  if (outcome_ == Outcome::kTorn && contradicting_.empty()) outcome_ = Outcome::kTooFew;
 }
 
 void JointCalibration::review(const std::vector<const LandmarkSolution*>& answers,
@@ -280,17 +283,15 @@ std::size_t JointCalibration::mostContradicted(
 }
 
 Judgement JointCalibration::judge(const StateEstimate& estimate, bool is_clear) const {
-  const MountEstimate mount =
-      withNearness(estimate, config_.initializer.batch.errors.nearness_stddev_m).mount();
+  const ErrorPriors& errors = config_.initializer.batch.errors;
+  const MountEstimate mount = withNearness(estimate, errors.nearness_stddev_m).mount();
   const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
-  char text[256];
   if (!meetsTargets(mount, config_.converged)) {
-    std::snprintf(
-        text, sizeof(text),
-        "position known to %.3f m and yaw to %.2f deg by %d lights: keep driving straight "
-        "lines and turns near them",
-        stddev.head<2>().maxCoeff(), degreesFromRadians(stddev.z()), estimate.layout.lights);
-    return {CalibrationState::kConverging, text};
+    return notYetConverged(estimate, errors,
+                           formatted("position known to %.3f m and yaw to %.2f deg by %d lights",
+                                     stddev.head<2>().maxCoeff(), degreesFromRadians(stddev.z()),
+                                     estimate.layout.lights),
+                           "keep driving straight lines and turns near them");
   }
   if (!is_clear) {
     return {CalibrationState::kConverging,

@@ -167,6 +167,7 @@ std::optional<double> MountCalibration::movedFor() const {
 std::string MountCalibration::obstacle() const {
   if (!isFound()) return "not found yet";
   const Judgement& judgement = judge_->last();
+  if (isRefuted()) return bearing_calibration::core::describe(diagnosis_);
   if (judgement.state == CalibrationState::kInconsistent) return judgement.advice;
   return is_sound_ ? "" : "not yet confirmed";
 }

@@ -27,9 +27,7 @@ void MountCalibration::describe(CalibrationResult* result) const {
     result->state = judge_->last().state;
     result->advice = judge_->last().advice;
     result->cause = judge_->last().cause;
-    // More noise would explain the record as well: it is not what was stated, and the fault is.
-    const bool is_refuted = isNoiseSurprising() && diagnosis_.fault != Fault::kNone;
-    if (is_refuted) result->state = CalibrationState::kInconsistent;
+    if (isRefuted()) result->state = CalibrationState::kInconsistent;
   } else {
     search_.describe(result);
   }

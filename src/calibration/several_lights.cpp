@@ -36,9 +36,10 @@ AssociationOutcome SeveralLights::process(const Frame& frame) {
   LightsImage seen{frame.image.stamp, shown.motion, frame.nearby, {}};
   AssociationOutcome first = AssociationOutcome::of(shown);
   is_ambiguous_ = false;
+  const Expected expected = expectedIn(shown);
   for (std::size_t i = 0; i < lights_.size(); ++i) {
     const bool was_found = lights_[i].isFound();
-    shown.image.candidates = offeredTo(lights_[i], left);
+    shown.image.candidates = offeredTo(i, left, expected);
     const AssociationOutcome outcome = lights_[i].process(shown);
     take(i, outcome, &left, &seen);
     if (was_found && outcome.lost_light) ++new_starts_;
@@ -67,20 +68,30 @@ MountCalibration SeveralLights::newLight() const {
   return light;
 }
 
+/// Where lights that nobody has numbered are expected; none of one alone, which tells no turn from
+/// a mistake, and has nobody to share an image with.
+SeveralLights::Expected SeveralLights::expectedIn(const Frame& frame) const {
+  Expected expected(lights_.size());
+  if (lights_.size() < 2) return expected;
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    if (!lights_[i].isFound() || lights_[i].lightId() != kUnknownLight) continue;
+    expected[i] = lights_[i].predictAzimuthAfter(frame.motion, frame.nearby);
+  }
+  return expected;
+}
+
 /// The motion with what a slip has hidden of it, where that shows at once. Only of lights without
 /// numbers: each of the others is looked for anew by itself.
 OdometryIncrement SeveralLights::withHiddenTurn(const Frame& frame) const {
   constexpr double kSlid_m = 0.1;
   constexpr double kTurned_rad = 0.05;
-  if (lights_.size() < 2) return frame.motion;  // one alone tells no turn from a mistake
   std::vector<AzimuthPrediction> expected;
   std::vector<Bearing> candidates;  // all of one sensor, whose noise each light has found
-  for (const MountCalibration& light : lights_) {
-    if (!light.isFound() || light.lightId() != kUnknownLight) continue;
-    const auto azimuth = light.predictAzimuthAfter(frame.motion, frame.nearby);
-    if (!azimuth) continue;
-    expected.push_back(*azimuth);
-    candidates = withNoise(frame.image.candidates, light.noise(), azimuth->range_m);
+  const Expected all = expectedIn(frame);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i]) continue;
+    expected.push_back(*all[i]);
+    candidates = withNoise(frame.image.candidates, lights_[i].noise(), all[i]->range_m);
   }
   const std::optional<double> turn_rad = hiddenTurn(expected, candidates);
   if (!turn_rad) return frame.motion;
@@ -109,18 +120,41 @@ bool SeveralLights::isOwned(std::int32_t light_id) const {
                      [&](const MountCalibration& light) { return light.lightId() == light_id; });
 }
 
-bool SeveralLights::isOffered(const Bearing& candidate, const MountCalibration& light) const {
-  const std::int32_t own_id = light.lightId();
-  if (candidate.light_id == kUnknownLight || candidate.light_id == own_id) return true;
-  return own_id == kUnknownLight && !isOwned(candidate.light_id);
+/// Whether a candidate is where a light is expected, by four standard deviations.
+bool SeveralLights::isWhereExpected(const Bearing& candidate, std::size_t light,
+                                    const Expected& expected) const {
+  constexpr double kUsualNis = 16.0;
+  if (!expected[light]) return false;
+  const Bearing noisy = withNoise(candidate, lights_[light].noise(), expected[light]->range_m);
+  return expected[light]->innovationOf(noisy.azimuth_rad, noisy.azimuth_variance_rad2).nis() <=
+         kUsualNis;
 }
 
-/// What the lights before it have left of an image, without what is another one's by its number.
-std::vector<Bearing> SeveralLights::offeredTo(const MountCalibration& light,
-                                              const std::vector<Bearing>& left) const {
+/// Not what is another one's, by its number or by where that one is expected: a light that is
+/// hidden would be lost by the bearings of those that are not, or take one of theirs.
+bool SeveralLights::isOffered(const Bearing& candidate, std::size_t light,
+                              const Expected& expected) const {
+  constexpr double kMuchSurer = 9.0;  // of variances
+  const std::int32_t own_id = lights_[light].lightId();
+  const bool is_numbered = candidate.light_id != kUnknownLight;
+  if (is_numbered && candidate.light_id == own_id) return true;
+  if (is_numbered) return own_id == kUnknownLight && !isOwned(candidate.light_id);
+  const bool is_expected = isWhereExpected(candidate, light, expected);
+  for (std::size_t other = 0; other < lights_.size(); ++other) {
+    if (other == light || !isWhereExpected(candidate, other, expected)) continue;
+    const bool is_surer = !is_expected || expected[light]->variance_rad2 >
+                                              kMuchSurer * expected[other]->variance_rad2;
+    if (is_surer) return false;
+  }
+  return true;
+}
+
+/// What the lights before it have left of an image, without what is another one's.
+std::vector<Bearing> SeveralLights::offeredTo(std::size_t light, const std::vector<Bearing>& left,
+                                              const Expected& expected) const {
   std::vector<Bearing> offered;
   std::copy_if(left.begin(), left.end(), std::back_inserter(offered),
-               [&](const Bearing& candidate) { return isOffered(candidate, light); });
+               [&](const Bearing& candidate) { return isOffered(candidate, light, expected); });
   return offered;
 }
 

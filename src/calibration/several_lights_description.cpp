@@ -56,10 +56,15 @@ std::optional<Judgement> SeveralLights::objectionTo(const CalibrationResult& res
   return std::nullopt;
 }
 
+/// Whether the last review has left it out.
+bool SeveralLights::isContradicting(std::size_t light) const {
+  const std::vector<std::size_t>& all = joint_.contradicting();
+  return std::count(all.begin(), all.end(), light) > 0;
+}
+
 /// Why a light is not in the estimate.
 std::string SeveralLights::noteOn(std::size_t light) const {
-  const std::vector<std::size_t>& contradicting = joint_.contradicting();
-  if (std::count(contradicting.begin(), contradicting.end(), light) > 0) {
+  if (isContradicting(light)) {
     return "gives another mount than the others: it moves, or is a reflection";
   }
   return lights_[light].obstacle();
@@ -69,8 +74,9 @@ std::string SeveralLights::noteOn(std::size_t light) const {
 /// whose mount is known best; one that is not confirmed only where none is.
 void SeveralLights::summarise(CalibrationResult* result) const {
   const CalibrationResult empty = *result;
-  const bool any_sound = std::any_of(lights_.begin(), lights_.end(),
-                                     [](const MountCalibration& light) { return light.isSound(); });
+  bool any_sound = false;
+  for (std::size_t i = 0; i < lights_.size(); ++i)
+    any_sound = any_sound || (lights_[i].isSound() && !isContradicting(i));
   std::vector<LightSummary> summaries;
   std::size_t leader = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -84,7 +90,7 @@ void SeveralLights::summarise(CalibrationResult* result) const {
     summaries.push_back(own.lights.front());
     summaries.back().in_estimate = false;
     const bool may_speak = lights_[i].isFound() && (lights_[i].isSound() || !any_sound) &&
-                           lights_[i].judgement()->state != CalibrationState::kInconsistent;
+                           own.state != CalibrationState::kInconsistent && !isContradicting(i);
     const double size = may_speak ? own.base_from_sensor->covariance.trace() : least;
     if (i > 0 && !(size < least)) continue;
     least = may_speak ? size : least;
@@ -114,6 +120,9 @@ void SeveralLights::takeJoint(CalibrationResult* result) const {
     if (rival.gap > result->rival.gap) result->rival = rival;
   }
   sayEstimate(estimate, result);
+  const Consistency consistency = joint->recent.consistency();
+  result->nis = consistency.nis;
+  result->nis_mean = consistency.nis_mean;
   say(joint->judgement, result);
 }
 

@@ -118,6 +118,21 @@ bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config) {
          stddev.z() <= config.yaw_stddev_rad;
 }
 
+Judgement notYetConverged(const StateEstimate& estimate, const ErrorPriors& errors,
+                          const std::string& known, const std::string& cure) {
+  constexpr double kWorthAWord = 6.0;  // of doubt: one sound robot in eighty
+  const Diagnosis wheels = unlikelyWheels(estimate.errors(), errors);
+  if (wheels.fault != Fault::kNone) {
+    return {CalibrationState::kInconsistent, describe(wheels), wheels.fault};
+  }
+  const bool is_doubtful = doubtOfLengths(estimate.errors(), errors) > kWorthAWord;
+  return {CalibrationState::kConverging,
+          known + ": " +
+              (is_doubtful ? "the drive contradicts the wheels' radii or separation: measure them "
+                             "again"
+                           : cure)};
+}
+
 bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& record,
                    const BatchEstimate& settled) {
   return !tracker.isSearching() && !findDisplacement(settled, wayOf(record, settled)) &&
@@ -254,24 +269,14 @@ Judgement ConvergenceJudge::mountMoved(const DisplacementTest& jump) {
           Fault::kMountMoved};
 }
 
-/// Wheels that are far from what is stated keep it from more, however long it drives.
 Judgement ConvergenceJudge::stillConverging(const StateEstimate& estimate) const {
-  const Diagnosis wheels = unlikelyWheels(estimate.errors(), errors_);
-  if (wheels.fault != Fault::kNone) {
-    return {CalibrationState::kInconsistent, describe(wheels), wheels.fault};
-  }
   const Eigen::Vector3d stddev = estimate.mount().covariance.diagonal().cwiseSqrt();
-  constexpr double kWorthAWord = 6.0;  // of doubt: one sound robot in eighty
-  const std::string cure =
-      doubtOfLengths(estimate.errors(), errors_) > kWorthAWord
-          ? "the drive contradicts the wheels' radii or separation: measure them again"
-          : formatted(
-                "keep driving straight lines and turns; the light is %.1f m away, nearer is "
-                "better",
-                estimate.cartesian().range());
-  return {CalibrationState::kConverging,
-          formatted("position known to %.3f m and yaw to %.2f deg: %s", stddev.head<2>().maxCoeff(),
-                    degreesFromRadians(stddev.z()), cure.c_str())};
+  return notYetConverged(
+      estimate, errors_,
+      formatted("position known to %.3f m and yaw to %.2f deg", stddev.head<2>().maxCoeff(),
+                degreesFromRadians(stddev.z())),
+      formatted("keep driving straight lines and turns; the light is %.1f m away, nearer is better",
+                estimate.cartesian().range()));
 }
 
 }  // namespace bearing_calibration::core

@@ -34,9 +34,8 @@ BlockStatus statusOf(bool is_looked_for, double remaining_share) {
 BlockStatus statusOf(const ErrorBlockInfo& block, const ErrorPriors& priors,
                      const ErrorEstimate& estimate) {
   Eigen::VectorXd stddev = priors.stddev.segment(block.begin, block.size);
-  if (block.name == WheelScales::kName || block.name == WheelSeparation::kName) {
-    stddev *= std::sqrt(1.0 + doubtOfLengths(estimate, priors));  // what was known is worth less
-  }
+  // what was known is worth less; the separation is known by that alone
+  if (block.name == WheelScales::kName) stddev *= std::sqrt(1.0 + doubtOfLengths(estimate, priors));
   const Eigen::VectorXd precision = (stddev.array() > 0.0).select(stddev.cwiseInverse(), 0.0);
   const Eigen::MatrixXd whitened =
       precision.asDiagonal() *

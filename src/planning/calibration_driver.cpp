@@ -122,10 +122,11 @@ void CalibrationDriver::addEstimate(const DriveEstimate& estimate, Stamp receive
   is_calibration_heard_ = true;
   if (estimate.state == CalibrationState::kConverged) end(DriveEnd::kConverged);
   if (!estimate.robot) {  // taken back, and with it one that still waits
-    known_.reset();
+    is_taken_back_ = true;
     waiting_.reset();
   }
-  const bool is_news = estimate.robot && (!known_ || estimate.stamp > known_->stamp);
+  const bool is_news =
+      estimate.robot && (!known_ || is_taken_back_ || estimate.stamp > known_->stamp);
   if (!is_news) return;
   waiting_ = {estimate.stamp, partOf(*estimate.robot, kWheelErrors, {0})};
   useEstimate();
@@ -136,6 +137,7 @@ void CalibrationDriver::useEstimate() {
   if (!waiting_ || !track_.covers(waiting_->stamp)) return;
   track_.anchorAt(waiting_->stamp);
   known_ = waiting_;
+  is_taken_back_ = false;
   waiting_.reset();
 }
 
@@ -155,6 +157,7 @@ void CalibrationDriver::end(DriveEnd reason) {
 WheelSpeeds CalibrationDriver::steer(Stamp now, double real_period_s) {
   const double period_s = std::max(0.0, secondsFromDuration(now - last_steered_));
   last_steered_ = now;
+  time_s_ += period_s;
   watch(now, period_s);
   has_stood_ = has_stood_ || isStanding(command_);
   if (ended_ == DriveEnd::kNone) {
@@ -173,7 +176,7 @@ WheelSpeeds CalibrationDriver::steer(Stamp now, double real_period_s) {
 bool CalibrationDriver::isLightDue() const {
   if (!view_.isLimited() || turned_unseen_rad_ > kMostUnseen_rad) return true;
   const std::optional<StateEstimate> estimate = estimateNow();
-  return estimate && chanceInView(view_, *estimate) > 0.5;
+  return estimate && !is_taken_back_ && chanceInView(view_, *estimate) > 0.5;
 }
 
 void CalibrationDriver::watch(Stamp now, double period_s) {
@@ -202,7 +205,7 @@ void CalibrationDriver::decide() {
   if (track_.empty() || !is_calibration_heard_) return;
   const std::optional<StateEstimate> estimate = estimateNow();
   std::optional<MotionPrimitive> next;
-  if (isPlanned() && estimate) {
+  if (isPlanned() && estimate && !is_taken_back_) {
     plan_ = planner_.plan(*estimate, start_from_base_);
     if (plan_) next = plan_->primitive;
   } else {

@@ -177,7 +177,11 @@ bool MotionPlanner::keepsAway(const MotionPrimitive& primitive, const StateEstim
                               bool is_asked_for) const {
   const double sigmas = is_asked_for ? -config_.light_sigmas : config_.light_sigmas;
   const double needed_m = std::min(config_.light_distance_m, lightClearance({}, estimate, sigmas));
-  return lightClearance(primitive, estimate, sigmas) >= needed_m;
+  if (lightClearance(primitive, estimate, sigmas) < needed_m) return false;
+  if (is_asked_for) return true;
+  // A light that may be anywhere is kept away from where it most probably is, at least.
+  const double mean_m = std::min(config_.light_distance_m, lightClearance({}, estimate, 0.0));
+  return lightClearance(primitive, estimate, 0.0) >= mean_m;
 }
 
 /// Courses by where the light is: chords that pass it as near as allowed, a way straight to the

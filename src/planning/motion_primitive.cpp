@@ -153,7 +153,10 @@ WheelSpeeds PrimitiveFollower::steer(const WheelDisplacement& travelled, const W
   const bool has_arrived = ahead_m <= (is_stiff ? kStiff_m : kArrived_m);
   const double wanted =
       has_arrived ? 0.0 : std::min(limits_.max_speed_mps, std::sqrt(2.0 * braking * ahead_m));
-  const double most = limits_.max_acceleration_mps2 * period_s;
+  constexpr double kLongestPeriod_s = 0.1;  // a late command brakes for all of its time only
+  const bool is_faster = wanted > std::abs(before.right_mps);
+  const double most =
+      limits_.max_acceleration_mps2 * (is_faster ? std::min(period_s, kLongestPeriod_s) : period_s);
   const double speed =
       before.right_mps + std::clamp(sense * wanted - before.right_mps, -most, most);
   const WheelSpeeds next{part_ == Part::kTurning ? -speed : speed, speed};

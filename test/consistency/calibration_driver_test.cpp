@@ -140,6 +140,31 @@ TEST(CalibrationDriver, OfALimitedFieldOfViewMissesTheLightWhereItIsExpected) {
   robot.expectEnd(DriveEnd::kLightLost, 3.1);
 }
 
+// As after ~reset, or when the calibration has lost its light: that still stands where it stood.
+TEST(CalibrationDriver, KeepsAwayFromALightWhoseEstimateIsTakenBack) {
+  const Eigen::Vector2d light_m(0.55, 0.0);
+  Robot robot;
+  CartesianEstimate estimate;
+  estimate.mean << light_m.x(), light_m.y(), 0.1, 0.0, 0.5;
+  estimate.covariance = 1e-6 * Matrix5::Identity();
+  robot.estimate = StateEstimate::of(estimate);
+  robot.drive(0.05);
+  robot.estimate.reset();
+  for (int i = 0; i < 400; ++i) {
+    robot.drive(0.1);
+    const Pose2& base = robot.driver().startFromBase();
+    ASSERT_GT((base.position_m - light_m).norm(), kNear_m) << 0.1 * i << " s";
+  }
+  EXPECT_GT(robot.driver().pathMeters(), 1.0);
+}
+
+TEST(CalibrationDriver, CountsNoTimeThatStepsBack) {
+  CalibrationDriver driver(paperDrive(), kLongDrive, stampFromSeconds(100.0));
+  driver.steer(stampFromSeconds(103.0));
+  driver.steer(stampFromSeconds(50.0));
+  EXPECT_DOUBLE_EQ(driver.timeSeconds(), 3.0);
+}
+
 TEST(CalibrationDriver, TakesNothingOfAnImpossibleFieldOfView) {
   Robot robot;
   robot.view = {0.0, 60.0};  // in degrees

@@ -12,6 +12,7 @@
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/solve/batch_estimator.h"
+#include "bearing_calibration/solve/metric_scale.h"
 #include "support/mount_chi_square.h"
 #include "support/numerical_jacobian.h"
 #include "tools/study/simulated_case.h"

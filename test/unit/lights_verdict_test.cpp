@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,6 +68,35 @@ TEST(LightsVerdict, LightsWithoutNumbersAreCountedFromOne) {
     return result.advice.find("(" + name + " against others)") != std::string::npos;
   };
   EXPECT_TRUE(says("light number 1") || says("light number 2")) << result.advice;
+}
+
+// What the others show is theirs: one that is hidden neither takes it nor is lost by it.
+TEST(LightsVerdict, OneWithoutANumberIsKeptWhileItIsHidden) {
+  constexpr double kHidden_s = 60.0;
+  constexpr double kShown_s = 90.0;
+  const SimulatedCase simulated = danceWith(3, 4, 100.0);
+  const std::vector<Frame> frames = framesOf(simulated);
+  for (const std::int32_t hidden : {0, 2}) {
+    SeveralLights lights(configOf(simulated));
+    std::uint32_t used_before = 0;
+    for (Frame frame : frames) {
+      const double time_s = secondsFromDuration(frame.image.stamp - frames.front().image.stamp);
+      auto& candidates = frame.image.candidates;
+      if (time_s > kHidden_s && time_s < kShown_s) {
+        candidates.erase(
+            std::remove_if(candidates.begin(), candidates.end(),
+                           [&](const Bearing& candidate) { return candidate.light_id == hidden; }),
+            candidates.end());
+      }
+      for (Bearing& candidate : candidates) candidate.light_id = kUnknownLight;
+      lights.process(frame);
+      if (time_s < kHidden_s) used_before = resultOf(lights).bearings_used;
+    }
+    EXPECT_EQ(lights.newStarts(), 0) << hidden;
+    const CalibrationResult result = resultOf(lights);
+    EXPECT_GT(result.bearings_used, used_before + 2 * 400);
+    for (const LightSummary& light : result.lights) EXPECT_TRUE(light.in_estimate) << hidden;
+  }
 }
 
 // Two of three lights go out of view, and then the mount is displaced. In the end they are no

@@ -52,7 +52,7 @@ class MountCalibration {
   bool isFound() const { return started_; }
   /// Its own answer has stood for as long as a verdict on it alone would have to: all that makes
   /// such a verdict honest, but for how well the mount is known.
-  bool isSound() const { return is_sound_; }
+  bool isSound() const { return is_sound_ && !isRefuted(); }
   /// How far the robot has gone, its turns counted, since it says that the mount has moved; none
   /// where it does not say so [m].
   std::optional<double> movedFor() const;
@@ -96,6 +96,10 @@ class MountCalibration {
   void noteSolution(const std::optional<SlipAverage>& settled, const StateEstimate& estimate);
   std::optional<NoiseReview> reviewNoiseOf(const SlipAverage& settled);
   bool isNoiseSurprising() const { return config_.initializer.noise.isSurprisedBy(noise_); }
+  /// More noise would explain the record as well: it is not what was stated, and a fault is.
+  bool isRefuted() const {
+    return started_ && isNoiseSurprising() && diagnosis_.fault != Fault::kNone;
+  }
   NoiseLevels mostNoise() const {
     return most_noise_ ? atMost(noise_.atMost(), *most_noise_) : noise_.atMost();
   }

@@ -51,9 +51,12 @@ class SeveralLights {
   MountCalibration newLight() const;
   OdometryIncrement withHiddenTurn(const Frame& frame) const;
   bool isOwned(std::int32_t light_id) const;
-  bool isOffered(const Bearing& candidate, const MountCalibration& light) const;
-  std::vector<Bearing> offeredTo(const MountCalibration& light,
-                                 const std::vector<Bearing>& left) const;
+  using Expected = std::vector<std::optional<AzimuthPrediction>>;  ///< of each light
+  Expected expectedIn(const Frame& frame) const;
+  bool isWhereExpected(const Bearing& candidate, std::size_t light, const Expected& expected) const;
+  bool isOffered(const Bearing& candidate, std::size_t light, const Expected& expected) const;
+  std::vector<Bearing> offeredTo(std::size_t light, const std::vector<Bearing>& left,
+                                 const Expected& expected) const;
   void take(std::size_t light, const AssociationOutcome& outcome, std::vector<Bearing>* left,
             LightsImage* seen);
   void welcome(Frame frame, std::vector<Bearing>* left, LightsImage* seen);
@@ -64,6 +67,7 @@ class SeveralLights {
   std::string nameOf(std::size_t light) const;
   bool isOfLightsInView(const CalibrationResult& result) const;
   std::optional<Judgement> objectionTo(const CalibrationResult& result) const;
+  bool isContradicting(std::size_t light) const;
   std::string noteOn(std::size_t light) const;
   void summarise(CalibrationResult* result) const;
   void takeJoint(CalibrationResult* result) const;

@@ -37,6 +37,12 @@ double motionOf(const std::vector<Observation>& record,
 /// Whether a mount is known as well as it must be for a verdict.
 bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config);
 
+/// Of an estimate that does not meet the targets yet.
+/// @param known  how well it is known, for the driver
+/// @param cure  what to drive, unless wheels that are not as stated keep it from more
+Judgement notYetConverged(const StateEstimate& estimate, const ErrorPriors& errors,
+                          const std::string& known, const std::string& cure);
+
 /// Whether a settled fit speaks of one mount throughout: the light is not lost, no two parts of the
 /// record give different mounts, and both halves tell all of it.
 bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& record,

@@ -107,7 +107,7 @@ class CalibrationDriver {
   DriveEnd ended() const { return ended_; }
   bool standing() const { return isStanding(command_); }   ///< the last command was to stand
   const WheelSpeeds& command() const { return command_; }  ///< the last one
-  double timeSeconds() const { return secondsFromDuration(last_steered_ - began_); }
+  double timeSeconds() const { return time_s_; }
   double pathMeters() const { return path_m_; }
   const Pose2& startFromBase() const { return start_from_base_; }
   /// Corners of the way ahead, in the frame of the start; the base's place now is the first.
@@ -149,11 +149,13 @@ class CalibrationDriver {
   WheelSpeeds command_;
   bool has_stood_;  ///< where it does so first is the start
   Pose2 start_from_base_;
+  double time_s_ = 0.0;
   double path_m_ = 0.0;
   WheelDisplacement travelled_;
   double turned_rad_ = 0.0;       ///< since the start, full turns too
   std::optional<Known> waiting_;  ///< for the readings that cover it
   std::optional<Known> known_;
+  bool is_taken_back_ = false;  ///< it is no longer planned with, but its light is kept away from
   std::optional<PlannedPrimitive> plan_;
   std::optional<PrimitiveFollower> follower_;
 };
