@@ -143,7 +143,7 @@ TEST(CalibrationDriver, OfALimitedFieldOfViewMissesTheLightWhereItIsExpected) {
 // As after ~reset, or when the calibration has lost its light: that still stands where it stood.
 TEST(CalibrationDriver, KeepsAwayFromALightWhoseEstimateIsTakenBack) {
   const Eigen::Vector2d light_m(0.55, 0.0);
-  Robot robot;
+  Robot robot(DriveGoal{DriveMotion::kOptimal, 1000.0, 1000.0});
   CartesianEstimate estimate;
   estimate.mean << light_m.x(), light_m.y(), 0.1, 0.0, 0.5;
   estimate.covariance = 1e-6 * Matrix5::Identity();
@@ -155,7 +155,7 @@ TEST(CalibrationDriver, KeepsAwayFromALightWhoseEstimateIsTakenBack) {
     const Pose2& base = robot.driver().startFromBase();
     ASSERT_GT((base.position_m - light_m).norm(), kNear_m) << 0.1 * i << " s";
   }
-  EXPECT_GT(robot.driver().pathMeters(), 1.0);
+  EXPECT_GT(robot.driver().pathMeters(), 1.0) << nameOf(robot.driver().ended());
 }
 
 TEST(CalibrationDriver, CountsNoTimeThatStepsBack) {
