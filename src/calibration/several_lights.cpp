@@ -120,14 +120,12 @@ bool SeveralLights::isOwned(std::int32_t light_id) const {
                      [&](const MountCalibration& light) { return light.lightId() == light_id; });
 }
 
-/// Whether a candidate is where a light is expected, by four standard deviations.
-bool SeveralLights::isWhereExpected(const Bearing& candidate, std::size_t light,
-                                    const Expected& expected) const {
-  constexpr double kUsualNis = 16.0;
+/// By the noise that the light has found.
+bool SeveralLights::mayBeOf(std::size_t light, const Bearing& candidate,
+                            const Expected& expected) const {
   if (!expected[light]) return false;
   const Bearing noisy = withNoise(candidate, lights_[light].noise(), expected[light]->range_m);
-  return expected[light]->innovationOf(noisy.azimuth_rad, noisy.azimuth_variance_rad2).nis() <=
-         kUsualNis;
+  return isWhereExpected(*expected[light], noisy);
 }
 
 /// Not what is another one's, by its number or by where that one is expected: a light that is
@@ -139,9 +137,9 @@ bool SeveralLights::isOffered(const Bearing& candidate, std::size_t light,
   const bool is_numbered = candidate.light_id != kUnknownLight;
   if (is_numbered && candidate.light_id == own_id) return true;
   if (is_numbered) return own_id == kUnknownLight && !isOwned(candidate.light_id);
-  const bool is_expected = isWhereExpected(candidate, light, expected);
+  const bool is_expected = mayBeOf(light, candidate, expected);
   for (std::size_t other = 0; other < lights_.size(); ++other) {
-    if (other == light || !isWhereExpected(candidate, other, expected)) continue;
+    if (other == light || !mayBeOf(other, candidate, expected)) continue;
     const bool is_surer = !is_expected || expected[light]->variance_rad2 >
                                               kMuchSurer * expected[other]->variance_rad2;
     if (is_surer) return false;

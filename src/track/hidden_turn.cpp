@@ -12,8 +12,6 @@ namespace {
 constexpr double kLargestTurn_rad = 0.6;
 /// Of what a light is off beside the turn: the base has slid by centimetres, too.
 constexpr double kTurnTolerance_rad = 0.06;
-/// NIS of a light that is where it is expected: four standard deviations.
-constexpr double kUsualNis = 16.0;
 
 struct Match {
   std::size_t lights = 0;  ///< each with a candidate of its own
@@ -42,23 +40,25 @@ Match matchAfter(double turn_rad, const std::vector<AzimuthPrediction>& expected
   return match;
 }
 
-bool isWhereExpected(const AzimuthPrediction& light, const std::vector<Bearing>& candidates) {
-  return std::any_of(candidates.begin(), candidates.end(), [&](const Bearing& candidate) {
-    return light.innovationOf(candidate.azimuth_rad, candidate.azimuth_variance_rad2).nis() <=
-           kUsualNis;
-  });
-}
-
 }  // namespace
+
+bool isWhereExpected(const AzimuthPrediction& light, const Bearing& candidate) {
+  constexpr double kUsualNis = 16.0;
+  return light.innovationOf(candidate.azimuth_rad, candidate.azimuth_variance_rad2).nis() <=
+         kUsualNis;
+}
 
 std::optional<double> hiddenTurn(const std::vector<AzimuthPrediction>& expected,
                                  const std::vector<Bearing>& candidates) {
   constexpr std::size_t kMany = 4;  // one of so many may be hidden
   const std::size_t needed = expected.size() - (expected.size() < kMany ? 0 : 1);
   if (needed < 2 || candidates.size() < needed) return std::nullopt;
-  const auto usual = std::count_if(
-      expected.begin(), expected.end(),
-      [&](const AzimuthPrediction& light) { return isWhereExpected(light, candidates); });
+  const auto usual =
+      std::count_if(expected.begin(), expected.end(), [&](const AzimuthPrediction& light) {
+        return std::any_of(candidates.begin(), candidates.end(), [&](const Bearing& candidate) {
+          return isWhereExpected(light, candidate);
+        });
+      });
   if (2 * static_cast<std::size_t>(usual) >= expected.size()) return std::nullopt;
   std::optional<double> turn_rad;
   for (const AzimuthPrediction& light : expected) {

@@ -53,7 +53,7 @@ class SeveralLights {
   bool isOwned(std::int32_t light_id) const;
   using Expected = std::vector<std::optional<AzimuthPrediction>>;  ///< of each light
   Expected expectedIn(const Frame& frame) const;
-  bool isWhereExpected(const Bearing& candidate, std::size_t light, const Expected& expected) const;
+  bool mayBeOf(std::size_t light, const Bearing& candidate, const Expected& expected) const;
   bool isOffered(const Bearing& candidate, std::size_t light, const Expected& expected) const;
   std::vector<Bearing> offeredTo(std::size_t light, const std::vector<Bearing>& left,
                                  const Expected& expected) const;

@@ -8,6 +8,9 @@
 
 namespace bearing_calibration::core {
 
+/// Whether a bearing is where a light is expected: within four standard deviations.
+bool isWhereExpected(const AzimuthPrediction& light, const Bearing& candidate);
+
 /// The turn of the base [rad] that its wheels do not show, because they have slipped: it takes
 /// several lights that nobody has numbered off from where they are expected, all by the same angle.
 /// None where most are where they are expected, where no such turn explains them, or more than one.
