@@ -74,7 +74,7 @@ class ImageBearings {
     if (blink_) {
       blink_->identify(result_->lights, &bearings);
     } else {
-      tracks_.follow(!result_->in_region, prediction, &bearings);
+      tracks_.follow(result_->part_searched, prediction, &bearings);
     }
     if (config_.colour.use) {
       const double full_levels = config_.detector.sensor.saturation_level;

@@ -123,7 +123,7 @@ Rejection rejectionOf(const LightEllipse& thresholded, const GateConfig& gates,
 
 LightProbability probabilityOf(const LightEllipse& ellipse, const ExpectedSpot* expected,
                                const Search& search) {
-  double log_odds = kPerfect - search.log_part_searched - std::log(search.thresholds) -
+  double log_odds = kPerfect - std::log(search.part_searched) - std::log(search.thresholds) -
                     std::log(std::max(1.0, search.spots / kUsualSpots));
   double largest = 6.0;  // less is one of many reasons
   LightProbability probability;

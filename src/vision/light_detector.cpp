@@ -67,12 +67,12 @@ const DetectionResult& LightDetector::detect(const cv::Mat& image,
   if (region && region->place && expected_) {
     mask_.clipToBox(boxAround(*region->place, *expected_, config_), &region_);
     scan(searched, region_, false, &result_);
-    found = !result_.lights.empty();
+    found = probabilityOfBest(result_.lights) >= kLikely;
   }
   if (region && !found) {
     mask_.clipToSector(region->sector, &region_);
     search(searched, region_);
-    found = !result_.lights.empty();
+    found = probabilityOfBest(result_.lights) >= kLikely;
   }
   if (!found) search(searched, mask_.strips());
   result_.in_region = found;
@@ -103,11 +103,11 @@ void LightDetector::scan(const SearchedImage& image, const std::vector<PixelStri
   result->rejections.fill(0);
   result->opened = opened;
   result->background = backgroundOf(image.levels, strips, config_.sensor.saturation_level);
+  result->part_searched = std::max(kLeastPart, pixelsOf(strips) / mask_px_);
   Search search;
+  search.part_searched = result->part_searched;
   search.opened = opened;
   search.background_levels = result->background.median;
-  // The less of the mask is searched, the less of what is found there is clutter.
-  search.log_part_searched = std::log(std::max(kLeastPart, pixelsOf(strips) / mask_px_));
   double best = 0.0;
   for (int threshold : thresholdsOver(result->background, config_.threshold, config_.sensor)) {
     const std::vector<Blob>& blobs =

@@ -30,13 +30,15 @@ constexpr double kStays_rad = 0.02;
 constexpr double kStays_px = 2.0;
 constexpr double kOnTheRobot = 10.0;  // taken from the logarithm of the odds
 
-double logOddsOf(double probability) {
-  return std::clamp(std::log(probability / (1.0 - probability)), -kMostCertain, kMostCertain);
+/// As if all of the mask had been searched.
+double logOddsOf(double probability, double part_searched) {
+  const double log_odds = std::log(part_searched * probability / (1.0 - probability));
+  return std::clamp(log_odds, -kMostCertain, kMostCertain);
 }
 
 }  // namespace
 
-void LightTracks::follow(bool searched_whole, const std::optional<BearingPrediction>& expected,
+void LightTracks::follow(double part_searched, const std::optional<BearingPrediction>& expected,
                          BearingSet* set) {
   if (set->stamp < last_stamp_) tracks_.clear();
   last_stamp_ = set->stamp;
@@ -52,10 +54,10 @@ void LightTracks::follow(bool searched_whole, const std::optional<BearingPredict
       if (tracks_.size() == kMostFollowed) continue;
       track = &tracks_.emplace_back(Track{sighting, sighting, set->stamp, 0.0, 0.0, 0, false});
     }
-    track->take(sighting, candidate.probability, set->stamp);
+    track->take(sighting, logOddsOf(candidate.probability, part_searched), set->stamp);
     candidate.track_probability = track->probability();
   }
-  if (!searched_whole) return;
+  if (part_searched < 1.0) return;
   for (Track& track : tracks_) {
     if (!track.is_matched) track.weigh(kNotFound);
   }
@@ -83,7 +85,7 @@ LightTracks::Track* LightTracks::trackOf(const Bearing& candidate, Stamp stamp) 
   return nearest;
 }
 
-void LightTracks::Track::take(const Sighting& sighting, double by_image, Stamp stamp) {
+void LightTracks::Track::take(const Sighting& sighting, double log_odds, Stamp stamp) {
   const double gap_s = secondsFromDuration(stamp - seen);
   if (gap_s > 0.0) turn_radps = wrapAngle(sighting.azimuth_rad - last.azimuth_rad) / gap_s;
   const bool is_comparable = first.expected && sighting.expected &&
@@ -92,7 +94,7 @@ void LightTracks::Track::take(const Sighting& sighting, double by_image, Stamp s
   last = sighting;
   seen = stamp;
   is_matched = true;
-  weigh(logOddsOf(by_image));
+  weigh(log_odds);
 }
 
 void LightTracks::Track::weigh(double log_odds) {

@@ -11,6 +11,7 @@ namespace {
 
 using Eigen::Array2d;
 using Eigen::Matrix2d;
+using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -48,7 +49,8 @@ int rowStepFor(const PixelEllipse& window) {
 struct Background {
   LevelPlane plane;
   double residual_variance = 0.0;  ///< of the ring's pixels about the plane [levels^2]
-  double sum_of_squares = 0.0;     ///< of the ring's pixels' distances along one axis [px^2]
+  /// Of the slope, in parts of the ring's pixels' variance [1 / px^2].
+  Matrix2d slope_covariance_px2inv = Matrix2d::Zero();
 };
 
 /// Least squares over the ring around the window; a level without enough of its pixels.
@@ -57,13 +59,14 @@ Background fitBackground(PlaneSums sums, double level) {
   Background background;
   background.plane.at_centre = level;
   if (pixels < kMinRingPixels) return background;
-  background.sum_of_squares = 0.5 * (sums.normal(1, 1) + sums.normal(2, 2));
   constexpr double kRidge_px2 = 1e-6;  // pixels in one line leave the slope across it at zero
   sums.normal(1, 1) += kRidge_px2;
   sums.normal(2, 2) += kRidge_px2;
-  const Vector3d solution = sums.normal.inverse() * sums.right;
+  const Matrix3d covariance = sums.normal.inverse();
+  const Vector3d solution = covariance * sums.right;
   background.plane.at_centre += solution(0);
   background.plane.slope = solution.tail<2>();
+  background.slope_covariance_px2inv = covariance.bottomRightCorner<2, 2>();
   background.residual_variance =
       std::max(0.0, sums.squares - solution.dot(sums.right)) / (pixels - solution.size());
   return background;
@@ -129,11 +132,12 @@ Vector2d noiseOf(const CentreStep& step, const SpotWindow& window, const Array2d
                         diagonalAlong(step.axes, window.covariance_px2);
   const Array2d squares = scale * (window.by_outline ? size4 / 48.0 : 1.0 / 4.0);  // sum(w^2 x^2)
   const Array2d lever = scale * (window.by_outline ? size2 / 15.0 : 1.0 / 4.0);    // sum(w x^2)
-  const double texture = textureVariance(config, background) * kTexturePatch_px;
-  const double slope_variance =
-      background.sum_of_squares > 0.0
-          ? (background.residual_variance + texture) / background.sum_of_squares
-          : 0.0;
+  const double of_texture = textureVariance(config, background);
+  const double texture = of_texture * kTexturePatch_px;
+  // The ring has every so many rows of a patch: so many pixels beside the first vary with it.
+  const double beside_px = std::max(0.0, kTexturePatch_px / rowStepFor(window) - 1.0);
+  const Array2d slope_variance = (background.residual_variance + beside_px * of_texture) *
+                                 diagonalAlong(step.axes, background.slope_covariance_px2inv);
   return (light_squares + (readVariance(config.sensor) + texture) * squares +
           slope_variance * lever.square()) /
          step.gain.array().square();

@@ -151,6 +151,34 @@ TEST(BearingVariance, IsTheSameOnASlopeAsOnALevel) {
   EXPECT_GT(ratio.minCoeff(), 1.0 / 1.2);
 }
 
+// Between two windows the ring around the light says little of the slope across them.
+TEST(BearingVariance, IsHonestBetweenTwoWindows) {
+  constexpr int kImages = 200;
+  constexpr double kFull = 255.0;
+  const DetectorConfig config = defaultDetector();
+  const test::SpotDrawing spot =
+      test::spotOfLight(config, {1.0, test::kDefaultLightHeight_m}, 0.0, 50.0);
+  cv::Mat expected = test::flatImage(config.sensor.width_px, config.sensor.height_px, kBackground);
+  addSpot(&expected, spot);
+  constexpr int kAside_px = 9;  // the light reaches 6 px to either side
+  constexpr int kWide_px = 40;
+  const cv::Point centre(cvRound(spot.centre_px.x()), cvRound(spot.centre_px.y()));
+  for (const int row : {centre.y - kAside_px - kWide_px, centre.y + kAside_px}) {
+    expected(cv::Rect(centre.x - kWide_px, row, 2 * kWide_px, kWide_px)).setTo(kFull);
+  }
+  std::mt19937 random(27);
+  LightDetector detector(config);
+  double nees = 0.0;
+  for (int i = 0; i < kImages; ++i) {
+    const DetectionResult& result = detector.detect(test::expose(expected, config.sensor, &random));
+    ASSERT_EQ(result.lights.size(), 1u);
+    EXPECT_FALSE(result.opened);
+    const Bearing& bearing = result.lights.front().bearing;
+    nees += std::pow(bearing.azimuth_rad, 2) / bearing.azimuth_variance_rad2;
+  }
+  expectHonest(nees / kImages, kImages);
+}
+
 // An azimuth's variance is that of the image's noise alone: what the alignment does to all of them
 // alike is stated beside them.
 TEST(BearingVariance, HasTheAlignmentsFloorInTheElevationOnly) {

@@ -220,6 +220,29 @@ TEST(LightDetector, LooksEverywhereWhenTheRegionIsEmpty) {
   EXPECT_FALSE(result.in_region);
 }
 
+/// As a light of that place, but larger.
+SpotDrawing doubtfulAt(const DetectorConfig& config, double azimuth_rad, double larger) {
+  SpotDrawing spot = lightAt(config, 1.0, azimuth_rad);
+  spot.major_diameter_px *= larger;
+  spot.minor_diameter_px *= larger;
+  return spot;
+}
+
+TEST(LightDetector, LooksEverywhereWhenTheRegionHasOnlyADoubtfulSpot) {
+  const DetectorConfig config = defaultDetector();
+  const SpotDrawing light = lightAt(config, 1.5, -2.0);
+  const SpotDrawing doubtful = doubtfulAt(config, 0.7, 2.4);
+  const cv::Mat image = exposeSpots(config, {doubtful, light}, 12);
+  LightDetector detector(config);
+  const SearchRegion around_doubtful{std::nullopt, {0.75, 1.5}};
+  EXPECT_LT(detector.detect(exposeSpots(config, {doubtful}, 12)).lights.at(0).bearing.probability,
+            LightDetector::kLikely);
+  const DetectionResult& result = detector.detect(image, around_doubtful);
+  EXPECT_FALSE(result.in_region);
+  ASSERT_NE(likeliestLight(result.lights), nullptr);
+  EXPECT_NEAR(likeliestLight(result.lights)->bearing.azimuth_rad, -2.0, 0.01);
+}
+
 TEST(LightDetector, FindsALightThatTouchesAWindow) {
   const DetectorConfig config = defaultDetector();
   LightDetector detector(config);

@@ -9,6 +9,9 @@
 #include <vector>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/vision/light_detector.h"
+#include "support/default_rig.h"
+#include "support/synthetic_spot.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -34,7 +37,7 @@ Bearing candidateAt(double azimuth_rad, double radius_px, double probability) {
 class Images {
  public:
   /// @return the track's probability of each candidate
-  std::vector<double> next(const std::vector<Bearing>& candidates, bool searched_whole = true,
+  std::vector<double> next(const std::vector<Bearing>& candidates, double part_searched = 1.0,
                            const std::optional<double>& expected_rad = std::nullopt,
                            std::int32_t expected_light = 3) {
     BearingSet set{stampFromSeconds(100.0 + kFrame_s * image_++), candidates};
@@ -42,7 +45,7 @@ class Images {
     if (expected_rad) {
       expected = BearingPrediction{set.stamp, wrapAngle(*expected_rad), 1e-4, expected_light};
     }
-    tracks_.follow(searched_whole, expected, &set);
+    tracks_.follow(part_searched, expected, &set);
     std::vector<double> probabilities;
     for (const Bearing& bearing : set.candidates) {
       probabilities.push_back(bearing.track_probability);
@@ -115,9 +118,32 @@ TEST(LightTracks, WhereNothingWasLookedForNothingIsMissed) {
   for (int i = 0; i < 5; ++i) {
     seen = images.next({candidateAt(0.3, 120.0, 0.8)}).at(0);
     expected = without_gaps.next({candidateAt(0.3, 120.0, 0.8)}).at(0);
-    images.next({}, false);
+    images.next({}, 0.05);
   }
   EXPECT_DOUBLE_EQ(seen, expected);
+}
+
+// Where it was expected was computed from earlier answers: they would confirm themselves.
+TEST(LightTracks, WhatIsExpectedIsNoLikelierForIt) {
+  const DetectorConfig config = test::defaultDetector();
+  LightDetector detector(config);
+  test::SpotDrawing large =
+      test::spotOfLight(config, {1.0, test::kDefaultLightHeight_m}, 0.7, 160.0);
+  large.major_diameter_px *= 2.1;
+  large.minor_diameter_px *= 2.1;
+  cv::Mat image = test::flatImage(config.sensor.width_px, config.sensor.height_px, 20.0);
+  addSpot(&image, large);
+  image.convertTo(image, CV_8U);
+  const auto trackOf = [&](const std::optional<SearchRegion>& region) {
+    const DetectionResult& seen = detector.detect(image, region);
+    EXPECT_EQ(seen.in_region, region.has_value());
+    Images images;
+    return images.next({seen.lights.at(0).bearing}, seen.part_searched).at(0);
+  };
+  const double by_whole = trackOf(std::nullopt);
+  EXPECT_GT(by_whole, 0.5);
+  EXPECT_LT(by_whole, 0.99);
+  EXPECT_NEAR(trackOf(SearchRegion{std::nullopt, {0.75, 0.2}}), by_whole, 1e-9);
 }
 
 // At 1.5 rad/s both turn by more between two images than they are apart.
@@ -139,7 +165,7 @@ TEST(LightTracks, WhatTurnsWithTheRobotIsOnIt) {
   for (int i = 0; i < 10; ++i) {
     const double turn_rad = -1.0 * kFrame_s * i;
     seen = images.next({candidateAt(1.0 + turn_rad, 150.0, 0.9), candidateAt(-2.0, 110.0, 0.9)},
-                       true, 1.0 + turn_rad);
+                       1.0, 1.0 + turn_rad);
   }
   EXPECT_GT(seen.at(0), 0.9);
   EXPECT_LT(seen.at(1), 0.5);
@@ -149,7 +175,7 @@ TEST(LightTracks, WhatStandsWhileTheRobotStandsMayBeALight) {
   Images images;
   std::vector<double> seen;
   for (int i = 0; i < 10; ++i) {
-    seen = images.next({candidateAt(-2.0, 110.0, 0.9)}, true, 1.0);
+    seen = images.next({candidateAt(-2.0, 110.0, 0.9)}, 1.0, 1.0);
   }
   EXPECT_GT(seen.at(0), 0.9);
 }
@@ -159,7 +185,7 @@ TEST(LightTracks, PredictionsOfTwoLightsAreNoTurn) {
   std::vector<double> seen;
   for (int i = 0; i < 10; ++i) {
     const bool first = i % 2 == 0;
-    seen = images.next({candidateAt(-2.0, 110.0, 0.9)}, true, first ? 1.0 : 2.5, first ? 3 : 4);
+    seen = images.next({candidateAt(-2.0, 110.0, 0.9)}, 1.0, first ? 1.0 : 2.5, first ? 3 : 4);
   }
   EXPECT_GT(seen.at(0), 0.9);
 }

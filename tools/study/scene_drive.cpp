@@ -46,7 +46,7 @@ void SceneDrives::drive(const RandomScene& scene, std::size_t lights, LightDetec
     const cv::Mat seen = scene.renderer->render(shown, {pose}, static_cast<std::uint64_t>(image));
     BearingSet set = bearingsFromLights(detector->detect(encode(seen, {})).lights, ShutterConfig(),
                                         stampFromSeconds(1.0 + time_s), seen.rows);
-    tracks.follow(true, std::nullopt, &set);
+    tracks.follow(1.0, std::nullopt, &set);
     if (image != kMoments.at(moment)) continue;
     const auto best = std::max_element(set.candidates.begin(), set.candidates.end(),
                                        [](const Bearing& left, const Bearing& right) {

@@ -103,7 +103,7 @@ Rejection rejectionOf(const LightEllipse& thresholded, const GateConfig& gates,
 /// How a spot was found: the more was tried, the less it says.
 struct Search {
   bool opened = false;             ///< beside bright areas, which were taken away
-  double log_part_searched = 0.0;  ///< logarithm of the part of the mask that was searched
+  double part_searched = 1.0;      ///< of the mask: where less is searched, less is clutter
   double background_levels = 0.0;  ///< median
   int thresholds = 0;              ///< that were tried
   int threshold_levels = 0;        ///< the last of them

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -25,7 +24,8 @@ struct DetectionResult {
   std::array<int, kRejections> rejections{};  ///< how many of each, by Rejection; specks left out
   BackgroundLevel background;
   int threshold_levels = 0;
-  bool in_region = false;      ///< found in the predicted region: the rest was not looked at
+  double part_searched = 1.0;  ///< of the mask
+  bool in_region = false;      ///< likely in the predicted region: the rest was not looked at
   bool opened = false;         ///< found where bright areas wider than a light were taken away
   bool too_cluttered = false;  ///< more bright runs than a scene with a light can have: gave up
 };
@@ -43,7 +43,7 @@ class LightDetector {
 
   /// @param image CV_8UC1 or CV_16UC1 of the configured size.
   /// @param region looked at first, its place before its sector; the whole mask follows when
-  ///   nothing is accepted there.
+  ///   nothing likely is there.
   /// @return valid until the next call. Without software defocus nothing is allocated once the
   ///   buffers have grown to what the scene needs.
   /// @throws std::invalid_argument for an image of another type or size, or of a depth that cannot

@@ -19,11 +19,13 @@ class LightTracks {
 
   /// Sets the candidates' track_probability. Sets come in the order of their stamps, one for every
   /// image, empty ones too; an earlier stamp than the last begins anew.
-  /// @param searched_whole  so that what is not among the candidates was not found
+  /// @param part_searched  of the mask, which the candidates' probabilities contain; where it is
+  ///   all of it, what is not among the candidates was not found
   /// @param expected  by the calibration at about this moment. It is not asked whether a candidate
-  ///   is the light, for it was made of the candidates: it only says how the robot turns, so that
-  ///   what turns with the robot is known.
-  void follow(bool searched_whole, const std::optional<BearingPrediction>& expected,
+  ///   is the light, for it was made of the candidates: what it adds to their probabilities, by the
+  ///   part that was searched, is taken off again. It only says how the robot turns, so that what
+  ///   turns with the robot is known.
+  void follow(double part_searched, const std::optional<BearingPrediction>& expected,
               BearingSet* set);
 
  private:
@@ -34,7 +36,7 @@ class LightTracks {
     std::optional<BearingPrediction> expected;
   };
   struct Track {
-    void take(const Sighting& sighting, double by_image, Stamp stamp);
+    void take(const Sighting& sighting, double log_odds, Stamp stamp);
     void weigh(double log_odds);
     bool isOnTheRobot() const;
     double probability() const;
