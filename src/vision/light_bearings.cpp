@@ -49,23 +49,25 @@ Array2d clippingVariance(const DetectorConfig& config, const LightEllipse& light
          sensed_px2;
 }
 
-/// Whether a spot so refused may be a light all the same.
-bool mayBeLitUnevenly(Rejection rejection) {
-  return rejection == Rejection::kFill || rejection == Rejection::kKurtosis ||
-         rejection == Rejection::kTangentialSize || rejection == Rejection::kRadialSize ||
-         rejection == Rejection::kAxis || rejection == Rejection::kUnlikely;
+/// Whether a spot so refused may be a light all the same. How large a light is, only a mirror says.
+bool mayBeLight(Rejection rejection, bool any_size) {
+  return (any_size && rejection == Rejection::kTooManyPixels) || rejection == Rejection::kFill ||
+         rejection == Rejection::kKurtosis || rejection == Rejection::kTangentialSize ||
+         rejection == Rejection::kRadialSize || rejection == Rejection::kAxis ||
+         rejection == Rejection::kUnlikely;
 }
 
 /// By which the centre of a light is off beside a bright area, and if it is a part of one of these
 /// spots and that is the light, unevenly lit: which of both is true, no image tells [px^2].
 Array2d searchVariance(const LightEllipse& light, const Search& search,
-                       const std::vector<Detection>& refused, const MirrorView& view) {
+                       const std::vector<Detection>& refused, bool any_size,
+                       const MirrorView& view) {
   constexpr double kDisc2 = 4.0;  // squared standard deviations to the outline
   Array2d variance_px2 = Array2d::Constant(search.opened ? kOpened_px * kOpened_px : 0.0);
   if (search.thresholds == 1) return variance_px2;
   const Eigen::Matrix2d axes = mirrorAxes(light.centre_px, view.centre_px());
   for (const Detection& spot : refused) {
-    if (!mayBeLitUnevenly(spot.rejection)) continue;
+    if (!mayBeLight(spot.rejection, any_size)) continue;
     const Vector2d off_px2 =
         (axes.transpose() * (spot.ellipse.centre_px - light.centre_px)).cwiseAbs2();
     const double mahalanobis2 = off_px2.cwiseQuotient(spot.ellipse.variances_px2()).sum();
@@ -100,10 +102,10 @@ std::optional<Bearing> bearingOf(const LightEllipse& light, const Search& search
                                  const ExpectedSpot* expected, const DetectorConfig& config) {
   Vector2d point_px = Vector2d::Zero();
   if (expected != nullptr) point_px = expected->at(light.centre_px).least_stddev_px;
-  const Array2d variance_px2 = light.noise_px2.array() + std::pow(kSamplingStddev_px, 2) +
-                               sourceVariance(config, light, point_px) +
-                               clippingVariance(config, light) +
-                               searchVariance(light, search, refused, config.view);
+  const Array2d variance_px2 =
+      light.noise_px2.array() + std::pow(kSamplingStddev_px, 2) +
+      sourceVariance(config, light, point_px) + clippingVariance(config, light) +
+      searchVariance(light, search, refused, expected == nullptr, config.view);
   if (config.camera) return bearingOfRay(light, variance_px2, config);
   const auto [radius_px, azimuth_rad] =
       mirrorPixelFromImage(config.view, light.centre_px.x(), light.centre_px.y());

@@ -418,6 +418,22 @@ TEST(LightDetector, WithoutAMirrorLightsAreFoundInTheWholeImage) {
   }
 }
 
+// A lamp with more pixels than gates/max_pixels is refused, and its brightest part found instead.
+TEST(LightDetector, WithoutAMirrorAPartOfALampIsAsUncertainAsTheLampIsLarge) {
+  const DetectorConfig config = withoutMirror();
+  LightDetector detector(config);
+  SpotDrawing lamp = discAt(400.0, 200.0);
+  lamp.major_diameter_px = lamp.minor_diameter_px = 60.0;
+  lamp.light_levels = 60.0;
+  const DetectionResult& result =
+      detector.detect(exposeSpots(config, {lamp, discAt(418.0, 190.0)}, 4));
+  ASSERT_EQ(result.lights.size(), 1u);
+  const Bearing& bearing = result.lights.front().bearing;
+  const double off_rad = bearing.azimuth_rad + std::atan((400.0 - 319.5) / 400.0);
+  EXPECT_GT(std::abs(off_rad), 10.0 / 400.0) << "that of the bright part";
+  EXPECT_LT(std::abs(off_rad), 1.5 * std::sqrt(bearing.azimuth_variance_rad2));
+}
+
 TEST(LightDetector, WithoutAMirrorAxesAreThereAtAnyPlace) {
   const Eigen::Vector2d centre(320.0, 240.0);
   const Eigen::Matrix2d axes = mirrorAxes(centre, centre);
