@@ -43,9 +43,9 @@ void standInForOptics(Parameters& params) {
   params.standIn("mirror/base_radius", 0.035);
 }
 
-/// Without a mirror none is used.
+/// Without a mirror none is used; about a centre far aside, axes are those of the image.
 void standInForMirror(Parameters& params) {
-  params.standIn("mirror/centre_u", 319.5);
+  params.standIn("mirror/centre_u", -kLargestSide_px);
   params.standIn("mirror/centre_v", 239.5);
   params.standIn("mask/inner_radius", 40.0);
   params.standIn("mask/outer_radius", 250.0);

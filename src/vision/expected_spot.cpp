@@ -16,7 +16,6 @@ using Eigen::Array2d;  // (tangential, radial)
 using Eigen::Vector2d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kRingStddev = 0.70710678118654752;  // of cos over a circle
 // Diffraction, aberrations and the filter in front of the pixels: a standard deviation up to this.
 constexpr double kLensBlur_px = 0.5;
 constexpr double kSigmas = 2.5;  // of the optics, that are thought possible
@@ -33,20 +32,12 @@ struct Stddevs {
 
 Stddevs stddevsAt(const DetectorConfig& config, double image_radius_px, double distance_m,
                   double part_of_light) {
-  const SpotBlur blur = expectedBlur(config.mirror, image_radius_px, distance_m);
-  constexpr double kBlurToStddev = 0.25;  // of an evenly filled ellipse
-  const Array2d open_px(kBlurToStddev * blur.tangential_diameter_px,
-                        kBlurToStddev * blur.radial_diameter_px);
-  // Light on a ring's outline has a deviation of radius / sqrt(2), anything filled less.
-  const double extent_rad = part_of_light * config.light.radius_m / distance_m * kRingStddev;
-  // The ring's near and far side stand at different elevations unless the mirror looks level.
-  const double height_rad =
-      std::hypot(part_of_light * config.light.half_height_m / distance_m * kRingStddev,
-                 std::tan(elevationFromRadius(config.mirror, image_radius_px)) * extent_rad);
-  const Array2d extent_px(extent_rad * image_radius_px,
-                          height_rad / elevationSlope(config.mirror, image_radius_px));
+  const double part = part_of_light * kRingStddev;
+  const SpotVariances spot =
+      spotVariances(config.mirror, image_radius_px, distance_m, part * config.light.radius_m,
+                    part * config.light.half_height_m);
   const double common_px2 = kPixelVariance + std::pow(config.defocus_sigma_px, 2);
-  return {open_px, (open_px.square() + extent_px.square() + common_px2).sqrt()};
+  return {spot.open_px2.sqrt(), (spot.open_px2 + spot.own_px2 + common_px2).sqrt()};
 }
 
 /// Fourth moment over squared second one of the aperture's ellipse together with all else, which is
@@ -123,6 +114,22 @@ std::vector<SpotSize> sizesOver(const DetectorConfig& config) {
 }
 
 }  // namespace
+
+SpotVariances spotVariances(const ConicMirror& mirror, double image_radius_px, double distance_m,
+                            double sideways_stddev_m, double upward_stddev_m) {
+  const SpotBlur blur = expectedBlur(mirror, image_radius_px, distance_m);
+  constexpr double kBlurToStddev = 0.25;  // of an evenly filled ellipse
+  const Array2d open_px(kBlurToStddev * blur.tangential_diameter_px,
+                        kBlurToStddev * blur.radial_diameter_px);
+  const double sideways_rad = sideways_stddev_m / distance_m;
+  // Its near and far side stand at different elevations unless the mirror looks level.
+  const double upward_rad =
+      std::hypot(upward_stddev_m / distance_m,
+                 std::tan(elevationFromRadius(mirror, image_radius_px)) * sideways_rad);
+  const Array2d own_px(sideways_rad * image_radius_px,
+                       upward_rad / elevationSlope(mirror, image_radius_px));
+  return {open_px.square(), own_px.square()};
+}
 
 SpotSize spotSizeAt(const DetectorConfig& config, double image_radius_px) {
   // In the mirror's very centre the azimuth has no meaning and the cone no curvature.

@@ -40,7 +40,6 @@ constexpr double kSizeStddev = 0.06;
 constexpr double kApart_s = 0.5;
 constexpr double kGate = 16.3;  // 0.999 of chi-square, 3 degrees of freedom
 constexpr double kLens_px = 0.25;
-constexpr double kRingPart = 0.70710678118654752;  // standard deviation of a ring over its radius
 
 }  // namespace
 
@@ -59,8 +58,8 @@ OpticsLearner::OpticsLearner(const DetectorConfig& configured)
       stddev.half_angle_rad;
   prior_stddev_(kLightHeight_m) = kHeightStddev_m;
   const auto assumeEvenly = [&](int unknown, double least_m, double most_m) {
-    prior_mean_(unknown) = 0.5 * kRingPart * (least_m + most_m);
-    prior_stddev_(unknown) = kRingPart * (most_m - least_m) / std::sqrt(12.0);
+    prior_mean_(unknown) = 0.5 * kRingStddev * (least_m + most_m);
+    prior_stddev_(unknown) = kRingStddev * (most_m - least_m) / std::sqrt(12.0);
   };
   const LightModel& light = configured.light;
   assumeEvenly(kLightWidth_m, light.min_radius_m, light.radius_m);
@@ -97,22 +96,14 @@ std::optional<Vector3d> OpticsLearner::expected(const Vector& state, const Range
       !showsOutside(mirror, seen_px, spot.distance_m)) {
     return std::nullopt;
   }
-  const SpotBlur blur = expectedBlur(mirror, seen_px, spot.distance_m);
-  constexpr double kBlurToStddev = 0.25;  // of an evenly filled ellipse
-  const double near = 1.0 / spot.distance_m;
-  const double tall_rad =
-      near * std::hypot(off(kLightTallness_m),
-                        std::tan(elevationFromRadius(mirror, seen_px)) * off(kLightWidth_m));
+  const SpotVariances light =
+      spotVariances(mirror, seen_px, spot.distance_m, off(kLightWidth_m), off(kLightTallness_m));
   const double common_px2 =
       kPixelVariance + std::pow(configured_.defocus_sigma_px, 2) + kLens_px * kLens_px;
-  const double tangential_px2 = std::pow(kBlurToStddev * blur.tangential_diameter_px, 2) +
-                                std::pow(near * off(kLightWidth_m) * seen_px, 2) + common_px2;
-  const double radial_px2 = std::pow(kBlurToStddev * blur.radial_diameter_px, 2) +
-                            std::pow(tall_rad / elevationSlope(mirror, seen_px), 2) + common_px2;
+  const Eigen::Array2d log_stddevs = 0.5 * (light.open_px2 + light.own_px2 + common_px2).log();
   return Vector3d(*radius_px + off(kHarmonicCos_px) * std::cos(spot.azimuth_rad) +
                       off(kHarmonicSin_px) * std::sin(spot.azimuth_rad),
-                  0.5 * std::log(tangential_px2) + off(kTangentialMeasure),
-                  0.5 * std::log(radial_px2) + off(kRadialMeasure));
+                  log_stddevs(0) + off(kTangentialMeasure), log_stddevs(1) + off(kRadialMeasure));
 }
 
 bool OpticsLearner::add(const RangedSpot& spot) {

@@ -442,6 +442,22 @@ TEST_F(SavedOptics, StayBesideAResult) {
   EXPECT_FALSE(fs::exists(folder / "first") || fs::exists(folder / "second"));
 }
 
+// The variances of a spot's centre are those along its axes: nearly the azimuth's and elevation's.
+TEST_F(ParametersFromFiles, WithoutAMirrorAxesAreThoseOfTheImage) {
+  const std::string file = write("camera.yaml",
+                                 "mirror: {kind: none}\nmask: {last_row: 479}\n"
+                                 "sensor: {width: 640, height: 480}\n");
+  ParameterFiles files;
+  files.addNode("detection", packagedConfig("detection.yaml"));
+  files.overlay(file);
+  const auto config = readConfig<DetectionNodeConfig>(files.reader("detection")).detector;
+  for (const Eigen::Vector2d& place : {Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(639.0, 479.0)}) {
+    const Eigen::Matrix2d axes = core::mirrorAxes(place, config.view.centre_px());
+    EXPECT_NEAR(std::abs(axes(0, 0)), 0.0, 0.02);
+    EXPECT_NEAR(std::abs(axes(1, 1)), 0.0, 0.02);
+  }
+}
+
 // Promise refused: a file of learnt optics with a mistake
 TEST_F(SavedOptics, AMistakeInThemIsNamed) {
   const auto refusal = [](const std::string& text) -> std::string {

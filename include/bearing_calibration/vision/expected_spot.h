@@ -29,6 +29,19 @@ struct SpotSize {
   Eigen::Vector2d widening() const;
 };
 
+/// Standard deviation of a ring of light along any axis, over its radius: anything filled has less.
+inline constexpr double kRingStddev = 0.70710678118654752;
+
+/// Variances [px^2] of a light's image (tangential, radial).
+struct SpotVariances {
+  Eigen::Array2d open_px2;  ///< of the open aperture's evenly filled ellipse
+  Eigen::Array2d own_px2;   ///< of the light itself
+};
+
+/// @param sideways_stddev_m  of the light's surface, as are the upward ones
+SpotVariances spotVariances(const ConicMirror& mirror, double image_radius_px, double distance_m,
+                            double sideways_stddev_m, double upward_stddev_m);
+
 /// What the conic mirror makes of a light: the blur of the open aperture, the light's own size, the
 /// pixels' size and the software's defocus.
 SpotSize spotSizeAt(const DetectorConfig& config, double image_radius_px);
