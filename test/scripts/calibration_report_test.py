@@ -271,6 +271,16 @@ class CalibrationReport(unittest.TestCase):
         with open(os.path.join(folder, '1', 'report.html'), encoding='utf-8') as file:
             self.assertIn('Where the camera sits: before', file.read())
 
+    def testShowsTheLastCalibrationsBagsAlone(self):
+        drives = [os.path.join(self.folder, 'drive_%d.bag' % seed) for seed in (1, 2)]
+        three = ['drive_1', 'drive_2', 'third']
+        third = shutil.copy(drives[0], os.path.join(self.folder, 'third.bag'))
+        for bags, shown in ((drives + [third], three), (drives, three[:2]), (drives[1:], ['drive_2']),
+                            (drives[::-1], three[1::-1])):
+            page = self.makePage(self.calibrate('in_turn', *bags))
+            names = re.findall(r'<summary>(\w+): CONVERGED|<title>Where the camera sits: (\w+)</title>', page)
+            self.assertEqual([several or alone for several, alone in names], shown)
+
     def testIsMadeInTheSubfolderThatCalibrateBagHasTaken(self):
         folder = os.path.join(self.folder, 'others')
         os.mkdir(folder)

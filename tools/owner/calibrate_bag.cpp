@@ -9,6 +9,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/owned_folder.h"
 #include "bearing_calibration/output/quality.h"
+#include "bearing_calibration/output/yaml_writer.h"
 #include "bearing_calibration_ros/result_messages.h"
 #include "tools/common/command_line.h"
 #include "tools/common/parallel.h"
@@ -25,6 +26,7 @@ namespace fs = std::filesystem;
 namespace ros_side = bearing_calibration_ros;
 
 constexpr char kComparison[] = "comparison.yaml";
+constexpr char kContents[] = "calibrations.yaml";
 
 enum ExitStatus : int {
   kConverged = 0,
@@ -210,10 +212,20 @@ bool isAnyStored(const std::vector<Done>& all) {
                      [](const Done& done) { return !done.stored.folder.empty(); });
 }
 
-/// One that an earlier run has left beside the results of several jobs is of others.
-void removeComparison(const std::string& output) {
-  const OwnedFolder folder(output);
+/// What the report shows of several jobs: earlier runs may have left results and a comparison.
+void listStored(const std::vector<Done>& all, const std::string& output) {
+  OwnedFolder folder(output);
   if (folder.owns(kComparison)) fs::remove(fs::path(folder.path()) / kComparison);
+  std::vector<std::string> stored;
+  for (const Done& done : all) {
+    if (done.stored.folder.empty()) continue;
+    stored.push_back(fs::path(done.stored.folder).lexically_relative(folder.path()));
+  }
+  YamlWriter write;
+  write.out << YAML::BeginMap;
+  write("calibrations", stored);
+  write.out << YAML::EndMap;
+  folder.add({kContents, std::string(write.out.c_str()) + "\n"});
 }
 
 void sayHowToReport(const std::vector<Done>& all, const std::string& output) {
@@ -235,7 +247,7 @@ ExitStatus run(const CalibrateBagArguments& arguments) {
     print(done);
     statuses.insert(statusOf(done));
   }
-  if (all.size() > 1 && isAnyStored(all)) removeComparison(arguments.output_folder);
+  if (all.size() > 1 && isAnyStored(all)) listStored(all, arguments.output_folder);
   if (arguments.compare) statuses.insert(compare(all, arguments.output_folder));
   if (isAnyStored(all)) sayHowToReport(all, arguments.output_folder);
   return worst(statuses);

@@ -72,20 +72,23 @@ def addToOwnFiles(path):
 
 
 def readFolder(folder):
-    """The records of a folder, light_2 before light_10, and their comparison (None without).
+    """The records of a folder, as calibrate_bag lists them, and their comparison (None without).
 
-    What lies in numbered folders beside a result is of other runs.
+    Without its list, all below a folder that is none itself, light_2 before light_10.
     @throws ValueError when nothing of calibrate_bag lies there.
     """
-    def isRecord(each):
-        return os.path.exists(os.path.join(each, 'details.yaml'))
+    def isRecord(name):
+        return os.path.exists(os.path.join(folder, name, 'details.yaml'))
 
     def order(name):
         return [int(part) if i % 2 else part for i, part in enumerate(re.split(r'(\d+)', name))]
 
-    below = [os.path.join(folder, name) for name in sorted(os.listdir(folder), key=order)
-             if not (name.isdigit() and isRecord(folder))]
-    records = [readRecord(each) for each in [folder] + below if isRecord(each)]
+    listed = readYaml(os.path.join(folder, 'calibrations.yaml'))
+    if listed:
+        names = listed['calibrations']
+    else:
+        names = [''] if isRecord('') else sorted(os.listdir(folder), key=order)
+    records = [readRecord(os.path.join(folder, name)) for name in names if isRecord(name)]
     if not records:
         raise ValueError('%s holds nothing that calibrate_bag has written' % folder)
     return records, readYaml(os.path.join(folder, 'comparison.yaml'))
