@@ -187,9 +187,10 @@ class CalibrationReport(unittest.TestCase):
 
     def testYawsOnEitherSideOfAHalfTurnLieTogether(self):
         def mount(yaw):
-            return {'name': 'drive', 'base_from_camera': {'x': 0.1, 'y': 0.0, 'yaw': yaw},
+            return {'name': 'with $_$', 'base_from_camera': {'x': 0.1, 'y': 0.0, 'yaw': yaw},
                     'stddev': {'x': 0.01, 'y': 0.01, 'yaw': 0.01}}
         figure = plots.comparisonFigure({'mounts': [mount(3.14), mount(-3.14)], 'together': mount(3.1415)})
+        figure.canvas.draw()
         low, high = figure.axes[2].get_xlim()
         self.assertLess(high - low, 10.0, 'degrees')
 

@@ -308,6 +308,7 @@ def comparisonFigure(comparison):
                           markersize=4, capsize=2.5, linewidth=1.2)
         axes.set_xlabel('%s [%s]' % (name, unit))
     columns[0].set_yticks(range(len(mounts)))
-    columns[0].set_yticklabels([each['name'] for each in mounts])
+    # between two dollars is a formula
+    columns[0].set_yticklabels([each['name'].replace('$', r'\$') for each in mounts])
     columns[0].set_ylim(len(mounts) - 0.5, -0.5)
     return figure
