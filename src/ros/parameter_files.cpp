@@ -6,6 +6,7 @@
 #include <fstream>
 #include <optional>
 #include <stdexcept>
+#include <vector>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
@@ -124,7 +125,11 @@ ParameterMap parametersFromFile(const std::string& path) {
 
 ParameterMap parametersFromYaml(const std::string& text, const std::string& origin) {
   try {
-    return DocumentReader(origin).read(YAML::Load(text));
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() > 1) {
+      throw errorAt(origin, documents[1].Mark(), "a second document: put all into the first one");
+    }
+    return DocumentReader(origin).read(documents.empty() ? YAML::Node() : documents.front());
   } catch (const YAML::Exception& error) {
     throw errorAt(origin, error.mark, error.msg);
   }

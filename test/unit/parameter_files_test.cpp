@@ -185,6 +185,13 @@ TEST(ParametersFromYaml, NamesFileAndLineOfWhatCannotBeRead) {
              "robot.yaml: line 3: ");
 }
 
+// roslaunch refuses it, too.
+TEST(ParametersFromYaml, RefusesASecondDocument) {
+  expectSaid(errorOf([] { parametersFromYaml("a: 1\n---\nb: 2\n", "robot.yaml"); }),
+             "robot.yaml: line 3: a second document");
+  EXPECT_EQ(parametersFromYaml("# robot\n---\na: 1\n...\n", "robot.yaml").count("a"), 1U);
+}
+
 /// Two nodes that share one name.
 class NodesFiles : public testing::Test {
  protected:
