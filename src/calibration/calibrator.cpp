@@ -258,7 +258,8 @@ std::optional<Frame> Calibrator::nextCovered() {
 void Calibrator::processCovered() {
   while (const std::optional<Frame> frame = nextCovered()) {
     const AssociationOutcome outcome = estimation_->process(*frame);
-    in_view_.add(frame->image.view, frame->image.stamp, outcome.kind == Association::Kind::kFound);
+    const Stamp stamp = frame->image.stamp;
+    in_view_.add(frame->image.view, stamp, estimation_->live().isAnySeenAt(stamp));
     if (observer_) observer_(outcome);
   }
 }

@@ -102,6 +102,11 @@ OdometryIncrement SeveralLights::withHiddenTurn(const Frame& frame) const {
   return append(frame.motion, slip);
 }
 
+bool SeveralLights::isAnySeenAt(Stamp stamp) const {
+  return std::any_of(lights_.begin(), lights_.end(),
+                     [stamp](const MountCalibration& light) { return light.lastSeen() == stamp; });
+}
+
 bool SeveralLights::isWorkDue() const {
   return joint_.isReviewDue() ||
          std::any_of(lights_.begin(), lights_.end(),

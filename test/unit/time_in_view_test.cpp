@@ -77,5 +77,21 @@ TEST(Calibrator, AdvisesToKeepTheLightInView) {
   EXPECT_EQ(said.result().advice, adviceFor(CalibrationState::kPaused));
 }
 
+/// Two lights in turn, the first one in every eighth image.
+TEST(Calibrator, AdvisesNothingWhereAnotherLightIsInView) {
+  SimulatedRecord record = simulate(paperRobot(1), 20.0);
+  int count = 0;
+  for (BearingSet& image : record.bearings) {
+    image.candidates.front().light_id = count++ % 8 == 0 ? 1 : 2;
+    image.view = kSixth;
+  }
+  CalibratorConfig config = calibratorConfig();
+  config.max_lights = 2;
+  Calibrator calibrator(config);
+  const CalibrationResult result = play(record, &calibrator);
+  EXPECT_NE(result.state, CalibrationState::kConverged);
+  EXPECT_EQ(result.advice.find("the light was in view"), std::string::npos) << result.advice;
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core

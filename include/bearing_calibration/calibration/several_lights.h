@@ -31,6 +31,8 @@ class SeveralLights {
   /// @returns what became of an image in the calibration of the first light
   AssociationOutcome process(const Frame& frame);
 
+  /// Whether the last image that showed one of the lights has this stamp.
+  bool isAnySeenAt(Stamp stamp) const;
   /// Whether the last image has made heavy work due that is not done.
   bool isWorkDue() const;
   /// Does it. To be called before the next image only: what fits say is of the last one.
