@@ -282,7 +282,7 @@ std::size_t JointCalibration::mostContradicted(
                            });
 }
 
-Judgement JointCalibration::judge(const StateEstimate& estimate, bool is_clear) const {
+Judgement JointCalibration::judge(const StateEstimate& estimate, bool is_clear) {
   const ErrorPriors& errors = config_.initializer.batch.errors;
   const MountEstimate mount = withNearness(estimate, errors.nearness_stddev_m).mount();
   const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
@@ -297,7 +297,7 @@ Judgement JointCalibration::judge(const StateEstimate& estimate, bool is_clear) 
     return {CalibrationState::kConverging,
             "accurate enough, but two lights do not quite agree: drive on"};
   }
-  return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
+  return claimed_.claim(estimate.mount(), motionOf(record_.entries(), record_.beginning()));
 }
 
 }  // namespace bearing_calibration::core

@@ -105,13 +105,6 @@ double motionOf(double distance_m, double rotation_rad) {
   return distance_m + kLever_m * rotation_rad;
 }
 
-double motionOf(const std::vector<Observation>& record,
-                const std::optional<RecordBeginning>& beginning) {
-  double motion_m = beginning ? motionOf(beginning->distance_m, beginning->rotation_rad) : 0.0;
-  for (const Observation& observation : record) motion_m += motionTo(observation);
-  return motion_m;
-}
-
 bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config) {
   const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
   return stddev.x() <= config.position_stddev_m && stddev.y() <= config.position_stddev_m &&
@@ -178,16 +171,21 @@ void ConvergenceJudge::judge(const MountTracker& tracker, const std::vector<Obse
   if (!confirmed_) {
     last_ = {CalibrationState::kConverging,
              "accurate enough: the next metre and turn must confirm it"};
-  } else if (!staysWhereItWas(tracker.filter().estimate().mount(), motion_m)) {
-    last_ = {CalibrationState::kConverging,
-             "the estimate has changed by more than its uncertainty: the next metre and turn must "
-             "confirm it"};
+  } else {
+    last_ = claimed_.claim(tracker.filter().estimate().mount(), motion_m);
   }
 }
 
-/// A record that grows moves its answer within what was left open, or it has been misread for a
-/// moment. What it then says counts when it goes on saying so.
-bool ConvergenceJudge::staysWhereItWas(const MountEstimate& mount, double motion_m) {
+Judgement ClaimedMount::claim(const MountEstimate& mount, double motion_m) {
+  if (staysWhereItWas(mount, motion_m)) {
+    return {CalibrationState::kConverged, adviceFor(CalibrationState::kConverged)};
+  }
+  return {CalibrationState::kConverging,
+          "the estimate has changed by more than its uncertainty: the next metre and turn must "
+          "confirm it"};
+}
+
+bool ClaimedMount::staysWhereItWas(const MountEstimate& mount, double motion_m) {
   constexpr double kFalseAlarm = 1e-4;
   static const double kLargest = chiSquareQuantile(1.0 - kFalseAlarm, kMountSize);
   if (claimed_) {

@@ -22,8 +22,10 @@ namespace {
 /// A drive with lights that have numbers, and what each of them says by itself.
 class SeparateAnswers {
  public:
-  SeparateAnswers(int lights, double duration_s) : simulated_(paperCase(6)) {
+  SeparateAnswers(int lights, double duration_s, double turned_rad = 0.0)
+      : simulated_(paperCase(6)) {
     simulated_.duration_s = duration_s;
+    simulated_.robot.base_from_sensor.yaw_rad += turned_rad;
     addLights(simulated_, lights, 6);
     simulated_.robot.sensor.identifies_lights = true;
     const ObservationRun run = simulate(simulated_);
@@ -131,6 +133,33 @@ TEST(JointCalibration, IsNotConvergedWhereOneOfTwoDoesNotQuiteAgree) {
   }
   EXPECT_GT(converged, 0);
   EXPECT_GT(in_doubt, 0);
+}
+
+// All of it is another mount than the one that was claimed: it counts after so much more motion.
+TEST(JointCalibration, ALeapOfTheMountIsConfirmedFirst) {
+  const SeparateAnswers drive(2, 40.0);
+  SeparateAnswers moved(2, 40.0, 0.1);
+  JointCalibration calibration = drive.reviewedBy(drive.config());
+  ASSERT_EQ(calibration.joint()->judgement.state, CalibrationState::kConverged);
+  for (const std::size_t light : {0, 1}) calibration.forget(light);
+  for (LightsImage& image : moved.images) {
+    image.stamp += std::chrono::seconds(100);
+    calibration.add(image);
+  }
+  calibration.review(moved.answers(), moved.lights_in_base, std::nullopt);
+  ASSERT_EQ(calibration.outcome(), JointCalibration::Outcome::kJoint);
+  EXPECT_NE(calibration.joint()->judgement.advice.find("has changed by more than its uncertainty"),
+            std::string::npos)
+      << calibration.joint()->judgement.advice;
+  LightsImage later = moved.images.back();
+  later.motion.distance_m = kHeldOver_m;
+  for (LightObservation& light : later.lights) light = {};
+  calibration.add(later);
+  later.motion.distance_m = 0.0;
+  later.lights = moved.images.back().lights;
+  calibration.add(later);
+  calibration.review(moved.answers(), moved.lights_in_base, std::nullopt);
+  EXPECT_EQ(calibration.joint()->judgement.state, CalibrationState::kConverged);
 }
 
 // The robot has driven on for two seconds, in view of another light only.

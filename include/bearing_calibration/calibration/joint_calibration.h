@@ -70,7 +70,7 @@ class JointCalibration {
   std::optional<std::size_t> oneTooMany(const std::vector<const LandmarkSolution*>& answers,
                                         const std::vector<std::size_t>& lights);
   std::size_t mostContradicted(const std::vector<const LandmarkSolution*>& answers) const;
-  Judgement judge(const StateEstimate& estimate, bool is_clear) const;
+  Judgement judge(const StateEstimate& estimate, bool is_clear);
 
   CalibratorConfig config_;
   LightsRecord record_;
@@ -85,6 +85,7 @@ class JointCalibration {
   NoiseLevels wheel_noise_;                     ///< of the motions
   std::vector<std::size_t> contradicting_;
   Outcome outcome_ = Outcome::kTooFew;
+  ClaimedMount claimed_;
 };
 
 }  // namespace bearing_calibration::core

@@ -31,8 +31,14 @@ inline constexpr double kHeldOver_m = 3.0;
 /// Way with its turns, which count as those of a point half a metre from the centre.
 double motionOf(double distance_m, double rotation_rad);
 /// That of a record, from before its beginning on: what a verdict is held over.
-double motionOf(const std::vector<Observation>& record,
-                const std::optional<RecordBeginning>& beginning);
+template <class Entry>
+double motionOf(const std::vector<Entry>& record, const std::optional<RecordBeginning>& beginning) {
+  double motion_m = beginning ? motionOf(beginning->distance_m, beginning->rotation_rad) : 0.0;
+  for (const Entry& entry : record) {
+    motion_m += motionOf(entry.motion.distance_m, entry.motion.rotation_rad);
+  }
+  return motion_m;
+}
 
 /// Whether a mount is known as well as it must be for a verdict.
 bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config);
@@ -51,6 +57,21 @@ bool tellsOneMount(const MountTracker& tracker, const std::vector<Observation>& 
 /// What the latest bearings say against the filter, if anything.
 /// @param more_variance  times the noise's variance that they may have
 std::optional<std::string> doubtAbout(const Consistency& recent, double more_variance = 1.0);
+
+/// The mount that was claimed last. A record that grows moves its answer within what was left open,
+/// or it has been misread for a moment. What it then says counts when it goes on saying so.
+class ClaimedMount {
+ public:
+  /// @returns CONVERGED, unless the mount has leapt
+  /// @param motion_m  of the record
+  Judgement claim(const MountEstimate& mount, double motion_m);
+
+ private:
+  bool staysWhereItWas(const MountEstimate& mount, double motion_m);
+
+  std::optional<MountEstimate> claimed_;
+  std::optional<double> leapt_since_m_;  ///< motion of the record when it gave another one
+};
 
 /// Factors by which the observations' variances may be larger than those that they have.
 struct NoiseMargin {
@@ -84,15 +105,13 @@ class ConvergenceJudge {
                    const std::optional<SlipAverage>& settled, const NoiseMargin& margin);
   static Judgement mountMoved(const DisplacementTest& jump);
   Judgement stillConverging(const StateEstimate& estimate) const;
-  bool staysWhereItWas(const MountEstimate& mount, double motion_m);
 
   ConvergenceConfig config_;
   ErrorPriors errors_;
   Judgement last_;
-  std::optional<double> good_since_m_;    ///< motion of the record when nothing more was amiss
-  bool confirmed_ = false;                ///< it was called converged
-  std::optional<MountEstimate> claimed_;  ///< the last one that was
-  std::optional<double> leapt_since_m_;   ///< motion of the record when it gave another one
+  std::optional<double> good_since_m_;  ///< motion of the record when nothing more was amiss
+  bool confirmed_ = false;              ///< it was called converged
+  ClaimedMount claimed_;
   std::optional<Judgement> mount_moved_;  ///< once the mount has moved after that
 };
 
