@@ -64,7 +64,6 @@ LightsAgreement compareLights(const std::vector<MountEstimate>& mounts) {
     agreement.contradicting.push_back(*worst);
     agreeing.erase(worst);
   }
-  agreement.has_majority = agreeing.size() > agreement.contradicting.size();
   return agreement;
 }
 

@@ -108,7 +108,6 @@ void MountTracker::lookAnew() {
 void MountTracker::rebase(const StateEstimate& estimate, double bearing_correlation) {
   fusion_.widening = wideningFor(bearing_correlation);
   filter_.restart(estimate);
-  motion_unknown_ = false;
 }
 
 AzimuthPrediction MountTracker::predictAzimuthAfter(const OdometryIncrement& motion,

@@ -12,8 +12,6 @@ namespace bearing_calibration::core {
 struct LightsAgreement {
   std::vector<std::size_t> agreeing;  ///< indices of those that all agree with each other
   std::vector<std::size_t> contradicting;
-  /// More agree than contradict. With two that do not, nobody knows which one is right.
-  bool has_majority = false;
 };
 
 /// Sorts out those that clearly contradict the others, before there is a joint estimate.
