@@ -1,3 +1,4 @@
+#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 
@@ -91,7 +92,7 @@ void SeveralLights::summarise(CalibrationResult* result) const {
     summaries.back().in_estimate = false;
     const bool may_speak = lights_[i].isFound() && (lights_[i].isSound() || !any_sound) &&
                            own.state != CalibrationState::kInconsistent && !isContradicting(i);
-    const double size = may_speak ? own.base_from_sensor->covariance.trace() : least;
+    const double size = may_speak ? own.base_from_sensor->covariance.determinant() : least;
     if (i > 0 && !(size < least)) continue;
     least = may_speak ? size : least;
     leader = i;
