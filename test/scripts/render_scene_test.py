@@ -82,6 +82,15 @@ class RenderScene(unittest.TestCase):
         self.assertEqual(clutter, {'windows': [1, 4], 'lamps': [2, 8], 'reflections': [0, 4],
                                    'papers': [0, 3], 'texture_contrast': [0.2, 0.6], 'holders': 0})
 
+    def testAFullDiskIsNamed(self):
+        for name in ('detection.yaml', 'truth.csv'):
+            output = os.path.join(self.folder, 'full_' + name)
+            os.mkdir(output)
+            os.symlink('/dev/full', os.path.join(output, name))
+            done = self.runProgram('--output', output, '--scene', SCENE, '--images', '1')
+            self.assertEqual(done.returncode, 1, done.stdout)
+            self.assertIn(os.path.join(output, name) + ': cannot be written', done.stderr)
+
     def testFaultsAreNamed(self):
         output = ('--output', os.path.join(self.folder, 'never'))
         wrong = self.scene('wrong.yaml', {'clutter': {'windows': [2, 1], 'lamp': [0, 1]},

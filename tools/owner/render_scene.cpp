@@ -83,6 +83,11 @@ std::ofstream open(const std::filesystem::path& file) {
   return stream;
 }
 
+void close(std::ofstream* stream, const std::filesystem::path& file) {
+  stream->close();
+  if (!*stream) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
 /// What of config/detection.yaml depends on the scene.
 void writeDetection(const core::RendererConfig& renderer, const std::filesystem::path& file) {
   std::ofstream stream = open(file);
@@ -96,6 +101,7 @@ void writeDetection(const core::RendererConfig& renderer, const std::filesystem:
     separator = ", ";
   }
   stream << "]\n";
+  close(&stream, file);
 }
 
 std::string imageName(int number, const core::ImageEncoding& encoding) {
@@ -125,7 +131,8 @@ void render(const Arguments& arguments) {
 
   std::filesystem::create_directories(arguments.folder);
   writeDetection(config.renderer, arguments.folder / "detection.yaml");
-  std::ofstream truth = open(arguments.folder / "truth.csv");
+  const std::filesystem::path truth_file = arguments.folder / "truth.csv";
+  std::ofstream truth = open(truth_file);
   truth << "image,light,stamp_s,row_stamp_s,azimuth_rad,elevation_rad,column_px,row_px\n"
         << std::fixed << std::setprecision(9);
   for (int i = 0; i < arguments.images; ++i) {
@@ -142,6 +149,7 @@ void render(const Arguments& arguments) {
             << seen->pixel.y() << "\n";
     }
   }
+  close(&truth, truth_file);
   std::cout << arguments.folder.string() << ": " << arguments.images << " images, truth.csv, "
             << "detection.yaml\n";
 }
