@@ -78,6 +78,14 @@ class WatchTest(unittest.TestCase):
                 '%10.2f mm' % (1e3 * estimate.x_stddev_m) in text and
                 'driven %.2f m' % estimate.distance_travelled_m in text)
 
+    def test_once_ends_quietly_when_nobody_reads_on(self):
+        reader, writer = os.pipe()
+        os.close(reader)
+        done = subprocess.run(COMMAND + ['--once'], stdout=writer, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=DEADLINE_S)
+        os.close(writer)
+        self.assertEqual(done.stderr, '')
+
     def test_once_without_a_calibration_says_what_is_missing(self):
         done = subprocess.run(COMMAND + ['--once', '--estimate', 'nobody/estimate'],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,

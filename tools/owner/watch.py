@@ -7,6 +7,7 @@ import curses
 import locale
 import math
 import shutil
+import signal
 import sys
 import textwrap
 import threading
@@ -218,7 +219,9 @@ def printOnce(watch):
     while watch.estimate is None and time.monotonic() < deadline:
         time.sleep(0.05)
     width = shutil.get_terminal_size().columns
-    print('\n'.join(text for text, _ in watch.view(watch.targets(), width)))
+    view = '\n'.join(text for text, _ in watch.view(watch.targets(), width))
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # it ends as any program before `| head`
+    print(view)
     return 0 if watch.estimate is not None else 1
 
 
