@@ -110,7 +110,6 @@ std::string detailsYaml(const BagJob& job, const BagSetup& setup, const BagOutco
   write("bag", job.bag);
   write("wheels_topic", outcome.topics.wheels);
   write("bearings_topic", outcome.topics.observations());
-  write("images", outcome.images);
   write("state", outcome.result.state);
   write("advice", outcome.result.advice);
   write("rejections", bearing_calibration_ros::rejectionsText(outcome.result, 0));
@@ -119,7 +118,6 @@ std::string detailsYaml(const BagJob& job, const BagSetup& setup, const BagOutco
   write.group("settings", [&](YamlWriter&) {
     write("position_stddev_target_m", config.converged.position_stddev_m);
     write("yaw_stddev_target_rad", config.converged.yaw_stddev_rad);
-    write("gate_probability", config.filter.gate_probability);
     write("wheel_separation_m", config.drive.wheel_separation_m);
   });
   write.out << YAML::EndMap;
