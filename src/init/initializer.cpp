@@ -155,9 +155,7 @@ void describe(const Answer& answer, StartAttempt* attempt) {
   const BatchEstimate& fit = *answer.fit;
   attempt->chi_square = fit.chi_square;
   attempt->degrees_of_freedom = fit.degrees_of_freedom;
-  attempt->inlier_fraction = fit.inlierFraction();
   attempt->rival = answer.rival;
-  attempt->slips = static_cast<int>(fit.slips.size());
   attempt->bearing_correlation = fit.correlation;
 }
 

@@ -24,8 +24,7 @@ void FilterConfig::declare(Parameters& params) {
 
 MountTracker::MountTracker(const FilterConfig& config, const StateEstimate& start,
                            double bearing_correlation)
-    : config_(config),
-      fusion_{chiSquareQuantile(config.gate_probability, 1.0), wideningFor(bearing_correlation)},
+    : fusion_{chiSquareQuantile(config.gate_probability, 1.0), wideningFor(bearing_correlation)},
       filter_(start, config.parametrisation) {}
 
 void MountTracker::move(const OdometryIncrement& motion) {

@@ -55,9 +55,7 @@ struct StartAttempt {
   WeakestDirection weakest;  ///< of the estimate
   double chi_square = 0.0;
   int degrees_of_freedom = 0;
-  double inlier_fraction = 0.0;
   RivalMount rival;
-  int slips = 0;
   double bearing_correlation = 0.0;
   NoiseLevels noise;  ///< against the stated one, where it is looked for
   /// Of the record with it, minus the logarithm of its likelihood; infinite where nothing fits.

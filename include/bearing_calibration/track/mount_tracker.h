@@ -58,7 +58,6 @@ class MountTracker {
   void noteFused(const Association& association);
   void lookAnew();
 
-  FilterConfig config_;
   FusionConfig fusion_;
   LiveFilter filter_;
   std::optional<FormerTrack> former_;  ///< while the light may turn up at its old place
