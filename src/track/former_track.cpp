@@ -8,7 +8,7 @@ namespace {
 constexpr unsigned kLookBack = 5;   // images
 constexpr std::size_t kFewest = 4;  // of these, which after a slip happens by chance once in 10^5
 constexpr double kVaguer = 4.0;     // variance of an expectation that says less
-/// Images, six seconds of another light: more than the batch needs to know it (record_track.cpp).
+/// Images, six seconds of another light at 10 Hz: more than the batch needs (record_track.cpp).
 constexpr int kPatience = 60;
 
 }  // namespace
