@@ -17,7 +17,7 @@ std::optional<SlipAverage> RecordFit::fit(const std::vector<Observation>& observ
                                           const StateEstimate& running,
                                           const std::optional<RecordBeginning>& beginning) {
   const BatchEstimate batch = fitOnce(observations, running, beginning);
-  if (!hasSettled(batch)) return std::nullopt;
+  if (!batch.hasSettled(config_.min_inlier_fraction)) return std::nullopt;
   SlipAverage settled = averageOverSlips(observations, batch, config_.batch);
   // What was given away rests on the answer that stood when no rival was open.
   if (!beginning) other_minimum_ = otherMinimum(observations, settled);
@@ -38,7 +38,7 @@ BatchEstimate RecordFit::fitOnce(const std::vector<Observation>& observations,
       RecordStart start = settled_->start;
       start.observation = static_cast<std::size_t>(there - observations.begin());
       BatchEstimate batch = batch_.estimate(observations, start, {}, beginning);
-      if (hasSettled(batch)) return batch;
+      if (batch.hasSettled(config_.min_inlier_fraction)) return batch;
     }
   }
   return batch_.estimate(observations, {running, observations.size() - 1}, {}, beginning);
@@ -55,10 +55,6 @@ RivalMount RecordFit::otherMinimum(const std::vector<Observation>& observations,
       rival.offer(other.gap, other.mount);
   }
   return rival;
-}
-
-bool RecordFit::hasSettled(const BatchEstimate& batch) const {
-  return batch.converged && batch.inlierFraction() >= config_.min_inlier_fraction;
 }
 
 std::size_t RecordFit::cutOf(const SlipAverage& settled, std::size_t most) {

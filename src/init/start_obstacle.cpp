@@ -19,7 +19,7 @@ bool isWellKnown(const CartesianEstimate& estimate, double range, double extent_
 
 bool fitsWell(const BatchEstimate& batch, const InitializerConfig& config) {
   const double n = batch.degrees_of_freedom;
-  return batch.converged && n > 0 && batch.inlierFraction() >= config.min_inlier_fraction &&
+  return batch.hasSettled(config.min_inlier_fraction) && n > 0 &&
          batch.chi_square < n + StartLimits::kMaxChiSquareSigmas * std::sqrt(2.0 * n);
 }
 

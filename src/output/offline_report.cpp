@@ -155,7 +155,7 @@ Review OfflineReport::conclude(const CalibrationResult& result) const {
         moved(running->mean, motion_since_observation_.start_from_end.inverse());
     fit = BatchEstimator(config).estimate(
         observations, {at_last_observation, observations.size() - 1, result.robot_errors.mean});
-    review.settled = fit.converged && fit.inlierFraction() >= config_.min_inlier_fraction;
+    review.settled = fit.hasSettled(config_.min_inlier_fraction);
   }
   if (review.settled) {
     fit = averageOverSlips(observations, fit, config).best;

@@ -33,9 +33,10 @@ void BatchConfig::declare(Parameters& params) {
   errors.declare(params);
 }
 
-double BatchEstimate::inlierFraction() const {
-  if (nis.empty()) return 0.0;
-  return 1.0 - static_cast<double>(rejected.size()) / static_cast<double>(nis.size());
+bool BatchEstimate::hasSettled(double min_inlier_fraction) const {
+  return converged &&
+         1.0 - static_cast<double>(rejected.size()) / static_cast<double>(nis.size()) >=
+             min_inlier_fraction;
 }
 
 Scatter BatchEstimate::scatter() const {

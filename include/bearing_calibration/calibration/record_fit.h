@@ -42,7 +42,6 @@ class RecordFit {
                         const std::optional<RecordBeginning>& beginning) const;
   RivalMount otherMinimum(const std::vector<Observation>& observations,
                           const SlipAverage& settled) const;
-  bool hasSettled(const BatchEstimate& batch) const;
 
   InitializerConfig config_;
   BatchEstimator batch_;

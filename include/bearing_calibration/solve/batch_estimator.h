@@ -71,7 +71,8 @@ struct BatchEstimate {
   std::vector<ObservationWeight> weights;    ///< of each observation, in the end
   std::optional<RecordBeginning> beginning;  ///< of the record, where it had one
 
-  double inlierFraction() const;
+  /// Whether it has converged, and uses so much of the observations.
+  bool hasSettled(double min_inlier_fraction) const;
   /// Of the mounts that the parts of the drive tell, what the record has given away counted.
   Scatter scatter() const;
   /// What is known at the record's beginning; null where that is nothing.
