@@ -10,6 +10,7 @@
 #include <ros/publisher.h>
 #include <tf2_ros/transform_broadcaster.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <functional>
@@ -52,6 +53,18 @@ class CommandGate {
   std::mutex mutex_;
   std::atomic<bool> is_closed_{false};
 };
+
+/// What the calibration says, as a drive needs it.
+inline core::DriveEstimate driveEstimateFrom(const msg::CalibrationEstimate& message) {
+  core::DriveEstimate estimate{stampFromRos(message.header.stamp),
+                               static_cast<core::CalibrationState>(message.state),
+                               robotFromMessage(message)};
+  if (estimate.robot) {
+    const double nearness_m2 = message.covariance_x_y_yaw[0] - estimate.robot->covariance(0, 0);
+    estimate.nearness_stddev_m = std::sqrt(std::max(0.0, nearness_m2));
+  }
+  return estimate;
+}
 
 /// Before the calibration has said anything.
 inline msg::CalibrationEstimate noEstimate() {

@@ -43,6 +43,11 @@ StateEstimate withNearness(StateEstimate estimate, double nearness_stddev_m) {
   return estimate;
 }
 
+StateEstimate withoutNearness(StateEstimate estimate, double nearness_stddev_m) {
+  estimate.covariance.diagonal().head<2>().array() -= nearness_stddev_m * nearness_stddev_m;
+  return estimate;
+}
+
 void ErrorPriors::declare(Parameters& params) {
   constexpr double kLargest = 10.0;  // s, rad, rad m or a ratio
   constexpr double kLargestHeight_m = 100.0;

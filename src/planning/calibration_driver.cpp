@@ -128,7 +128,8 @@ void CalibrationDriver::addEstimate(const DriveEstimate& estimate, Stamp receive
   const bool is_news =
       estimate.robot && (!known_ || is_taken_back_ || estimate.stamp > known_->stamp);
   if (!is_news) return;
-  waiting_ = {estimate.stamp, partOf(*estimate.robot, kWheelErrors, {0})};
+  waiting_ = {estimate.stamp, *estimate.robot};
+  planner_.setNearness(estimate.nearness_stddev_m);
   useEstimate();
 }
 

@@ -160,7 +160,7 @@ MotionPlanner::MotionPlanner(const PlannerConfig& config, const WheelLimits& lim
       region_(validated(region)) {}
 
 double MotionPlanner::logDet(const StateEstimate& estimate) const {
-  const Eigen::Matrix3d mount = estimate.covariance.topLeftCorner<3, 3>();
+  const Eigen::Matrix3d mount = mountOf(estimate).covariance;
   if (config_.block == PlannerConfig::Block::kMount) return std::log(mount.determinant());
   if (config_.block == PlannerConfig::Block::kYaw) return std::log(mount(2, 2));
   return std::log(mount.topLeftCorner<2, 2>().determinant());
@@ -254,7 +254,7 @@ std::optional<PlannedPrimitive> MotionPlanner::plan(const StateEstimate& estimat
       best.next = second.primitive;
     }
   }
-  best.expected = after(best.next, after(best.primitive, estimate)).mount();
+  best.expected = mountOf(after(best.next, after(best.primitive, estimate)));
   return best;
 }
 

@@ -148,11 +148,8 @@ class CalibrationDriveNodelet : public GuardedNodelet {
   void onEstimate(const msg::CalibrationEstimateConstPtr& message) {
     guarded("estimate", [&] {
       estimate_ = *message;
-      if (!driver_) return;
-      driver_->addEstimate(
-          {stampFromRos(message->header.stamp), static_cast<core::CalibrationState>(message->state),
-           robotFromMessage(*message)},
-          stampFromRos(ros::Time::now()));
+      const core::Stamp now = stampFromRos(ros::Time::now());
+      if (driver_) driver_->addEstimate(driveEstimateFrom(*message), now);
     });
   }
 

@@ -53,7 +53,8 @@ void fillPaperState(const core::CalibrationResult& result, msg::CalibrationEstim
 void fillRobotErrors(const core::CalibrationResult& result, msg::CalibrationEstimate* message) {
   MatrixWithWheels covariance = MatrixWithWheels::Constant(kNone);
   if (result.estimate) {
-    covariance = core::partOf(*result.estimate, core::kWheelErrors, {0})
+    const core::StateEstimate part = core::partOf(*result.estimate, core::kWheelErrors, {0});
+    covariance = core::withoutNearness(part, result.error_priors.nearness_stddev_m)
                      .covariance(kPlacesWithWheels, kPlacesWithWheels);
   }
   fillRowMajor(covariance, &message->covariance_with_clock_and_wheels);

@@ -131,6 +131,22 @@ TEST(DriveReports, BeforeAnEstimateItsDeviationsAreNotANumber) {
   EXPECT_EQ(feedback.state_text.find("no estimate"), 0U) << feedback.state_text;
 }
 
+/// What no bearing tells is not expected of any.
+TEST(DriveEstimate, SaysApartWhatNearnessLeavesOpen) {
+  constexpr double kNearness_m = 0.005;
+  core::CalibrationResult result;
+  EXPECT_EQ(driveEstimateFrom(messageFromResult(result, 0, "")).nearness_stddev_m, 0.0);
+  result.error_priors.nearness_stddev_m = kNearness_m;
+  core::StateEstimate estimate = core::StateEstimate::zero({core::kWheelErrors, 1});
+  estimate.covariance.diagonal().setConstant(1e-6);
+  sayEstimate(estimate, &result);
+  const msg::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
+  EXPECT_DOUBLE_EQ(message.covariance_x_y_yaw[0], 1e-6 + kNearness_m * kNearness_m);
+  const core::DriveEstimate told = driveEstimateFrom(message);
+  EXPECT_LT((told.robot->covariance - estimate.covariance).norm(), 1e-15);
+  EXPECT_NEAR(told.nearness_stddev_m, kNearness_m, 1e-9);
+}
+
 /// The travels of a second at 100 Hz, in which both wheels roll a turn.
 template <typename Add>
 bool addSecond(double start_s, const Add& add) {

@@ -278,6 +278,21 @@ TEST(MotionPlanner, RefusesAnAskedForWayOnlyWhenTheLightIsSurelyNear) {
   EXPECT_TRUE(planner.keepsAway({kPi, 1.0}, sharp, true));  // away from it
 }
 
+/// However many bearings are expected, what none of them tells stays.
+TEST(MotionPlanner, PromisesNothingThatNoBearingTells) {
+  constexpr double kNearness_m = 0.005;
+  const StateEstimate estimate = estimateAt(0.7, 0.3, 0.001);
+  MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+  planner.setNearness(kNearness_m);
+  const auto plan = planner.plan(estimate, {});
+  ASSERT_TRUE(plan);
+  StateEstimate after = predictAfter(plan->primitive, estimate, kLimits, kSensing);
+  after = predictAfter(plan->next, after, kLimits, kSensing);
+  Eigen::Matrix3d expected = after.mount().covariance;
+  expected.diagonal().head<2>().array() += kNearness_m * kNearness_m;
+  EXPECT_LT((plan->expected.covariance - expected).norm(), 1e-15);
+}
+
 TEST(MotionPlanner, LeavesALightThatIsTooNear) {
   const MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
   const auto plan = planner.plan(estimateAt(0.25, 0.1, 0.01), {});

@@ -107,8 +107,11 @@ class Loop {
 
   void tell(Stamp now) {
     const CalibrationResult result = calibrator_.result();
-    DriveEstimate estimate{result.stamp, result.state, std::nullopt};
-    estimate.robot = result.estimate;
+    DriveEstimate estimate{result.stamp, result.state, {}, result.error_priors.nearness_stddev_m};
+    if (result.estimate) {
+      estimate.robot =
+          withoutNearness(partOf(*result.estimate, kWheelErrors, {0}), estimate.nearness_stddev_m);
+    }
     if (!driven_.stops_when_converged && estimate.state == CalibrationState::kConverged) {
       estimate.state = CalibrationState::kConverging;
     }

@@ -44,6 +44,8 @@ struct ErrorPriors {
 
 /// The mount with what the sensor's nearness leaves open of it.
 StateEstimate withNearness(StateEstimate estimate, double nearness_stddev_m);
+/// What bearings determine of it: the opposite.
+StateEstimate withoutNearness(StateEstimate estimate, double nearness_stddev_m);
 
 /// Before anything is measured, of one light.
 ErrorEstimate priorEstimate(const ErrorPriors& priors);

@@ -77,7 +77,10 @@ const char* describe(DriveEnd end);  ///< a sentence for people: what happened, 
 struct DriveEstimate {
   Stamp stamp;  ///< of the last fused bearing
   CalibrationState state = CalibrationState::kWaitingForTicks;
-  std::optional<StateEstimate> robot;  ///< at that stamp
+  /// At that stamp, withoutNearness(); of its lights the first is driven by, and all are kept away
+  /// from.
+  std::optional<StateEstimate> robot;
+  double nearness_stddev_m = 0.0;  ///< of the sensor
 };
 
 /// One drive of a robot that calibrates its sensor: wheel readings and the calibration's estimates

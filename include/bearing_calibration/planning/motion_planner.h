@@ -17,7 +17,8 @@ struct SensingModel {
   WheelNoise wheel_noise;
   double bearing_stddev_rad = 0.0;  ///< of one bearing
   double bearing_rate_hz = 0.0;
-  FieldOfView view = {};  ///< no parameter: the sensor says it
+  FieldOfView view = {};           ///< no parameter: the sensor says it
+  double nearness_stddev_m = 0.0;  ///< the same: what no bearing will tell (ErrorPriors)
 
   void declare(Parameters& params);
 };
@@ -75,9 +76,11 @@ class MotionPlanner {
 
   /// What the sensor says of itself, from the next plan on.
   void setView(const FieldOfView& view) { sensing_.view = view; }
+  void setNearness(double stddev_m) { sensing_.nearness_stddev_m = stddev_m; }
 
   /// The next primitive: the first of the pair of primitives that lowers the log det of the block's
   /// covariance fastest. None when no way is allowed.
+  /// @param estimate  withoutNearness()
   std::optional<PlannedPrimitive> plan(const StateEstimate& estimate,
                                        const Pose2& start_from_base) const;
 
@@ -96,6 +99,9 @@ class MotionPlanner {
                                       const Pose2& start_from_base) const;
   StateEstimate after(const MotionPrimitive& primitive, const StateEstimate& estimate) const {
     return predictAfter(primitive, estimate, limits_, sensing_);
+  }
+  MountEstimate mountOf(const StateEstimate& estimate) const {
+    return withNearness(estimate, sensing_.nearness_stddev_m).mount();
   }
   double logDet(const StateEstimate& estimate) const;
 
