@@ -14,9 +14,9 @@ constexpr MotionPrimitive kDanceStep{1.25 * kFullTurn, kSide_m};  // 450 degrees
 /// Courses that are tried when the one that the opening wants is not allowed.
 constexpr double kCourseStep = 0.25 * kPi;
 constexpr int kCourses = 8;
-/// What a primitive may miss of its turn; when it is more, something else has been driven
-/// meanwhile.
-constexpr double kMostMissed_rad = 0.2;
+/// What a primitive may miss of its turn (1 rad on a small robot whose readings are 0.3 s late);
+/// when it is more, something else has been driven meanwhile.
+constexpr double kMostMissed_rad = 0.5 * kPi;
 
 }  // namespace
 

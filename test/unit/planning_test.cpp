@@ -523,6 +523,27 @@ TEST(DriveScript, MakesUpForWhatATurnHasMissed) {
   EXPECT_DOUBLE_EQ(dance.next(-1.0, kAnything)->turn_rad, 2.5 * kPi);
 }
 
+/// Of a Duckiebot whose readings and commands take 0.3 s: each turn leads some 57 deg too far.
+TEST(DriveScript, StaysASquareOnASmallRobotWithLateReadings) {
+  constexpr double kPeriod_s = 0.05;
+  constexpr double kMissed_rad = 1.1;  // by one turn, and never more
+  const WheelLimits duckiebot{0.1, 0.2, 1.0};
+  LateWheels wheels(6);
+  WheelDisplacement travelled;
+  WheelSpeeds command;
+  DriveScript dance(DriveMotion::kDance);
+  for (int side = 0; side < 8; ++side) {
+    const double turned_rad = (travelled.right_m - travelled.left_m) / duckiebot.wheel_separation_m;
+    EXPECT_NEAR(turned_rad, std::max(0, side - 1) * 2.5 * kPi, kMissed_rad) << side;
+    PrimitiveFollower follower(*dance.next(turned_rad, kAnything), duckiebot, travelled);
+    for (int steps = 0; steps < 2000 && !follower.done(); ++steps) {
+      ASSERT_FALSE(follower.isDisobeyed(travelled)) << side;
+      command = follower.steer(travelled, command, kPeriod_s);
+      travelled = wheels.drive(command, kPeriod_s);
+    }
+  }
+}
+
 TEST(DriveScript, AnOpeningTurnsToWhereThereIsRoom) {
   const auto backwards_only = [](const MotionPrimitive& primitive) {
     return std::cos(primitive.turn_rad) < -0.9;

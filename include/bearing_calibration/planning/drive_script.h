@@ -26,7 +26,7 @@ std::vector<std::string> instructionsFor(DriveMotion motion);
 
 /// Deals out the primitives of a motion that is driven as it is written down. Of one that is
 /// planned, they are its opening: what is safe to drive, and enough to find mount and light, while
-/// nothing is known. The little that a turn has missed is made up for by the next one.
+/// nothing is known. What a turn has missed is made up for by the next one.
 class DriveScript {
  public:
   explicit DriveScript(DriveMotion motion);
