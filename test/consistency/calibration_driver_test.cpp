@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "tools/study/drive_summary.h"
@@ -98,12 +100,16 @@ TEST(CalibrationDriver, StopsWhenAnInputFallsSilent) {
     ASSERT_FALSE(robot->driver().standing());
   }
   ticks.has_ticks = false;
-  ticks.expectEnd(DriveEnd::kTicksLost, 0.6);
   light.sees_light = false;
   light.sees_another = true;
-  light.expectEnd(DriveEnd::kLightLost, 3.1);
   estimate.has_estimate = false;
-  estimate.expectEnd(DriveEnd::kEstimateLost, 3.1);
+  for (const auto& [robot, timeout_s, reason] : {std::tuple(&ticks, 0.5, DriveEnd::kTicksLost),
+                                                 {&light, 3.0, DriveEnd::kLightLost},
+                                                 {&estimate, 3.0, DriveEnd::kEstimateLost}}) {
+    robot->drive(timeout_s - 0.1);
+    EXPECT_EQ(robot->driver().ended(), DriveEnd::kNone) << nameOf(reason);
+    robot->expectEnd(reason, 0.2);
+  }
 }
 
 /// Nothing is known yet: metres are driven with the light out of view, but not a fourth turn, and

@@ -51,13 +51,34 @@ TEST(DriveParams, AreReadAsShipped) {
 
 TEST(DriveEnd, HasTheNumbersOfTheMessage) {
   using Result = bearing_calibration::CalibrationDriveResult;
-  EXPECT_EQ(static_cast<int>(core::DriveEnd::kConverged), +Result::CONVERGED);
-  EXPECT_EQ(static_cast<int>(core::DriveEnd::kClockLost), +Result::CLOCK_LOST);
-  EXPECT_EQ(static_cast<int>(core::DriveEnd::kPathOver), +Result::PATH_OVER);
-  EXPECT_EQ(static_cast<int>(core::DriveEnd::kShutDown), +Result::SHUT_DOWN);
-  EXPECT_STREQ(core::nameOf(core::DriveEnd::kShutDown), "SHUT_DOWN");
-  EXPECT_EQ(static_cast<int>(core::DriveEnd::kFailed), +Result::FAILED);
-  EXPECT_STREQ(core::nameOf(core::DriveEnd::kFailed), "FAILED");
+  struct Constant {
+    core::DriveEnd end;
+    int number;
+    const char* name;
+  };
+  const std::vector<Constant> constants = {
+      {core::DriveEnd::kConverged, +Result::CONVERGED, "CONVERGED"},
+      {core::DriveEnd::kCancelled, +Result::CANCELLED, "CANCELLED"},
+      {core::DriveEnd::kDisabled, +Result::DISABLED, "DISABLED"},
+      {core::DriveEnd::kObstacle, +Result::OBSTACLE, "OBSTACLE"},
+      {core::DriveEnd::kTicksLost, +Result::TICKS_LOST, "TICKS_LOST"},
+      {core::DriveEnd::kLightLost, +Result::LIGHT_LOST, "LIGHT_LOST"},
+      {core::DriveEnd::kEstimateLost, +Result::ESTIMATE_LOST, "ESTIMATE_LOST"},
+      {core::DriveEnd::kClockLost, +Result::CLOCK_LOST, "CLOCK_LOST"},
+      {core::DriveEnd::kLeftRegion, +Result::LEFT_REGION, "LEFT_REGION"},
+      {core::DriveEnd::kNoWay, +Result::NO_WAY, "NO_WAY"},
+      {core::DriveEnd::kWheelsDisobeyed, +Result::WHEELS_DISOBEYED, "WHEELS_DISOBEYED"},
+      {core::DriveEnd::kTimeOver, +Result::TIME_OVER, "TIME_OVER"},
+      {core::DriveEnd::kPathOver, +Result::PATH_OVER, "PATH_OVER"},
+      {core::DriveEnd::kShutDown, +Result::SHUT_DOWN, "SHUT_DOWN"},
+      {core::DriveEnd::kEnableLost, +Result::ENABLE_LOST, "ENABLE_LOST"},
+      {core::DriveEnd::kObstacleLost, +Result::OBSTACLE_LOST, "OBSTACLE_LOST"},
+      {core::DriveEnd::kFailed, +Result::FAILED, "FAILED"},
+  };
+  for (const Constant& constant : constants) {
+    EXPECT_EQ(static_cast<int>(constant.end), constant.number) << constant.name;
+    EXPECT_STREQ(core::nameOf(constant.end), constant.name);
+  }
 }
 
 TEST(DriveParams, AllErrorsComeAtOnce) {

@@ -446,6 +446,25 @@ TEST(PrimitiveFollower, NoticesWheelsThatDisobey) {
   EXPECT_TRUE(stuck.isDisobeyed({}));
 }
 
+// A half of the speed is a robot's own; a quarter, wheels that are said to be four times as large.
+TEST(PrimitiveFollower, NoticesWheelsThatRollAtAQuarterOfTheirSpeed) {
+  constexpr double kPeriod_s = 0.05;
+  for (const MotionPrimitive primitive :
+       {MotionPrimitive{0.0, 2.0}, MotionPrimitive{-2.5 * kPi, 0.0}}) {
+    for (const double share : {0.5, 0.25}) {
+      PrimitiveFollower follower(primitive, kLimits, {});
+      WheelSpeeds command;
+      WheelDisplacement travelled;
+      for (int steps = 0; steps < 2000 && !follower.isDisobeyed(travelled); ++steps) {
+        command = follower.steer(travelled, command, kPeriod_s);
+        travelled.left_m += kPeriod_s * share * command.left_mps;
+        travelled.right_m += kPeriod_s * share * command.right_mps;
+      }
+      EXPECT_EQ(follower.done(), share == 0.5) << primitive.length_m;
+    }
+  }
+}
+
 // An emergency stop of the base's own: it must not drive on when somebody releases it later. With
 // one wheel held, a line becomes a circle.
 TEST(PrimitiveFollower, NoticesAWheelThatIsHeldOnItsWay) {
