@@ -31,6 +31,10 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         self.robot.reconnect()
         self.robot.forget()
 
+    def wait_for_watchdog(self):
+        began = rospy.get_time()
+        wait_until(lambda: rospy.get_time() > began + 2.0 * WATCHDOG_S, 'its own time goes on')
+
     def assertStands(self):
         before = self.robot.place()
         time.sleep(0.5)
@@ -65,24 +69,30 @@ class CalibrationDriveKilledTest(unittest.TestCase):
         os.kill(pid, signal.SIGKILL)
         wait_until(lambda: not is_running(pid), 'the process ends')
         self.assertFalse(is_zero(self.robot.said()[-1][1]))
-        killed = rospy.get_time()
-        wait_until(lambda: rospy.get_time() > killed + 2.0 * WATCHDOG_S, 'its own time goes on')
+        self.wait_for_watchdog()
         self.assertStands()
 
     def test_start_drive_says_that_the_node_is_silent(self):
-        """Which tells nobody that it was killed, or has stopped as here."""
-        with subprocess.Popen(['rosrun', 'bearing_calibration', 'start_drive', 'dance'],
-                              stdout=subprocess.PIPE, text=True) as program:
-            wait_until(self.robot.is_moving, 'the robot moves')
-            pid = pid_of('calibration_drive')
-            os.kill(pid, signal.SIGSTOP)
-            try:
-                words, _ = program.communicate(timeout=30.0)
-            finally:
-                os.kill(pid, signal.SIGCONT)
-        self.assertIn('calibration_drive is silent', words)
-        wait_until(self.robot.is_standing, 'the last command is to stand')
-        self.assertStands()
+        """Which tells nobody that it was killed, or has stopped as here; alone or with the clock."""
+        for names in (('calibration_drive',), ('calibration_drive', 'simulation')):
+            with self.subTest(stopped=names):
+                self.robot.forget()
+                with subprocess.Popen(['rosrun', 'bearing_calibration', 'start_drive', 'dance'],
+                                      stdout=subprocess.PIPE, text=True) as program:
+                    wait_until(self.robot.is_moving, 'the robot moves')
+                    pids = [pid_of(name) for name in names]
+                    for pid in pids:
+                        os.kill(pid, signal.SIGSTOP)
+                    try:
+                        words, _ = program.communicate(timeout=30.0)
+                    finally:
+                        for pid in pids:
+                            os.kill(pid, signal.SIGCONT)
+                        program.kill()
+                self.assertIn('calibration_drive is silent', words)
+                wait_until(self.robot.is_standing, 'the last command is to stand')
+                self.wait_for_watchdog()
+                self.assertStands()
 
     # Promise stands: a clock that stands still
     def test_it_stops_when_time_stands_still(self):

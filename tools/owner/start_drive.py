@@ -9,6 +9,7 @@ import argparse
 import os
 import signal
 import sys
+import threading
 import time
 
 import actionlib
@@ -98,10 +99,11 @@ def main(arguments):
             return 1
         say('waiting for %s: live.launch starts it with drive:=true' % options.node)
     printer = Printer()
+    has_ended = threading.Event()  # in real time, unlike the client's wait_for_result()
     client.send_goal(CalibrationDriveGoal(motion=options.motion, max_time_s=options.max_time,
                                           max_path_m=options.max_path),
-                     feedback_cb=printer.show)
-    while not rospy.is_shutdown() and not client.wait_for_result(rospy.Duration(WAIT_STEP_S)):
+                     done_cb=lambda *_: has_ended.set(), feedback_cb=printer.show)
+    while not rospy.is_shutdown() and not has_ended.wait(WAIT_STEP_S):
         if printer.isSilent():
             break
     silent = '%s is silent: it has ended, or cannot be reached' % options.node
