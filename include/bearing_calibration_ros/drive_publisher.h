@@ -104,12 +104,15 @@ inline msg::CalibrationDriveFeedback feedbackFrom(const core::CalibrationDriver&
   return feedback;
 }
 
+inline std::string textOf(core::DriveEnd end) {
+  return std::string(core::nameOf(end)) + ": " + core::describe(end);
+}
+
 inline msg::CalibrationDriveResult resultFrom(const core::CalibrationDriver& driver,
                                               const msg::CalibrationEstimate& estimate) {
   auto result = reportFrom<msg::CalibrationDriveResult>(driver, estimate);
   result.end = static_cast<std::uint8_t>(driver.ended());
-  result.end_text =
-      std::string(core::nameOf(driver.ended())) + ": " + core::describe(driver.ended());
+  result.end_text = textOf(driver.ended());
   return result;
 }
 

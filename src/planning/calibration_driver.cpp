@@ -32,7 +32,7 @@ constexpr std::array<DriveEndWords, 18> kDriveEndWords{{
     {"SHUT_DOWN", "the drive node was asked to end"},
     {"ENABLE_LOST", "~enable is silent: its publisher must repeat it (timeouts/enable)"},
     {"OBSTACLE_LOST", "obstacle is silent: its publisher must repeat it (timeouts/obstacle)"},
-    {"FAILED", "an error inside the drive node: see its log"},
+    {"FAILED", "an error inside the drive node, which its log names"},
 }};
 
 /// Estimates are at most so old when they are carried on to now: what comes later is no estimate.

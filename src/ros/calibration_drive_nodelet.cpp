@@ -264,7 +264,7 @@ class CalibrationDriveNodelet : public GuardedNodelet {
     stand();
     Result result = resultFrom(*driver_, estimate_);
     result.end = Result::FAILED;
-    result.end_text = "FAILED: an error inside of the drive node: " + callback + ": " + error;
+    result.end_text = textOf(DriveEnd::kFailed) + ": " + callback + ": " + error;
     finish(result);
   }
 

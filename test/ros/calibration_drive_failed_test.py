@@ -29,6 +29,7 @@ class CalibrationDriveFailedTest(unittest.TestCase):
         result = robot.client.get_result()
         self.assertEqual(result.end, CalibrationDriveResult.FAILED, result.end_text)
         self.assertIn('std_msgs/String is no wheel', result.end_text)
+        self.assertIn('FAILED: an error inside the drive node, which its log names', result.end_text)
         self.assertNotEqual(result.x_stddev_m, 0.0, 'nothing is known so well')
         self.assertEqual(robot.client.get_state(), GoalStatus.ABORTED)
         self.assertEqual(robot.said_after_the_drive(), [], 'it is silent without a goal')
