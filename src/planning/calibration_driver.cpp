@@ -22,7 +22,7 @@ constexpr std::array<DriveEndWords, 18> kDriveEndWords{{
     {"TICKS_LOST", "no wheel readings: check the wheel driver"},
     {"LIGHT_LOST", "the light is not seen: check the lamp, the detector and what stands between"},
     {"ESTIMATE_LOST", "the calibration is silent: check its node"},
-    {"CLOCK_LOST", "ROS time stood still or stepped back: check /clock, or the computer's clock"},
+    {"CLOCK_LOST", "ROS time stood still or jumped: check /clock, or the computer's clock"},
     {"LEFT_REGION", "the robot has left its region: put it back, then start again"},
     {"NO_WAY", "every path leads too near to the light or out of the region: give more room"},
     {"WHEELS_DISOBEYED",
@@ -180,13 +180,17 @@ bool CalibrationDriver::isLightDue() const {
   return estimate && !is_taken_back_ && chanceInView(view_, *estimate) > 0.5;
 }
 
-void CalibrationDriver::watch(Stamp now, double period_s) {
-  if (!isLightDue()) last_bearing_ += durationFromSeconds(period_s);
-  if (isOver(last_travel_, config_.timeouts.ticks_s, now)) end(DriveEnd::kTicksLost);
-  for (const Stamp last : {last_image_, last_bearing_}) {
-    if (isOver(last, config_.timeouts.bearings_s, now)) end(DriveEnd::kLightLost);
+void CalibrationDriver::watch(Stamp now, double period_s, double jump_s) {
+  const DriveTimeouts& timeouts = config_.timeouts;
+  if (jump_s > std::max({timeouts.ticks_s, timeouts.bearings_s, timeouts.estimate_s})) {
+    end(DriveEnd::kClockLost);  // all inputs would seem to be lost
   }
-  if (isOver(last_estimate_, config_.timeouts.estimate_s, now)) end(DriveEnd::kEstimateLost);
+  if (!isLightDue()) last_bearing_ += durationFromSeconds(period_s);
+  if (isOver(last_travel_, timeouts.ticks_s, now)) end(DriveEnd::kTicksLost);
+  for (const Stamp last : {last_image_, last_bearing_}) {
+    if (isOver(last, timeouts.bearings_s, now)) end(DriveEnd::kLightLost);
+  }
+  if (isOver(last_estimate_, timeouts.estimate_s, now)) end(DriveEnd::kEstimateLost);
   if (config_.region.clearance(start_from_base_.position_m) < 0.0) end(DriveEnd::kLeftRegion);
   if (follower_ && follower_->isDisobeyed(travelled_)) end(DriveEnd::kWheelsDisobeyed);
   if (isOver(began_, goal_.max_time_s, now)) end(DriveEnd::kTimeOver);

@@ -171,6 +171,16 @@ TEST(CalibrationDriver, CountsNoTimeThatStepsBack) {
   EXPECT_DOUBLE_EQ(driver.timeSeconds(), 3.0);
 }
 
+/// Every input then seems to have been silent.
+TEST(CalibrationDriver, SaysThatTimeHasSteppedAhead) {
+  for (const double real_s : {0.05, 60.0}) {
+    CalibrationDriver driver(paperDrive(), kLongDrive, stampFromSeconds(100.0));
+    driver.steer(stampFromSeconds(100.05), 0.05);
+    driver.steer(stampFromSeconds(160.0), real_s);
+    EXPECT_STREQ(nameOf(driver.ended()), real_s < 1.0 ? "CLOCK_LOST" : "TICKS_LOST");
+  }
+}
+
 TEST(CalibrationDriver, TakesNothingOfAnImpossibleFieldOfView) {
   Robot robot;
   robot.view = {0.0, 60.0};  // in degrees

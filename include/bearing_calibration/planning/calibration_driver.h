@@ -58,7 +58,7 @@ enum class DriveEnd : std::uint8_t {
   kTicksLost,        ///< no wheel readings for too long
   kLightLost,        ///< no bearing for too long
   kEstimateLost,     ///< the calibration is silent
-  kClockLost,        ///< time stands still, or steps back
+  kClockLost,        ///< time stands still, or jumps
   kLeftRegion,       ///< the base's centre is outside of the region
   kNoWay,            ///< every way would lead too near to the light or out of the region
   kWheelsDisobeyed,  ///< they do not roll as commanded
@@ -103,8 +103,8 @@ class CalibrationDriver {
   void end(DriveEnd reason);
 
   /// The command for the next moment. To be called at a steady rate of some 10 Hz or more.
-  /// @param real_period_s  since the last call, by a clock that never stands still: braking goes by
-  ///                       it where `now` has moved on by less
+  /// @param real_period_s  since the last call, by a clock that never stands still nor jumps:
+  ///                       braking goes by it where `now` has moved on by less
   WheelSpeeds steer(Stamp now, double real_period_s = 0.0);
 
   DriveEnd ended() const { return ended_; }
@@ -126,7 +126,7 @@ class CalibrationDriver {
   };
 
   bool isPlanned() const { return goal_.motion == DriveMotion::kOptimal; }
-  void watch(Stamp now, double period_s);
+  void watch(Stamp now, double period_s, double jump_s);
   bool isLightDue() const;
   void useEstimate();
   std::optional<StateEstimate> estimateNow() const;
