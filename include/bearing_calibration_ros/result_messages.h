@@ -24,8 +24,8 @@ std::string rejectionsText(const core::CalibrationResult& result,
 msg::CalibrationEstimate messageFromResult(const core::CalibrationResult& result,
                                            std::uint32_t joint_states_without_wheels,
                                            const std::string& base_frame);
-/// Light and mount of such a message, with the errors of clock and wheels; none where it has no
-/// estimate yet.
+/// Light and mount of such a message, with the errors of clock and wheels, and its other lights;
+/// none where it has no estimate yet.
 std::optional<core::StateEstimate> robotFromMessage(const msg::CalibrationEstimate& message);
 
 /// State and counts as one diagnostic status: an error when the calibration is inconsistent; a

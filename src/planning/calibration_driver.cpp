@@ -24,7 +24,7 @@ constexpr std::array<DriveEndWords, 18> kDriveEndWords{{
     {"ESTIMATE_LOST", "the calibration is silent: check its node"},
     {"CLOCK_LOST", "ROS time stood still or jumped: check /clock, or the computer's clock"},
     {"LEFT_REGION", "the robot has left its region: put it back, then start again"},
-    {"NO_WAY", "every path leads too near to the light or out of the region: give more room"},
+    {"NO_WAY", "every path leads too near to a light or out of the region: give more room"},
     {"WHEELS_DISOBEYED",
      "the wheels do not roll as commanded: check cmd_vel, and whether they are swapped"},
     {"TIME_OVER", "the time of this drive is over"},
@@ -159,7 +159,7 @@ WheelSpeeds CalibrationDriver::steer(Stamp now, double real_period_s) {
   const double period_s = std::max(0.0, secondsFromDuration(now - last_steered_));
   last_steered_ = now;
   time_s_ += period_s;
-  watch(now, period_s);
+  watch(now, period_s, period_s - real_period_s);
   has_stood_ = has_stood_ || isStanding(command_);
   if (ended_ == DriveEnd::kNone) {
     if (follower_ && follower_->done()) follower_.reset();

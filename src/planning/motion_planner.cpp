@@ -132,17 +132,28 @@ double chanceInView(const FieldOfView& view, const StateEstimate& estimate,
 }
 
 double lightClearance(const MotionPrimitive& primitive, const StateEstimate& estimate,
-                      double sigmas) {
-  const Eigen::Vector2d light = estimate.mean.tail<2>();
+                      double sigmas, int light) {
+  const int at = estimate.layout.lightAt(light);
+  const Eigen::Vector2d light_m = estimate.mean.segment<2>(at);
   const Eigen::Vector2d course(std::cos(primitive.turn_rad), std::sin(primitive.turn_rad));
-  const double nearest_m = std::clamp(course.dot(light), std::min(0.0, primitive.length_m),
+  const double nearest_m = std::clamp(course.dot(light_m), std::min(0.0, primitive.length_m),
                                       std::max(0.0, primitive.length_m));
-  const Eigen::Vector2d to_light = light - nearest_m * course;
+  const Eigen::Vector2d to_light = light_m - nearest_m * course;
   const double distance_m = to_light.norm();
   if (distance_m <= 0.0) return 0.0;
   const Eigen::Vector2d direction = to_light / distance_m;
-  const Eigen::Matrix2d covariance = estimate.covariance.bottomRightCorner<2, 2>();
+  const Eigen::Matrix2d covariance = estimate.covariance.block<2, 2>(at, at);
   return distance_m - sigmas * std::sqrt(direction.dot(covariance * direction));
+}
+
+StateEstimate withLight(const StateEstimate& estimate, const Eigen::Vector2d& light_m,
+                        const Eigen::Matrix2d& covariance) {
+  StateEstimate more = StateEstimate::zero({estimate.layout.errors, estimate.layout.lights + 1});
+  const int size = estimate.layout.size();
+  more.mean << estimate.mean, light_m;
+  more.covariance.topLeftCorner(size, size) = estimate.covariance;
+  more.covariance.bottomRightCorner<2, 2>() = covariance;
+  return more;
 }
 
 struct MotionPlanner::Candidate {
@@ -175,19 +186,23 @@ bool MotionPlanner::staysInside(const MotionPrimitive& primitive,
 
 bool MotionPlanner::keepsAway(const MotionPrimitive& primitive, const StateEstimate& estimate,
                               bool is_asked_for) const {
-  const double sigmas = is_asked_for ? -config_.light_sigmas : config_.light_sigmas;
-  const double needed_m = std::min(config_.light_distance_m, lightClearance({}, estimate, sigmas));
-  if (lightClearance(primitive, estimate, sigmas) < needed_m) return false;
-  if (is_asked_for) return true;
-  // A light that may be anywhere is kept away from where it most probably is, at least.
-  const double mean_m = std::min(config_.light_distance_m, lightClearance({}, estimate, 0.0));
-  return lightClearance(primitive, estimate, 0.0) >= mean_m;
+  const auto isKept = [&](int light, double sigmas) {
+    const double here_m = lightClearance({}, estimate, sigmas, light);
+    return lightClearance(primitive, estimate, sigmas, light) >=
+           std::min(config_.light_distance_m, here_m);
+  };
+  for (int light = 0; light < estimate.layout.lights; ++light) {
+    if (!isKept(light, is_asked_for ? -config_.light_sigmas : config_.light_sigmas)) return false;
+    // A light that may be anywhere is kept away from where it most probably is, at least.
+    if (!is_asked_for && !isKept(light, 0.0)) return false;
+  }
+  return true;
 }
 
 /// Courses by where the light is: chords that pass it as near as allowed, a way straight to the
 /// nearest place allowed, and ways past and away from it.
 std::vector<MotionPrimitive> MotionPlanner::proposals(const StateEstimate& estimate) const {
-  const Eigen::Vector2d light = estimate.mean.tail<2>();
+  const Eigen::Vector2d light = estimate.mean.segment<2>(estimate.layout.lightAt(0));
   const double distance_m = light.norm();
   const double to_light_rad = std::atan2(light.y(), light.x());
   const double sigmas_m = distance_m - lightClearance({}, estimate, config_.light_sigmas);

@@ -9,6 +9,7 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/output/quality.h"
+#include "bearing_calibration/planning/motion_planner.h"
 #include "bearing_calibration_ros/conversions.h"
 
 namespace bearing_calibration_ros {
@@ -168,6 +169,15 @@ std::optional<core::StateEstimate> robotFromMessage(const msg::CalibrationEstima
   estimate.covariance(kPlacesWithWheels, kPlacesWithWheels) =
       Eigen::Map<const MatrixWithWheels>(message.covariance_with_clock_and_wheels.data());
   if (!estimate.mean.allFinite() || !estimate.covariance.allFinite()) return std::nullopt;
+  for (const msg::CalibrationLight& light : message.lights) {
+    const Eigen::Vector2d place_m(light.x_m, light.y_m);
+    const Eigen::Matrix2d covariance(light.covariance_x_y.data());
+    const bool is_the_first = light.x_m == message.light_x_m && light.y_m == message.light_y_m;
+    if (is_the_first || !place_m.allFinite() || !covariance.allFinite()) continue;
+    if (estimate.layout.lights < core::kMostLights) {
+      estimate = core::withLight(estimate, place_m, covariance);
+    }
+  }
   return estimate;
 }
 

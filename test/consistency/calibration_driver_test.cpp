@@ -243,15 +243,19 @@ TEST(CalibrationDriver, PlansNothingOnAnEstimateThatWasTakenBack) {
 }
 
 /// A script without a part of it would be another one: it ends where the light forbids to go on.
-TEST(CalibrationDriver, EndsAScriptThatLeadsIntoTheLight) {
-  Robot robot;
-  robot.drive(2.0);
-  ASSERT_FALSE(robot.driver().standing());
-  CartesianEstimate estimate;
-  estimate.mean << 0.6, 0.1, 0.05, 0.0, 0.0;
-  estimate.covariance = 1e-4 * Matrix5::Identity();
-  robot.estimate = StateEstimate::of(estimate);
-  robot.expectEnd(DriveEnd::kNoWay, 0.1);
+TEST(CalibrationDriver, EndsAScriptThatLeadsIntoALight) {
+  const Eigen::Vector2d ahead_m(0.6, 0.1), aside_m(0.0, 2.0);
+  for (const auto& [first_m, second_m] : {std::pair(ahead_m, aside_m), {aside_m, ahead_m}}) {
+    Robot robot;
+    robot.drive(2.0);
+    ASSERT_FALSE(robot.driver().standing());
+    CartesianEstimate estimate;
+    estimate.mean << first_m, 0.05, 0.0, 0.0;
+    estimate.covariance = 1e-4 * Matrix5::Identity();
+    robot.estimate =
+        withLight(StateEstimate::of(estimate), second_m, 1e-4 * Eigen::Matrix2d::Identity());
+    robot.expectEnd(DriveEnd::kNoWay, 0.1);
+  }
 }
 
 /// Time stands still, but the robot does not.

@@ -371,6 +371,27 @@ TEST(Estimate, ListsTheLightsWhereThereAreSeveral) {
   EXPECT_EQ(lights[1].note, "not found yet");
 }
 
+/// Each once, and those alone that have a place.
+TEST(Estimate, BringsOtherLightsBack) {
+  core::CalibrationResult result;
+  core::StateEstimate estimate = core::StateEstimate::zero({core::kWheelErrors, 1});
+  estimate.mean.tail<2>() << 1.0, 2.0;
+  sayEstimate(estimate, &result);
+  result.lights.resize(3);
+  result.lights[0].cartesian_state = result.cartesian_state;
+  core::CartesianEstimate& other = result.lights[1].cartesian_state.emplace();
+  other.mean << 3.0, 4.0, 0.1, 0.2, 0.3;
+  other.covariance.topLeftCorner<2, 2>() << 1.0, 2.0, 2.0, 5.0;
+  bearing_calibration::CalibrationEstimate message = messageFromResult(result, 0, "base_link");
+  const auto back = robotFromMessage(message);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->layout.lights, 2);
+  EXPECT_EQ(back->mean.tail<4>(), Eigen::Vector4d(1.0, 2.0, 3.0, 4.0));
+  EXPECT_EQ((back->covariance.bottomRightCorner<2, 2>()), (other.covariance.topLeftCorner<2, 2>()));
+  message.lights.resize(3 * core::kMostLights, message.lights[1]);
+  EXPECT_EQ(robotFromMessage(message)->layout.lights, core::kMostLights);
+}
+
 TEST(Estimate, CountsBothStreamsWithTheirReasons) {
   core::CalibrationResult result;
   result.bearing_inputs[core::InputStatus::kAccepted] = 100;

@@ -301,6 +301,21 @@ TEST(MotionPlanner, LeavesALightThatIsTooNear) {
             std::hypot(0.25, 0.1) - 1e-9);
 }
 
+/// Also from those that it does not plan by.
+TEST(MotionPlanner, KeepsAwayFromEachLight) {
+  const MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+  const StateEstimate one = estimateAt(1.2, 0.0, 0.001);
+  const StateEstimate both = withLight(one, {0.6, 0.45}, 1e-6 * Eigen::Matrix2d::Identity());
+  const auto best = planner.plan(one, {});
+  const auto plan = planner.plan(both, {});
+  ASSERT_TRUE(best && plan);
+  EXPECT_LT(lightClearance(best->primitive, both, 2.0, 1), 0.5) << "it stands in the way";
+  EXPECT_FALSE(planner.keepsAway(best->primitive, both, true));
+  for (int light = 0; light < 2; ++light) {
+    EXPECT_GE(lightClearance(plan->primitive, both, 2.0, light), 0.5) << light;
+  }
+}
+
 TEST(MotionPlanner, HasNoPlanWithoutRoom) {
   const MotionPlanner planner(kPlanner, kLimits, kSensing, {0.11, {}});
   EXPECT_FALSE(planner.plan(estimateAt(1.0, 0.0, 0.01), {}));

@@ -60,7 +60,7 @@ enum class DriveEnd : std::uint8_t {
   kEstimateLost,     ///< the calibration is silent
   kClockLost,        ///< time stands still, or jumps
   kLeftRegion,       ///< the base's centre is outside of the region
-  kNoWay,            ///< every way would lead too near to the light or out of the region
+  kNoWay,            ///< every way would lead too near to a light or out of the region
   kWheelsDisobeyed,  ///< they do not roll as commanded
   kTimeOver,
   kPathOver,

@@ -57,7 +57,11 @@ double chanceInView(const FieldOfView& view, const StateEstimate& estimate,
 /// How near a primitive comes to the light at most, by what is known before it: the least distance
 /// from the base's centre to the light minus `sigmas` standard deviations in that direction [m].
 double lightClearance(const MotionPrimitive& primitive, const StateEstimate& estimate,
-                      double sigmas);
+                      double sigmas, int light = 0);
+
+/// The estimate with a further light, which is kept away from.
+StateEstimate withLight(const StateEstimate& estimate, const Eigen::Vector2d& light_m,
+                        const Eigen::Matrix2d& covariance);
 
 /// A primitive with what it is expected to bring.
 struct PlannedPrimitive {
@@ -84,7 +88,7 @@ class MotionPlanner {
   std::optional<PlannedPrimitive> plan(const StateEstimate& estimate,
                                        const Pose2& start_from_base) const;
 
-  /// Whether a primitive keeps away from the light, or at least comes no nearer than the robot is:
+  /// Whether a primitive keeps away from each light, or at least comes no nearer than the robot is:
   /// even if the light stands as much nearer as may well be, or, of a way that somebody has asked
   /// for, only if it stands as much farther.
   bool keepsAway(const MotionPrimitive& primitive, const StateEstimate& estimate,
