@@ -192,7 +192,11 @@ bool MotionPlanner::keepsAway(const MotionPrimitive& primitive, const StateEstim
            std::min(config_.light_distance_m, here_m);
   };
   for (int light = 0; light < estimate.layout.lights; ++light) {
-    if (!isKept(light, is_asked_for ? -config_.light_sigmas : config_.light_sigmas)) return false;
+    const double sigmas = is_asked_for ? -config_.light_sigmas : config_.light_sigmas;
+    // Of the others one that may stand anywhere would bar every way.
+    const bool is_vague =
+        light > 0 && !is_asked_for && lightClearance({}, estimate, sigmas, light) <= 0.0;
+    if (!is_vague && !isKept(light, sigmas)) return false;
     // A light that may be anywhere is kept away from where it most probably is, at least.
     if (!is_asked_for && !isKept(light, 0.0)) return false;
   }

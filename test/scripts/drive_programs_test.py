@@ -21,6 +21,8 @@ class DriveInstructions(unittest.TestCase):
             for step in ('1. ', '2. Drive 1 m', '3. Turn on the spot', '(450 degrees)'):
                 self.assertIn(step, done.stdout)
         self.assertIn('inside', run('drive_instructions', 'corner_light').stdout)
+        by_roslaunch = run('drive_instructions', 'corner_light', '__name:=instructions', '__log:=/tmp/log')
+        self.assertIn('inside', by_roslaunch.stdout)
 
     def testAnUnknownMotionIsRefused(self):
         for words in (('waltz',), ('dance', 'corner_light')):

@@ -316,6 +316,18 @@ TEST(MotionPlanner, KeepsAwayFromEachLight) {
   }
 }
 
+// As after a resume: each is at 2 m, give or take a metre.
+TEST(MotionPlanner, SeveralLightsThatMayBeAnywhereLeaveAWay) {
+  const MotionPlanner planner(kPlanner, kLimits, kSensing, {4.0, {}});
+  StateEstimate estimate = estimateAt(2.0, 0.0, 1.0);
+  for (const double azimuth_rad : {2.0 * kPi / 3.0, -2.0 * kPi / 3.0}) {
+    const Eigen::Vector2d place_m =
+        2.0 * Eigen::Vector2d(std::cos(azimuth_rad), std::sin(azimuth_rad));
+    estimate = withLight(estimate, place_m, Eigen::Matrix2d::Identity());
+  }
+  EXPECT_TRUE(planner.plan(estimate, {}));
+}
+
 TEST(MotionPlanner, HasNoPlanWithoutRoom) {
   const MotionPlanner planner(kPlanner, kLimits, kSensing, {0.11, {}});
   EXPECT_FALSE(planner.plan(estimateAt(1.0, 0.0, 0.01), {}));

@@ -1,6 +1,7 @@
 // Prints how to drive a calibration by hand: drive_instructions --help
 
 #include <cstdio>
+#include <cstring>
 #include <string>
 
 #include "bearing_calibration/planning/drive_script.h"
@@ -8,6 +9,7 @@
 int main(int argc, char** argv) {
   using namespace bearing_calibration::core;
   constexpr int kUsageError = 2;
+  while (argc > 1 && std::strstr(argv[argc - 1], ":=") != nullptr) --argc;  // roslaunch's
   const std::string word = argc > 1 ? argv[1] : "corner_light";
   const bool is_help = word == "-h" || word == "--help";
   const auto motion = motionNamed(word);
