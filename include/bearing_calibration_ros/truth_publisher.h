@@ -7,7 +7,6 @@
 #include <ros/publisher.h>
 #include <visualization_msgs/Marker.h>
 
-#include <limits>
 #include <string>
 
 #include "bearing_calibration/simulation/robot_simulator.h"
@@ -51,14 +50,8 @@ class TruthPublisher {
   void publish(const core::RobotSimulator& simulator) {
     base_.publish(poseMessage(simulator.worldFromBase(), 0.0, simulator.now(), frames_.world));
     if (bearings_.getNumSubscribers() == 0) return;
-    core::BearingSet exact =
+    const core::BearingSet exact =
         core::exactBearings(simulator.lights(), simulator.worldFromSensor(), simulator.now());
-    // Nothing but the azimuths is known without a camera.
-    for (core::Bearing& bearing : exact.candidates) {
-      bearing.image_radius_px = bearing.image_radius_variance_px2 = bearing.elevation_rad =
-          bearing.elevation_variance_rad2 = std::numeric_limits<double>::quiet_NaN();
-      bearing.probability = 1.0;
-    }
     bearings_.publish(messageFromBearings(exact, frames_.sensor));
   }
 

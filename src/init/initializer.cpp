@@ -14,9 +14,9 @@
 namespace bearing_calibration::core {
 namespace {
 
-/// The best answer that the thinned record gives, and the next one.
-struct SearchResult {
-  std::optional<BatchEstimate> best;
+/// The best fit of a record, and the next one.
+struct Answer {
+  std::optional<BatchEstimate> fit;
   RivalMount rival;
 };
 
@@ -50,12 +50,12 @@ class Search {
   Search(const std::vector<Observation>& observations, const InitializerConfig& config)
       : observations_(thinned(observations, kObservationsOfSearch)), config_(config) {}
 
-  SearchResult run() {
+  Answer run() {
     for (const ObservationWindow& window : startWindows(observations_.size())) {
       considerAll(window);
-      if (result_.best && fitsWell(*result_.best, config_)) break;
+      if (result_.fit && fitsWell(*result_.fit, config_)) break;
     }
-    if (result_.best) compare();
+    if (result_.fit) compare();
     return result_;
   }
 
@@ -91,19 +91,19 @@ class Search {
       BatchEstimate batch =
           refine(observations_, start.fit.state_at_first, window.middle(), start.errors, config_);
       if (batch.last.empty() || !batch.last.mean.allFinite()) continue;
-      if (!result_.best || batch.cost < result_.best->cost) result_.best = std::move(batch);
+      if (!result_.fit || batch.cost < result_.fit->cost) result_.fit = std::move(batch);
     }
   }
 
   /// Takes the best of all minima, with the next one as its rival.
   void compare() {
-    std::vector<OtherAnswer> others = findOtherAnswers(observations_, *result_.best, config_);
+    std::vector<OtherAnswer> others = findOtherAnswers(observations_, *result_.fit, config_);
     result_.rival.minima = kYawsAround;
     double ahead = 0.0;  // of what was found
     if (!others.empty() && others.front().gap < 0.0) {
       ahead = others.front().gap;
-      result_.rival.offer(-ahead, result_.best->last.mount().mean);
-      result_.best = std::move(others.front().fit);
+      result_.rival.offer(-ahead, result_.fit->last.mount().mean);
+      result_.fit = std::move(others.front().fit);
       others.erase(others.begin());
     }
     for (const OtherAnswer& other : others) {
@@ -113,13 +113,7 @@ class Search {
 
   std::vector<Observation> observations_;
   const InitializerConfig& config_;
-  SearchResult result_;
-};
-
-/// The best fit of a whole record, by the noise as it is in there.
-struct Answer {
-  std::optional<BatchEstimate> fit;
-  RivalMount rival;
+  Answer result_;
 };
 
 /// None where not even its first pass is finite.
@@ -132,10 +126,10 @@ std::optional<BatchEstimate> fitFrom(const RecordStart& start,
 }
 
 Answer findAnswer(const std::vector<Observation>& observations, const InitializerConfig& config) {
-  const SearchResult search = Search(observations, config).run();
-  if (!search.best) return {};
-  return {fitFrom({search.best->last, observations.size() - 1}, observations, config),
-          search.rival};
+  Answer answer = Search(observations, config).run();  // of the thinned record
+  if (!answer.fit) return {};
+  answer.fit = fitFrom({answer.fit->last, observations.size() - 1}, observations, config);
+  return answer;
 }
 
 /// Whether a search with the one would find what one with the other does.

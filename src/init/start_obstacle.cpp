@@ -54,29 +54,14 @@ StartObstacle answerObstacle(const StartAttempt& attempt, const BatchEstimate& b
 }
 
 const char* nameOf(StartObstacle obstacle) {
-  switch (obstacle) {
-    case StartObstacle::kNone:
-      return "none";
-    case StartObstacle::kTooFewObservations:
-      return "too few observations";
-    case StartObstacle::kTooShortPath:
-      return "too short a path";
-    case StartObstacle::kNoTurn:
-      return "no turn";
-    case StartObstacle::kOneCurvature:
-      return "one curvature only";
-    case StartObstacle::kNoSolution:
-      return "no solution";
-    case StartObstacle::kPoorFit:
-      return "poor fit";
-    case StartObstacle::kLightTooNear:
-      return "light too near";
-    case StartObstacle::kWeakDirection:
-      return "weak direction";
-    case StartObstacle::kAmbiguous:
-      return "ambiguous";
-  }
-  return "unknown";
+  static constexpr std::array<const char*, 10> kNames{
+      "none",      "too few observations", "too short a path",
+      "no turn",   "one curvature only",   "no solution",
+      "poor fit",  "light too near",       "weak direction",
+      "ambiguous",
+  };
+  static_assert(kNames.size() == static_cast<std::size_t>(StartObstacle::kAmbiguous) + 1);
+  return kNames.at(static_cast<std::size_t>(obstacle));
 }
 
 }  // namespace bearing_calibration::core

@@ -1,46 +1,24 @@
 #include "bearing_calibration/judge/fault.h"
 
+#include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "bearing_calibration/common/formatted.h"
 
 namespace bearing_calibration::core {
 
 const char* nameOf(Fault fault) {
-  switch (fault) {
-    case Fault::kNone:
-      return "NONE";
-    case Fault::kMirrored:
-      return "MIRRORED";
-    case Fault::kLeftReversed:
-      return "LEFT_WHEEL_REVERSED";
-    case Fault::kRightReversed:
-      return "RIGHT_WHEEL_REVERSED";
-    case Fault::kLate:
-      return "BEARINGS_LATE";
-    case Fault::kLeftRadius:
-      return "LEFT_RADIUS";
-    case Fault::kRightRadius:
-      return "RIGHT_RADIUS";
-    case Fault::kSeparation:
-      return "WHEEL_SEPARATION";
-    case Fault::kLightMoved:
-      return "LIGHT_MOVED";
-    case Fault::kMountMoved:
-      return "MOUNT_MOVED";
-    case Fault::kLightsDisagree:
-      return "LIGHTS_DISAGREE";
-    case Fault::kPartsDisagree:
-      return "PARTS_DISAGREE";
-    case Fault::kScatter:
-      return "SCATTER";
-    case Fault::kUnexplained:
-      return "UNEXPLAINED";
-  }
-  return "UNKNOWN";
+  static constexpr std::array<const char*, 14> kNames{
+      "NONE",          "MIRRORED",    "LEFT_WHEEL_REVERSED", "RIGHT_WHEEL_REVERSED",
+      "BEARINGS_LATE", "LEFT_RADIUS", "RIGHT_RADIUS",        "WHEEL_SEPARATION",
+      "LIGHT_MOVED",   "MOUNT_MOVED", "LIGHTS_DISAGREE",     "PARTS_DISAGREE",
+      "SCATTER",       "UNEXPLAINED",
+  };
+  static_assert(kNames.size() == static_cast<std::size_t>(Fault::kUnexplained) + 1);
+  return kNames.at(static_cast<std::size_t>(fault));
 }
 
 std::string describe(const Diagnosis& diagnosis) {
-  char text[256];
   switch (diagnosis.fault) {
     case Fault::kMirrored:
       return "the bearings fit a mirrored motion: the left and right wheel are swapped, or both "
@@ -50,24 +28,20 @@ std::string describe(const Diagnosis& diagnosis) {
     case Fault::kRightReversed:
       return "the bearings fit when the right wheel's counter is reversed";
     case Fault::kLate:
-      std::snprintf(
-          text, sizeof(text),
+      return formatted(
           "the bearings fit when their stamps are taken as %.2f s %s: set bearings/latency",
           std::abs(diagnosis.size), diagnosis.size > 0.0 ? "late" : "early");
-      return text;
     case Fault::kLeftRadius:
     case Fault::kRightRadius:
-      std::snprintf(
-          text, sizeof(text), "the bearings fit when %s is multiplied by about %.2f",
+      return formatted(
+          "the bearings fit when %s is multiplied by about %.2f",
           diagnosis.fault == Fault::kLeftRadius ? "wheels/left_radius" : "wheels/right_radius",
           diagnosis.size);
-      return text;
     case Fault::kSeparation:
-      std::snprintf(text, sizeof(text),
-                    "the bearings fit when wheels/separation is multiplied by about %.2f, or both "
-                    "radii are divided by it",
-                    diagnosis.size);
-      return text;
+      return formatted(
+          "the bearings fit when wheels/separation is multiplied by about %.2f, or both radii are "
+          "divided by it",
+          diagnosis.size);
     case Fault::kLightMoved:
       return "both halves of the drive give the same mount, but another place of the light: it has "
              "moved, or it is not always the same one";

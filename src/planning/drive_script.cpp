@@ -55,8 +55,11 @@ DriveScript::DriveScript(DriveMotion motion)
 
 std::optional<MotionPrimitive> DriveScript::next(
     double turned_rad, const std::function<bool(const MotionPrimitive&)>& is_allowed) {
+  const bool is_first = next_ == 0;  // what has turned before is the braking of another drive
   const MotionPrimitive wanted = next_ < beginning_.size() ? beginning_[next_++] : kDanceStep;
-  if (std::abs(heading_rad_ - turned_rad) > kMostMissed_rad) heading_rad_ = turned_rad;
+  if (is_first || std::abs(heading_rad_ - turned_rad) > kMostMissed_rad) {
+    heading_rad_ = turned_rad;
+  }
   for (const double share : {1.0, 0.5}) {
     for (int i = 0; i < kCourses; ++i) {
       const double heading_rad = heading_rad_ + wanted.turn_rad + i * kCourseStep;

@@ -134,9 +134,9 @@ Vector2d noiseOf(const CentreStep& step, const SpotWindow& window, const Array2d
   const Array2d lever = scale * (window.by_outline ? size2 / 15.0 : 1.0 / 4.0);    // sum(w x^2)
   const double of_texture = textureVariance(config, background);
   const double texture = of_texture * kTexturePatch_px;
-  // The ring has every so many rows of a patch: so many pixels beside the first vary with it.
-  const double beside_px = std::max(0.0, kTexturePatch_px / rowStepFor(window) - 1.0);
-  const Array2d slope_variance = (background.residual_variance + beside_px * of_texture) *
+  // The ring has every so many rows of a patch, one at least: so many pixels vary together.
+  const double together_px = std::max(3.0, kTexturePatch_px / rowStepFor(window));
+  const Array2d slope_variance = (background.residual_variance + (together_px - 1.0) * of_texture) *
                                  diagonalAlong(step.axes, background.slope_covariance_px2inv);
   return (light_squares + (readVariance(config.sensor) + texture) * squares +
           slope_variance * lever.square()) /

@@ -570,6 +570,13 @@ TEST(DriveScript, MakesUpForWhatATurnHasMissed) {
 }
 
 /// Of a Duckiebot whose readings and commands take 0.3 s: each turn leads some 57 deg too far.
+// A goal may replace another one in mid-spin: what the robot turns while it brakes is not made up
+// for.
+TEST(DriveScript, BeginsAsTheRobotStands) {
+  DriveScript dance(DriveMotion::kDance);
+  EXPECT_EQ(dance.next(0.4, [](const MotionPrimitive&) { return true; })->turn_rad, 0.0);
+}
+
 TEST(DriveScript, StaysASquareOnASmallRobotWithLateReadings) {
   constexpr double kPeriod_s = 0.05;
   constexpr double kMissed_rad = 1.1;  // by one turn, and never more
