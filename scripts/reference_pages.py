@@ -18,7 +18,8 @@ CONFIGURATIONS = (
     ('calibration.yaml', 'Calibration', 'live.launch, calibrate.launch, replay.launch, demo.launch, calibrate_bag'),
     ('detection.yaml', 'Light detection', 'live.launch, detect.launch, replay.launch, demo.launch, calibrate_bag'),
     ('adapter.yaml', 'Bearing adapter', 'adapter.launch'),
-    ('drive.yaml', 'Calibration drive', 'live.launch and drive.launch, with the group `wheels` of the calibration'),
+    ('drive.yaml', 'Calibration drive', 'live.launch and drive.launch, with the groups `wheels` and `bearings` of the '
+     'calibration'),
     ('simulation.yaml', 'Simulation', 'demo.launch, simulate_bag, render_scene'),
 )
 INTERFACES = (

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "bearing_calibration/input/bearing_input.h"
 #include "bearing_calibration/planning/calibration_driver.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
@@ -16,7 +17,7 @@
 namespace bearing_calibration_ros {
 
 /// Everything that the drive nodelet reads from its private parameters: config/drive.yaml, and the
-/// group `wheels` of config/calibration.yaml.
+/// groups `wheels` and `bearings` of config/calibration.yaml.
 struct DriveNodeConfig {
   WheelInput wheels;
   core::DriveGeometry geometry;
@@ -46,6 +47,9 @@ struct DriveNodeConfig {
     wheels.declare(params);
     geometry.declare(params);
     wheel_times.declare(params);
+    core::BearingInputConfig bearings;
+    bearings.declare(params);
+    drive.min_probability = bearings.min_probability;
     drive.limits.wheel_separation_m = geometry.wheel_separation_m;
     drive.declare(params);
     params.that(drive.limits.max_speed_mps <= geometry.max_wheel_speed_mps,

@@ -108,8 +108,10 @@ void CalibrationDriver::addBearings(const BearingSet& bearings, Stamp received) 
   last_image_ = received;
   view_ = bearings.view;
   planner_.setView(view_);
-  const auto mayBeTheLight = [](const Bearing& candidate) {
-    return candidate.overallProbability() > 0.0;  // zero: known to be another one
+  const auto mayBeTheLight = [this](const Bearing& candidate) {
+    const double probability = candidate.overallProbability();
+    // zero: known to be another one
+    return probability > 0.0 && probability >= config_.min_probability;
   };
   const std::vector<Bearing>& candidates = bearings.candidates;
   if (std::none_of(candidates.begin(), candidates.end(), mayBeTheLight)) return;

@@ -26,6 +26,7 @@ class Robot {
 
   bool has_ticks = true, sends_images = true, sees_light = true, has_estimate = true;
   bool sees_another = false;  ///< that is known to be none of the calibration's lights
+  double probability = 1.0;   ///< of the light
   FieldOfView view;           ///< as the sensor says it
   bool wheels_roll = true;
   CalibrationState state = CalibrationState::kInitialising;
@@ -70,7 +71,7 @@ class Robot {
     BearingSet image;
     image.stamp = now_;
     image.view = view;
-    if (sees_light) image.candidates.emplace_back();
+    if (sees_light) image.candidates.emplace_back().probability = probability;
     if (sees_another) image.candidates.emplace_back().probability = 0.0;
     return image;
   }
@@ -110,6 +111,18 @@ TEST(CalibrationDriver, StopsWhenAnInputFallsSilent) {
     EXPECT_EQ(robot->driver().ended(), DriveEnd::kNone) << nameOf(reason);
     robot->expectEnd(reason, 0.2);
   }
+}
+
+// The calibration uses none of them.
+TEST(CalibrationDriver, StopsWhereAllCandidatesAreTooUnlikely) {
+  DriveConfig config = paperDrive();
+  config.min_probability = 0.1;
+  Robot robot(kLongDrive, config);
+  robot.probability = 0.1;
+  robot.drive(5.0);
+  ASSERT_FALSE(robot.driver().standing());
+  robot.probability = 0.09;
+  robot.expectEnd(DriveEnd::kLightLost, 3.1);
 }
 
 /// Nothing is known yet: metres are driven with the light out of view, but not a fourth turn, and

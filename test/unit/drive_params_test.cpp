@@ -44,6 +44,7 @@ TEST(DriveParams, AreReadAsShipped) {
   EXPECT_EQ(config.drive.limits.wheel_separation_m, 0.25);  // of robots/simulated.yaml
   EXPECT_EQ(config.drive.limits.max_speed_mps, 0.2);
   EXPECT_EQ(config.drive.sensing.wheel_noise.independent_k_m, 1e-6);  // of calibration.yaml
+  EXPECT_EQ(config.drive.min_probability, 0.1);
   EXPECT_EQ(config.drive.planner.block, core::PlannerConfig::Block::kMount);
   EXPECT_TRUE(config.drive.region.polygon_m.empty());
   EXPECT_EQ(config.default_goal.motion, core::DriveMotion::kOptimal);

@@ -30,6 +30,7 @@ struct DriveConfig {
   PlannerConfig planner;
   Region region;
   DriveTimeouts timeouts;
+  double min_probability = 0.0;  ///< candidates of a lower one are no light, as to the calibration
 
   void declare(Parameters& params);
 };
