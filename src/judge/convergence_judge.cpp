@@ -188,16 +188,14 @@ Judgement ClaimedMount::claim(const MountEstimate& mount, double motion_m) {
 bool ClaimedMount::staysWhereItWas(const MountEstimate& mount, double motion_m) {
   constexpr double kFalseAlarm = 1e-4;
   static const double kLargest = chiSquareQuantile(1.0 - kFalseAlarm, kMountSize);
-  if (claimed_) {
-    const Eigen::Vector3d leap = mountDifference(mount.mean, claimed_->mean);
-    if (chiSquareOf(leap, claimed_->covariance) <= kLargest) {
-      leapt_since_m_.reset();
-    } else if (!leapt_since_m_) {
-      leapt_since_m_ = motion_m;
-    }
-    if (leapt_since_m_ && motion_m - *leapt_since_m_ < kHeldOver_m) return false;
+  const auto isAt = [&mount](const MountEstimate& place) {
+    return chiSquareOf(mountDifference(mount.mean, place.mean), place.covariance) <= kLargest;
+  };
+  if (claimed_ && !isAt(*claimed_)) {
+    if (!leap_ || !isAt(leap_->to)) leap_ = Leap{mount, motion_m};
+    if (motion_m - leap_->since_m < kHeldOver_m) return false;
   }
-  leapt_since_m_.reset();
+  leap_.reset();
   claimed_ = mount;
   return true;
 }

@@ -27,6 +27,29 @@ CalibrationState judgeFirst(std::size_t count, double sigmas, const ObservationR
   return judge->last().state;
 }
 
+/// A mount at this x, known to a millimetre and a milliradian.
+MountEstimate mountAt(double x_m) {
+  MountEstimate mount;
+  mount.mean << x_m, 0.1, 0.5;
+  mount.covariance = 1e-6 * Eigen::Matrix3d::Identity();
+  return mount;
+}
+
+// Each mount that it leaps to must be held over its own metre and turn.
+TEST(ClaimedMount, ALeapIsConfirmedByWhatComesAfterIt) {
+  const auto stateOf = [](const Judgement& judgement) { return judgement.state; };
+  ClaimedMount claimed;
+  EXPECT_EQ(stateOf(claimed.claim(mountAt(0.1), 0.0)), CalibrationState::kConverged);
+  EXPECT_EQ(stateOf(claimed.claim(mountAt(0.103), 1.0)), CalibrationState::kConverged);
+  EXPECT_EQ(stateOf(claimed.claim(mountAt(0.2), 2.0)), CalibrationState::kConverging);
+  EXPECT_EQ(stateOf(claimed.claim(mountAt(0.3), 4.9)), CalibrationState::kConverging);
+  EXPECT_EQ(stateOf(claimed.claim(mountAt(0.3), 5.1)), CalibrationState::kConverging);
+  EXPECT_EQ(stateOf(claimed.claim(mountAt(0.301), 7.8)), CalibrationState::kConverging);
+  EXPECT_EQ(stateOf(claimed.claim(mountAt(0.301), 8.0)), CalibrationState::kConverged);
+  EXPECT_EQ(stateOf(claimed.claim(mountAt(0.1), 8.1)), CalibrationState::kConverging);
+  EXPECT_EQ(stateOf(claimed.claim(mountAt(0.3), 8.2)), CalibrationState::kConverged);
+}
+
 /// Of an estimate that has had to take the separation for so much larger than stated.
 Judgement judgedWithSeparation(double scale_error) {
   ErrorPriors priors;

@@ -67,10 +67,14 @@ class ClaimedMount {
   Judgement claim(const MountEstimate& mount, double motion_m);
 
  private:
+  struct Leap {
+    MountEstimate to;
+    double since_m;  ///< motion of the record when it first gave this one
+  };
   bool staysWhereItWas(const MountEstimate& mount, double motion_m);
 
   std::optional<MountEstimate> claimed_;
-  std::optional<double> leapt_since_m_;  ///< motion of the record when it gave another one
+  std::optional<Leap> leap_;
 };
 
 /// Factors by which the observations' variances may be larger than those that they have.
