@@ -108,6 +108,7 @@ void LightDetector::scan(const SearchedImage& image, const std::vector<PixelStri
   search.part_searched = result->part_searched;
   search.opened = opened;
   search.background_levels = result->background.median;
+  const double enough = 1.0 / (1.0 + search.part_searched);  // likely by itself, without the patch
   double best = 0.0;
   for (int threshold : thresholdsOver(result->background, config_.threshold, config_.sensor)) {
     const std::vector<Blob>& blobs =
@@ -122,7 +123,7 @@ void LightDetector::scan(const SearchedImage& image, const std::vector<PixelStri
     best = probability;
     result->threshold_levels = threshold;
     std::swap(result->lights, lights_);
-    if (best >= kLikely) break;
+    if (best >= enough) break;
   }
 }
 

@@ -55,7 +55,7 @@ void LightTracks::follow(double part_searched, const std::optional<BearingPredic
       track = &tracks_.emplace_back(Track{sighting, sighting, set->stamp, 0.0, 0.0, 0, false});
     }
     track->take(sighting, logOddsOf(candidate.probability, part_searched), set->stamp);
-    candidate.track_probability = track->probability(part_searched);
+    candidate.track_probability = track->probability();
   }
   if (part_searched < 1.0) return;
   for (Track& track : tracks_) {
@@ -111,11 +111,11 @@ bool LightTracks::Track::isOnTheRobot() const {
          !(std::abs(last.radius_px - first.radius_px) > kStays_px);
 }
 
-double LightTracks::Track::probability(double part_searched) const {
+double LightTracks::Track::probability() const {
   // The mean of n equally correlated numbers says as much as so many independent ones.
   const double independent = images / (1.0 + (images - 1) * kRepeated);
-  const double log_odds = kEven + independent * (mean_log_odds - kEven) - std::log(part_searched) -
-                          (isOnTheRobot() ? kOnTheRobot : 0.0);
+  const double log_odds =
+      kEven + independent * (mean_log_odds - kEven) - (isOnTheRobot() ? kOnTheRobot : 0.0);
   return 1.0 / (1.0 + std::exp(-log_odds));
 }
 

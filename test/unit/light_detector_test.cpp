@@ -6,7 +6,9 @@
 #include <cstdlib>
 #include <new>
 #include <numeric>
+#include <opencv2/imgproc.hpp>
 #include <random>
+#include <set>
 
 #include "bearing_calibration/common/angle.h"
 #include "support/default_rig.h"
@@ -241,6 +243,31 @@ TEST(LightDetector, LooksEverywhereWhenTheRegionHasOnlyADoubtfulSpot) {
   EXPECT_FALSE(result.in_region);
   ASSERT_NE(likeliestLight(result.lights), nullptr);
   EXPECT_NEAR(likeliestLight(result.lights)->bearing.azimuth_rad, -2.0, 0.01);
+}
+
+// The lowest threshold takes in the rim of light around a bright spot, a higher one does not: which
+// is tried must not depend on how little else is searched.
+TEST(LightDetector, ABrightLightIsAsLikelyByItselfWhereItIsExpected) {
+  const DetectorConfig config = test::defaultDetector();
+  LightDetector detector(config);
+  std::set<int> thresholds;
+  for (double light_levels = 100.0; light_levels < 2000.0; light_levels *= 1.2) {
+    cv::Mat image = test::flatImage(config.sensor.width_px, config.sensor.height_px, 20.0);
+    addSpot(&image,
+            test::spotOfLight(config, {0.5, test::kDefaultLightHeight_m}, 0.7, light_levels));
+    cv::GaussianBlur(image, image, {}, 1.3);
+    image.convertTo(image, CV_8U);
+    const auto logOddsOf = [&](const std::optional<SearchRegion>& region) {
+      const DetectionResult& seen = detector.detect(image, region);
+      EXPECT_EQ(seen.in_region, region.has_value());
+      const double probability = seen.lights.at(0).bearing.probability;
+      return std::log(seen.part_searched * probability / (1.0 - probability));
+    };
+    const double by_whole = logOddsOf(std::nullopt);
+    thresholds.insert(detector.detect(image).threshold_levels);
+    EXPECT_NEAR(logOddsOf(SearchRegion{std::nullopt, {0.7, 0.2}}), by_whole, 1e-4) << light_levels;
+  }
+  EXPECT_GT(thresholds.size(), 1U) << "no light needs a higher one: nothing is tested";
 }
 
 TEST(LightDetector, FindsALightThatTouchesAWindow) {

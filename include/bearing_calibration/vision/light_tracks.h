@@ -19,11 +19,12 @@ class LightTracks {
 
   /// Sets the candidates' track_probability. Sets come in the order of their stamps, one for every
   /// image, empty ones too; an earlier stamp than the last begins anew.
-  /// @param part_searched  of the mask, which the candidates' probabilities contain: it counts once
-  ///   for a track, not once for each image, for one prediction is made of the images before it.
-  ///   Where it is all of the mask, what is not among the candidates was not found
-  /// @param expected  by the calibration at about this moment: it says how the robot turns, so that
-  ///   what turns with the robot is known
+  /// @param part_searched  of the mask, which the candidates' probabilities contain; where it is
+  ///   all of it, what is not among the candidates was not found
+  /// @param expected  by the calibration at about this moment. It is not asked whether a candidate
+  ///   is the light, for it was made of the candidates: what it adds to their probabilities, by the
+  ///   part that was searched, is taken off again. It only says how the robot turns, so that what
+  ///   turns with the robot is known.
   void follow(double part_searched, const std::optional<BearingPrediction>& expected,
               BearingSet* set);
 
@@ -38,7 +39,7 @@ class LightTracks {
     void take(const Sighting& sighting, double log_odds, Stamp stamp);
     void weigh(double log_odds);
     bool isOnTheRobot() const;
-    double probability(double part_searched) const;  ///< where the last image was searched
+    double probability() const;
 
     Sighting first;
     Sighting last;
