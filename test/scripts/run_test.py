@@ -69,7 +69,8 @@ class Run(CopyOfTheScripts):
         super().setUp()
         os.makedirs(os.path.join(self.build_folder, 'devel'))
         with open(os.path.join(self.build_folder, 'CMakeCache.txt'), 'w') as file:
-            file.write('CATKIN_ENABLE_TESTING:BOOL=OFF\nCMAKE_BUILD_TYPE:STRING=Release\n')
+            file.write('CATKIN_ENABLE_TESTING:BOOL=OFF\nCMAKE_BUILD_TYPE:STRING=Release\n'
+                       'CMAKE_HOME_DIRECTORY:INTERNAL=%s\n' % self.folder)
         with open(os.path.join(self.build_folder, 'devel', 'setup.bash'), 'w'):
             pass
         for name in ('tools', 'bench'):
@@ -208,6 +209,19 @@ class Build(CopyOfTheScripts):
         for option in ('--to-use', '--for-core'):
             self.call(self.path('scripts', 'build'), option)
             self.assertEqual(self.commandsOf(), to_use)
+
+    def testACopyOfABuiltCloneBuildsItself(self):
+        self.call(self.path('scripts', 'build'), '--for-core')
+        copy = self.path('copy')
+        os.mkdir(copy)
+        for name in set(os.listdir(self.folder)) - {'copy'}:
+            subprocess.run(['cp', '-a', self.path(name), copy], check=True)
+        build = (os.path.join(copy, 'scripts', 'build'), '--for-core')
+        first, second = self.call(*build), self.call(*build)
+        self.assertEqual([call[:2] for call in first], [['cmake', '-S'], ['cmake', '--build']])
+        self.assertEqual([call[:3] for call in second], [['cmake', '--build', copy + '/.build/release']])
+        with open(os.path.join(copy, '.build', 'release', 'CMakeCache.txt')) as file:
+            self.assertIn('CMAKE_HOME_DIRECTORY:INTERNAL=%s\n' % copy, file.read())
 
 
 class Demo(CopyOfTheScripts):
