@@ -71,8 +71,9 @@ class Run(CopyOfTheScripts):
         with open(os.path.join(self.build_folder, 'CMakeCache.txt'), 'w') as file:
             file.write('CATKIN_ENABLE_TESTING:BOOL=OFF\nCMAKE_BUILD_TYPE:STRING=Release\n'
                        'CMAKE_HOME_DIRECTORY:INTERNAL=%s\n' % self.folder)
-        with open(os.path.join(self.build_folder, 'devel', 'setup.bash'), 'w'):
-            pass
+        for name in ('build.ninja', os.path.join('devel', 'setup.bash')):
+            with open(os.path.join(self.build_folder, name), 'w'):
+                pass
         for name in ('tools', 'bench'):
             os.symlink(os.path.join(REPOSITORY, name), self.path(name))
         self.standIn(self.path('scripts', 'install_dependencies'))
@@ -104,6 +105,12 @@ class Run(CopyOfTheScripts):
                         'parallel rosrun bearing_calibration calibrate_bag {} ::: a.bag'):
             with self.subTest(command=command):
                 self.assertTakesNothingMore(command)
+
+    def testWhatWasStoppedWhileItWasConfiguredIsConfiguredAgain(self):
+        os.remove(os.path.join(self.build_folder, 'build.ninja'))
+        _, configured, targets = self.whatItTakes('env')
+        self.assertIn('-DCATKIN_ENABLE_TESTING=OFF', configured)
+        self.assertEqual(targets, PROGRAMS)
 
     def testACommandStillFindsTheWorkspaceThatItsCallerHasSourced(self):
         devel = os.path.join(self.build_folder, 'devel')
