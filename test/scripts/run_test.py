@@ -318,6 +318,12 @@ class Sanitize(CopyOfTheScripts):
         self.assertEqual(calls[-1][calls[-1].index('-R') + 1], '_ctest_a_two')
         self.assertIn('none of its tests matches', self.sanitize('exit 0', 'thread', 'three').stdout)
 
+    def testATestThatItLeavesOutIsNoneOfIts(self):
+        done = self.sanitize('case "$*" in *" -E "*soak*) ;; *) echo "  Test #1: _ctest_soak" ;; esac',
+                             'thread', 'soak')
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn('none of its tests matches soak', done.stdout)
+
     def testWrongArgumentsAreNamed(self):
         done = self.sanitize('exit 0', 'memory')
         self.assertNotEqual(done.returncode, 0)
