@@ -7,6 +7,7 @@ import shlex
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
 from unittest import mock
 
@@ -111,6 +112,19 @@ class Run(CopyOfTheScripts):
         _, configured, targets = self.whatItTakes('env')
         self.assertIn('-DCATKIN_ENABLE_TESTING=OFF', configured)
         self.assertEqual(targets, PROGRAMS)
+
+    def testOfTwoAtOnceTheOneThatFailsSaysWhatItsBuildHasSaid(self):
+        self.assertTakesNothingMore('true')
+        run, second = self.path('scripts', 'run'), self.path('second')
+        self.standIn(self.path('stand_ins', 'cmake'), 'echo an error\nmkdir "%s" || exit 0\n'
+                     '"%s" rmdir "%s" > "%s.log" 2>&1 &\nsleep 1\nexit 1' % (second, run, second, second))
+        done = subprocess.run([run, 'true'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              universal_newlines=True, timeout=60)
+        self.assertIn('an error\nrun: the build failed', done.stdout)
+        deadline = time.monotonic() + 60
+        while os.path.exists(second) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        self.assertFalse(os.path.exists(second), 'the other one does not run its command')
 
     def testACommandStillFindsTheWorkspaceThatItsCallerHasSourced(self):
         devel = os.path.join(self.build_folder, 'devel')
