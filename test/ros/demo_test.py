@@ -51,6 +51,8 @@ class Demo(unittest.TestCase):
         self.assertEqual(code, 0, output + self.nodes)
         self.assertIn('right: converged', output)
         self.assertNotRegex(self.nodes, CRASH)
+        for saved in ('bearing_calibration_demo/result.yaml', 'bearing_calibration_demo_optics'):
+            self.assertTrue(os.path.exists(os.path.join(self.folder, saved)), saved)
         self.followNextSteps(output)
 
     def followNextSteps(self, output):

@@ -37,7 +37,7 @@ class RunningLaunch:
         self.master_uri = 'http://localhost:%d' % self.port
         self.log_path = os.path.join(folder, os.path.basename(name) + '.log')
         environment = dict(os.environ, ROS_MASTER_URI=self.master_uri, ROS_LOG_DIR=folder,
-                           HOME=folder,  # where results are saved: the owner's stay
+                           HOME=folder, ROS_HOME=folder,  # where results are saved: the owner's stay
                            **dict(more_environment))
         with open(self.log_path, 'w') as log:
             self.process = subprocess.Popen(
