@@ -94,6 +94,23 @@ class CalibrationDriveKilledTest(unittest.TestCase):
                 self.wait_for_watchdog()
                 self.assertStands()
 
+    def test_start_drive_says_that_it_waits_for_the_node_also_while_time_stands_still(self):
+        self.robot.forget()
+        pid = pid_of('simulation')
+        with subprocess.Popen(['rosrun', 'bearing_calibration', 'start_drive', '--node', 'nobody'],
+                              stdout=subprocess.PIPE, text=True) as program:
+            self.addCleanup(program.kill)
+            while 'waiting for nobody' not in program.stdout.readline():
+                self.assertIsNone(program.poll())
+            os.kill(pid, signal.SIGSTOP)
+            try:
+                time.sleep(7.0)  # it says so every 5 s
+                program.send_signal(signal.SIGINT)
+                words, _ = program.communicate(timeout=30.0)
+            finally:
+                os.kill(pid, signal.SIGCONT)
+        self.assertIn('waiting for nobody', words)
+
     # Promise stands: a clock that stands still
     def test_it_stops_when_time_stands_still(self):
         self.robot.drive()

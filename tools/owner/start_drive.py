@@ -94,12 +94,14 @@ def main(arguments):
     waitForLight(options.estimate)
     client = actionlib.SimpleActionClient(options.node + '/drive', CalibrationDriveAction)
     rospy.on_shutdown(lambda: takeBack(client))
-    while not client.wait_for_server(rospy.Duration(PATIENCE_S)):
-        if rospy.is_shutdown():
-            return 1
+    # In real time, unlike the client's wait_for_server(SECONDS) and wait_for_result().
+    is_there, has_ended = threading.Event(), threading.Event()
+    threading.Thread(target=lambda: (client.wait_for_server(), is_there.set())).start()
+    while not is_there.wait(PATIENCE_S):
         say('waiting for %s: live.launch starts it with drive:=true' % options.node)
+    if rospy.is_shutdown():
+        return 1
     printer = Printer()
-    has_ended = threading.Event()  # in real time, unlike the client's wait_for_result()
     client.send_goal(CalibrationDriveGoal(motion=options.motion, max_time_s=options.max_time,
                                           max_path_m=options.max_path),
                      done_cb=lambda *_: has_ended.set(), feedback_cb=printer.show)
