@@ -91,6 +91,11 @@ class Package(unittest.TestCase):
         self.assertTrue(names)
         self.assertEqual(sorted(names), sorted(set(names)))
 
+    def testTestsOfSeveralUsersWriteToFoldersOfTheirOwn(self):
+        for path in glob.glob(os.path.join(REPOSITORY, 'test', 'ros', '*.*')):
+            with self.subTest(file=os.path.basename(path)):
+                self.assertNotRegex(textOf(path), r'(?<!\$\(anon )/tmp/')
+
     def testCatkinLint(self):
         self.assertTrue(shutil.which('catkin_lint'), 'catkin-lint is not installed')
         ignored = [word for check in IGNORED_CHECKS for word in ('--ignore', check)]

@@ -77,7 +77,7 @@ class RequiredParametersTest(Nodelets):
             with self.subTest(nodelet=nodelet, changed=changed):
                 name = '/case_%d' % number
                 config = self.configuration(files, changed)
-                config['output'] = dict(config.get('output', {}), folder='/tmp/bearing_calibration_test')
+                config['output'] = dict(config.get('output', {}), folder='~/.ros/bearing_calibration_test')
                 self.assertFalse(self.load(nodelet, name, config))
                 self.assertNotIn(name, self.nodelets())
                 given = {}
