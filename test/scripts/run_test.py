@@ -344,5 +344,18 @@ class Sanitize(CopyOfTheScripts):
         self.assertIn('usage: scripts/sanitize [thread|address] [REGEX]', done.stdout)
 
 
+class Package(CopyOfTheScripts):
+
+    def testAToolThatIsMissingIsNamed(self):
+        for name in ('mktemp', 'rm'):
+            os.symlink(shutil.which(name), self.path('stand_ins', name))
+        self.standIn(self.path('stand_ins', 'dpkg-buildpackage'))
+        with open(self.path('scripts', 'environment.sh'), 'a') as file:
+            file.write('PATH="%s"\n' % self.path('stand_ins'))
+        done = subprocess.run([self.path('scripts', 'package')], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, universal_newlines=True, timeout=60)
+        self.assertIn('install the tools first', done.stdout)
+
+
 if __name__ == '__main__':
     unittest.main()
