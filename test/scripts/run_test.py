@@ -274,6 +274,23 @@ class Demo(CopyOfTheScripts):
         self.assertEqual(calls[3:], ['build --to-use'])
 
 
+class Tests(CopyOfTheScripts):
+
+    def testOfTwoRunsInACloneOneWaits(self):
+        for name in ('install_dependencies', 'build'):
+            self.standIn(self.path('scripts', name))
+        self.standIn(self.path('stand_ins', 'python3'))
+        self.standIn(self.path('stand_ins', 'ctest'),
+                     'mkdir "{0}" || echo there is another\nsleep 1\nrmdir "{0}"'.format(self.path('runs')))
+        os.makedirs(self.build_folder)
+        runs = [subprocess.Popen([self.path('scripts', 'test')], stdout=subprocess.PIPE,
+                                 stderr=subprocess.STDOUT, universal_newlines=True) for _ in range(2)]
+        said = ''.join(run.communicate(timeout=60)[0] for run in runs)
+        self.assertEqual([run.returncode for run in runs], [0, 0], said)
+        self.assertNotIn('there is another', said)
+        self.assertEqual(said.count('waiting for another'), 1, said)
+
+
 class Sanitize(CopyOfTheScripts):
     """What scripts/sanitize makes of a run of tests."""
 
