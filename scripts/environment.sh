@@ -50,16 +50,12 @@ makeRoot() {
   echo "127.0.0.1 localhost" > "$2/etc/hosts"
 }
 
-# runInRoot FOLDER [VARIABLE=VALUE...] COMMAND...: there, with nothing of the environment here.
+# runInRoot FOLDER [VARIABLE=VALUE...] COMMAND...: there, with nothing of the environment here. What it
+# mounts is seen by the command alone, and goes with it, also on ctrl-C.
 runInRoot() {
-  local root=$1 status=0
-  shift
-  mount -t proc proc "$root/proc"
-  mount -t devpts devpts "$root/dev/pts"
-  chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root ROS_HOSTNAME=localhost "$@" ||
-    status=$?
-  umount "$root/dev/pts" "$root/proc"
-  return "$status"
+  # shellcheck disable=SC2016  # to be expanded there
+  unshare --mount sh -c 'mount -t proc proc "$0/proc" && mount -t devpts devpts "$0/dev/pts" &&
+    exec chroot "$0" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root ROS_HOSTNAME=localhost "$@"' "$@"
 }
 
 # ROS's setup files read variables that are not set, and without --extend forget the workspace that the

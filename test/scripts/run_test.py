@@ -5,6 +5,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -359,6 +360,25 @@ class Sanitize(CopyOfTheScripts):
         done = self.sanitize('exit 0', 'memory')
         self.assertNotEqual(done.returncode, 0)
         self.assertIn('usage: scripts/sanitize [thread|address] [REGEX]', done.stdout)
+
+
+class Root(CopyOfTheScripts):
+
+    @unittest.skipIf(os.geteuid() != 0, 'only root may mount')
+    def testCtrlCLeavesNothingMounted(self):
+        for name in ('proc', os.path.join('dev', 'pts')):
+            os.makedirs(self.path('root', name))
+            self.addCleanup(subprocess.run, ['umount', self.path('root', name)], stderr=subprocess.DEVNULL)
+        self.standIn(self.path('stand_ins', 'chroot'), 'grep "%s" /proc/mounts\nsleep 60' % self.path('root'))
+        with subprocess.Popen(['bash', '-c', 'set -euo pipefail; source "$0"; runInRoot "$@"',
+                               self.path('scripts', 'environment.sh'), self.path('root'), 'true'],
+                              stdout=subprocess.PIPE, universal_newlines=True, start_new_session=True) as run:
+            self.assertIn(self.path('root', 'proc'), run.stdout.readline())
+            self.assertIn(self.path('root', 'dev', 'pts'), run.stdout.readline())
+            os.killpg(run.pid, signal.SIGINT)
+        self.assertNotEqual(run.returncode, 0)
+        with open('/proc/mounts') as mounts:
+            self.assertNotIn(self.path('root'), mounts.read())
 
 
 class Package(CopyOfTheScripts):
