@@ -105,6 +105,14 @@ class Fuzz(CopyOfTheScripts):
         self.assertEqual(self.fuzz('--keep', 'files')[0], 0)
         self.assertEqual(self.read('fuzz', 'corpora', 'files.tar.xz'), first, 'the same bytes')
 
+    def testWhatCannotBeMergedIsNamedAndWhatWasKeptStays(self):
+        programs = self.makePrograms('fuzz_fast')
+        self.standIn(os.path.join(programs, 'files_fuzz'), 'echo "ERROR: out-of-memory" >&2\nexit 71')
+        code, said, _ = self.fuzz('--keep', 'files')
+        self.assertNotEqual(code, 0)
+        self.assertIn('ERROR: out-of-memory\nfuzz: files: merging has failed', said)
+        self.assertEqual(os.listdir(self.path('fuzz', 'corpora')), [])
+
     def read(self, *names):
         with open(self.path(*names), 'rb') as file:
             return file.read()
