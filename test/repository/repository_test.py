@@ -96,6 +96,12 @@ class Package(unittest.TestCase):
             with self.subTest(file=os.path.basename(path)):
                 self.assertNotRegex(textOf(path), r'(?<!\$\(anon )/tmp/')
 
+    def testNoTestReplacesTheOwnersResult(self):
+        for path in glob.glob(os.path.join(REPOSITORY, 'test', 'ros', '*.test')):
+            if re.search('CalibrationNodelet|/calibrate.launch', textOf(path)):
+                with self.subTest(file=os.path.basename(path)):
+                    self.assertRegex(textOf(path), 'result_folder|output/folder|calibration_overrides.yaml')
+
     def testCatkinLint(self):
         self.assertTrue(shutil.which('catkin_lint'), 'catkin-lint is not installed')
         ignored = [word for check in IGNORED_CHECKS for word in ('--ignore', check)]
