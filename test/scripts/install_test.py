@@ -9,21 +9,16 @@ import sys
 import tempfile
 import unittest
 
-import roslib.packages
 import yaml
 
-REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+from cpp_test import REPOSITORY, buildFolder
+
 sys.path.insert(0, os.path.join(REPOSITORY, 'tools', 'owner'))
 import demo_monitor  # noqa: E402  (lies in tools)
 
 TRUTH = {'x': 0.1 * math.cos(math.radians(30)), 'y': 0.1 * math.sin(math.radians(30)),
          'yaw': math.radians(60)}  # of the simulated camera, config/simulation.yaml
 ROS_SETUPS = ['/opt/ros/noetic/setup.bash', '/opt/ros/one/setup.bash']
-
-
-def buildFolder():
-    program = roslib.packages.find_node('bearing_calibration', 'calibrate_bag')[0]
-    return os.path.abspath(os.path.join(os.path.dirname(program), '..', '..', '..'))
 
 
 class Install(unittest.TestCase):
