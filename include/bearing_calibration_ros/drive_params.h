@@ -22,6 +22,7 @@ struct DriveNodeConfig {
   WheelInput wheels;
   core::DriveGeometry geometry;
   core::WheelTimes wheel_times;
+  core::BearingInputConfig bearings;  ///< of which a drive asks for the least probability alone
   core::DriveConfig drive;
   core::DriveGoal default_goal;     ///< what a goal does not name
   double clock_timeout_s = 0.0;     ///< of real time in which ROS time may stand still
@@ -47,7 +48,6 @@ struct DriveNodeConfig {
     wheels.declare(params);
     geometry.declare(params);
     wheel_times.declare(params);
-    core::BearingInputConfig bearings;
     bearings.declare(params);
     drive.min_probability = bearings.min_probability;
     drive.limits.wheel_separation_m = geometry.wheel_separation_m;
