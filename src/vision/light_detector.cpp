@@ -94,7 +94,8 @@ void LightDetector::search(const SearchedImage& image, const std::vector<PixelSt
   if (probabilityOfBest(opened_result_.lights) > probability) std::swap(result_, opened_result_);
 }
 
-/// One threshold after the other until a spot is likely; the lights are those of the best one.
+/// One threshold after the other until a spot is likely by itself; the lights are those of the best
+/// one.
 void LightDetector::scan(const SearchedImage& image, const std::vector<PixelStrip>& strips,
                          bool opened, DetectionResult* result) {
   constexpr double kLeastPart = 0.05;  // clutter stands in groups
@@ -108,7 +109,7 @@ void LightDetector::scan(const SearchedImage& image, const std::vector<PixelStri
   search.part_searched = result->part_searched;
   search.opened = opened;
   search.background_levels = result->background.median;
-  const double enough = 1.0 / (1.0 + search.part_searched);  // likely by itself, without the patch
+  const double enough = 1.0 / (1.0 + search.part_searched);  // 0.5, were all of the mask searched
   double best = 0.0;
   for (int threshold : thresholdsOver(result->background, config_.threshold, config_.sensor)) {
     const std::vector<Blob>& blobs =
