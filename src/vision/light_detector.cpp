@@ -109,7 +109,8 @@ void LightDetector::scan(const SearchedImage& image, const std::vector<PixelStri
   search.part_searched = result->part_searched;
   search.opened = opened;
   search.background_levels = result->background.median;
-  const double enough = 1.0 / (1.0 + search.part_searched);  // 0.5, were all of the mask searched
+  // as much as kLikely, were all of the mask searched
+  const double enough = kLikely / (kLikely + search.part_searched * (1.0 - kLikely));
   double best = 0.0;
   for (int threshold : thresholdsOver(result->background, config_.threshold, config_.sensor)) {
     const std::vector<Blob>& blobs =
