@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "bearing_calibration/common/parameters.h"
-#include "bearing_calibration/simulation/clutter.h"
 #include "bearing_calibration/simulation/image_sensor.h"
 #include "bearing_calibration/simulation/light.h"
 #include "bearing_calibration/simulation/light_spot.h"
 #include "bearing_calibration/simulation/panorama.h"
+#include "bearing_calibration/simulation/scene.h"
 
 namespace bearing_calibration::core {
 
