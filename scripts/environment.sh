@@ -41,6 +41,13 @@ stampOf() {
   printf '%s/.built-%s' "$build_folder" "${name%% *}"
 }
 
+# takeTurn FOLDER: two that build, run and write there at once would spoil each other's: the second waits.
+takeTurn() {
+  mkdir -p "${1%/*}"
+  exec 8> "$1.lock"
+  flock --nonblock 8 || { say "Waiting for another ./scripts/${0##*/} in this clone"; flock 8; }
+}
+
 # makeRoot SUITE FOLDER: a bare Debian.
 makeRoot() {
   [[ "$(id -u)" -eq 0 ]] || fail "debootstrap and chroot want root: use sudo"

@@ -75,6 +75,9 @@ class Fuzz(CopyOfTheScripts):
         self.assertIn('--for-fuzz', calls['install_dependencies'])
         self.assertIn('-DBEARING_CALIBRATION_SANITIZE=fuzzer-no-link,address', self.configured)
 
+    def testOfTwoRunsInACloneOneWaits(self):
+        self.assertOneWaits('fuzz', self.programs, TARGETS[0] + '_fuzz')
+
     def testFastIsWithoutSanitizers(self):
         self.makePrograms('fuzz_fast')
         code, said, calls = self.fuzz('--fast', 'files', '5')

@@ -63,6 +63,19 @@ class CopyOfTheScripts(unittest.TestCase):
         with open(self.log) as file:
             return [line.split() for line in file]
 
+    def assertOneWaits(self, script, *runner):
+        """Of two runs of a script at once, as `runner` notices, a program that it runs."""
+        self.standIn(os.path.join(*runner), 'mkdir "{0}" || echo there is another >> "{1}"\nsleep 1\n'
+                     'rmdir "{0}"'.format(self.path('runs'), self.log))
+        runs = [subprocess.Popen([self.path('scripts', script)], stdin=subprocess.DEVNULL,
+                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                 universal_newlines=True) for _ in range(2)]
+        said = ''.join(run.communicate(timeout=60)[0] for run in runs)
+        self.assertEqual([run.returncode for run in runs], [0, 0], said)
+        with open(self.log) as file:
+            self.assertNotIn('there is another', file.read())
+        self.assertEqual(said.count('Waiting for another ./scripts/%s in this clone' % script), 1, said)
+
 
 class Run(CopyOfTheScripts):
     """After scripts/demo, which leaves a build folder without tests."""
@@ -281,15 +294,8 @@ class Tests(CopyOfTheScripts):
         for name in ('install_dependencies', 'build'):
             self.standIn(self.path('scripts', name))
         self.standIn(self.path('stand_ins', 'python3'))
-        self.standIn(self.path('stand_ins', 'ctest'),
-                     'mkdir "{0}" || echo there is another\nsleep 1\nrmdir "{0}"'.format(self.path('runs')))
         os.makedirs(self.build_folder)
-        runs = [subprocess.Popen([self.path('scripts', 'test')], stdout=subprocess.PIPE,
-                                 stderr=subprocess.STDOUT, universal_newlines=True) for _ in range(2)]
-        said = ''.join(run.communicate(timeout=60)[0] for run in runs)
-        self.assertEqual([run.returncode for run in runs], [0, 0], said)
-        self.assertNotIn('there is another', said)
-        self.assertEqual(said.count('waiting for another'), 1, said)
+        self.assertOneWaits('test', self.path('stand_ins'), 'ctest')
 
 
 class Sanitize(CopyOfTheScripts):
@@ -355,6 +361,9 @@ class Sanitize(CopyOfTheScripts):
                              'thread', 'soak')
         self.assertNotEqual(done.returncode, 0)
         self.assertIn('none of its tests matches soak', done.stdout)
+
+    def testOfTwoRunsOfAKindOneWaits(self):
+        self.assertOneWaits('sanitize', self.path('stand_ins'), 'ctest')
 
     def testWrongArgumentsAreNamed(self):
         done = self.sanitize('exit 0', 'memory')
