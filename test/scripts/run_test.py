@@ -288,6 +288,33 @@ class Demo(CopyOfTheScripts):
         self.assertEqual(calls[3:], ['build --to-use'])
 
 
+class Dependencies(CopyOfTheScripts):
+    """What scripts/install_dependencies asks whether it is there."""
+
+    def askedOf(self, program, *arguments):
+        calls = self.call(self.path('scripts', 'install_dependencies'), *arguments)
+        self.assertEqual([call[0] for call in calls].count(program), 1, calls)
+        return [word for call in calls for word in call]  # echo breaks a line at the format's \\n
+
+    def testFuzzNeedsWhatBuildsAndItsOwn(self):
+        with open(self.path('scripts', 'environment.sh'), 'a') as file:
+            file.write('ros_setup=\n')
+        self.standIn(self.path('stand_ins', 'dpkg-query'), 'shift 3\nprintf "installed %s\\n" "$@"')
+        to_use = set(self.askedOf('dpkg-query', '--to-use'))
+        self.assertLessEqual({'cmake', 'librosbag-dev'}, to_use)
+        self.assertEqual(set(self.askedOf('dpkg-query', '--for-fuzz')),
+                         to_use | {'clang', 'libclang-rt-dev', 'llvm'})
+
+    def testRosdepIsNotAskedForTestsWhereThereAreNone(self):
+        with open(self.path('scripts', 'environment.sh'), 'a') as file:
+            file.write('ros_setup=/opt/ros/noetic/setup.bash\n')
+        self.standIn(self.path('stand_ins', 'rosdep'))
+        self.assertNotIn('-t', self.askedOf('rosdep'))
+        asked = self.askedOf('rosdep', '--to-use')
+        self.assertEqual([asked[i + 1] for i, word in enumerate(asked) if word == '-t'],
+                         ['build', 'build_export', 'buildtool', 'exec'])
+
+
 class Tests(CopyOfTheScripts):
 
     def testOfTwoRunsInACloneOneWaits(self):
