@@ -1,21 +1,27 @@
 // What a calibration drive brings: planned by the robot, scripted, and the best that is known.
 // drive_table --help
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/program_options.hpp>
-#include <cmath>
 #include <cstdio>
 #include <functional>
-#include <limits>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/simulation/image_renderer.h"
+#include "bearing_calibration/simulation/robot_simulator.h"
+#include "bearing_calibration/vision/light_bearings.h"
+#include "bearing_calibration/vision/light_detector.h"
+#include "support/default_rig.h"
+#include "support/rendered_observations.h"
 #include "tools/common/command_line.h"
 #include "tools/common/parallel.h"
 #include "tools/study/best_drive.h"
 #include "tools/study/drive_summary.h"
-#include "tools/study/image_look.h"
 #include "tools/study/monte_carlo_bars.h"
 
 namespace bearing_calibration::core {
@@ -126,6 +132,39 @@ bool printViews(const Arguments& arguments) {
     }
   }
   return all_reached;
+}
+
+struct SimulatedCamera {
+  explicit SimulatedCamera(const RendererConfig& config)
+      : renderer(config, test::plainWall), detector(test::detectorOf(config)) {}
+  ImageRenderer renderer;
+  LightDetector detector;
+  std::uint64_t images = 0;
+};
+
+RendererConfig cameraConfig(std::uint64_t seed) {
+  RendererConfig config = test::renderedRig();
+  config.rays_per_light = 4096;  // as config/simulation.yaml has it
+  config.seed = seed;
+  return config;
+}
+
+/// A camera under its mirror, rendered, and the detector that finds the light in its images, both
+/// as they are shipped, with an exposure control. For DrivenCase::look.
+std::function<BearingSet(const RobotSimulator&)> imageLook(std::uint64_t seed) {
+  const auto camera = std::make_shared<SimulatedCamera>(cameraConfig(seed));
+  return [camera](const RobotSimulator& robot) {
+    std::vector<Light> lights = robot.lights();
+    for (Light& light : lights) {
+      light.height_m = test::kDefaultLightHeight_m;
+      // makes up for the distance, as an exposure control does
+      light.brightness = (light.position_m - robot.worldFromSensor().position_m).squaredNorm();
+    }
+    const cv::Mat image =
+        camera->renderer.render(lights, {robot.worldFromSensor()}, camera->images++);
+    const DetectionResult& found = camera->detector.detect(image);
+    return bearingsFromLights(found.lights, {}, robot.now(), image.rows);
+  };
 }
 
 DrivenCase roomWithImages(std::uint64_t seed) {
