@@ -14,7 +14,6 @@
 #include "tools/study/monte_carlo_bars.h"
 #include "tools/study/monte_carlo_table.h"
 #include "tools/study/monte_carlo_trials.h"
-#include "tools/study/robot_error_table.h"
 #include "tools/study/unmodelled.h"
 
 namespace bearing_calibration::core {
