@@ -2,8 +2,6 @@
 
 #include <string>
 
-#include "bearing_calibration_ros/namespaces.h"
-
 namespace bearing_calibration_ros {
 
 /// Why a message cannot be used.

@@ -1,7 +1,5 @@
 #include "bearing_calibration/output/unestimated_mount.h"
 
-#include "bearing_calibration/common/parameters.h"
-
 namespace bearing_calibration::core {
 
 void UnestimatedMount::declare(Parameters& params) {

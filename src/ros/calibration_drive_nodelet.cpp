@@ -13,13 +13,13 @@
 #include <utility>
 #include <vector>
 
+#include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration_ros/conversions.h"
 #include "bearing_calibration_ros/drive_params.h"
 #include "bearing_calibration_ros/drive_publisher.h"
 #include "bearing_calibration_ros/drive_wheels.h"
 #include "bearing_calibration_ros/guarded_nodelet.h"
 #include "bearing_calibration_ros/input_watch.h"
-#include "bearing_calibration_ros/result_messages.h"
 #include "bearing_calibration_ros/safety_input.h"
 #include "bearing_calibration_ros/shutdown_hook.h"
 

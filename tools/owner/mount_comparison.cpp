@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "bearing_calibration/common/angle.h"

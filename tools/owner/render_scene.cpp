@@ -2,8 +2,6 @@
 
 #include <boost/program_options.hpp>
 #include <cinttypes>
-#include <cstdio>
-#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>

@@ -2,7 +2,6 @@
 
 #include <boost/program_options.hpp>
 #include <iostream>
-#include <optional>
 #include <string>
 #include <vector>
 

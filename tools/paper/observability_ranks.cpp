@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/SVD>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>

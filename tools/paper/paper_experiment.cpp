@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/filter/bearing_model.h"
 #include "bearing_calibration/filter/paper_filter.h"
 
 namespace bearing_calibration::core {

@@ -8,7 +8,6 @@
 #include <ctime>
 #include <limits>
 #include <optional>
-#include <utility>
 
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/odometry/wheel_odometer.h"

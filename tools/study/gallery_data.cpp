@@ -11,7 +11,6 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
-#include <vector>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/light_detector.h"

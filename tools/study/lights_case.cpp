@@ -5,7 +5,6 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/odometry/odometry_track.h"
-#include "bearing_calibration/odometry/wheel_odometer.h"
 #include "tools/study/draws.h"
 
 namespace bearing_calibration::core {

@@ -8,9 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "bearing_calibration/calibration/calibrator.h"
 #include "bearing_calibration/common/angle.h"

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "bearing_calibration/filter/observation.h"
