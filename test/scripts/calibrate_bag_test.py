@@ -428,6 +428,17 @@ class CalibrateBag(Drives):
         self.assertIn('absent: FAILED', done.stdout)
         self.assertIn('drive_1: CONVERGED', done.stdout)
 
+    # Promise named: an output folder that can no longer be written to after the calibrations
+    def testWhatCannotBeWrittenAtTheEndLosesNothing(self):
+        os.makedirs(os.path.join(self.output, '.bearing_calibration'))  # it is a file that gives way to a new one
+        done = self.run_(*self.drives[:2], '--set', NOISE, '--compare')
+        self.assertStatus(done, FAILED)
+        self.assertEqual(done.stdout.count('Is a directory'), 2, done.stdout)
+        self.assertIn('they agree', done.stdout)
+        self.assertIn('a report of it', done.stdout)
+        for drive in ('drive_1', 'drive_2'):
+            self.assertRight(self.result(drive), worldOf())
+
     def cureOf(self, bag, what):
         """Runs the command that calibrate_bag names for a bag that it cannot read."""
         done = self.run_(bag, '--set', NOISE)

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <set>
 
 #include "bearing_calibration/common/angle.h"
@@ -11,6 +12,7 @@
 #include "bearing_calibration/output/quality.h"
 #include "bearing_calibration/output/yaml_writer.h"
 #include "bearing_calibration_ros/result_messages.h"
+#include "bearing_calibration_ros/thrown.h"
 #include "tools/common/command_line.h"
 #include "tools/common/parallel.h"
 #include "tools/owner/bag_calibration.h"
@@ -169,6 +171,14 @@ std::vector<NamedMount> mountsOf(const std::vector<Done>& all) {
   return mounts;
 }
 
+/// Writes what several jobs have in common. Their own files are there, whatever becomes of it.
+ExitStatus writeTogether(const std::function<void()>& write) {
+  const std::string error = ros_side::thrownBy(write);
+  if (error.empty()) return kConverged;
+  std::printf("%s\n", error.c_str());
+  return kFailed;
+}
+
 ExitStatus compare(const std::vector<Done>& all, const std::string& folder) {
   const std::vector<NamedMount> mounts = mountsOf(all);
   if (mounts.size() < 2) {
@@ -178,12 +188,10 @@ ExitStatus compare(const std::vector<Done>& all, const std::string& folder) {
   }
   const MountComparison comparison = compareMounts(mounts);
   std::printf("\n%s", format(mounts, comparison).c_str());
-  try {
+  const ExitStatus written = writeTogether([&] {
     OwnedFolder(folder).add({kComparison, toYaml(mounts, comparison)});
-  } catch (const std::exception& error) {
-    std::printf("%s\n", error.what());
-    return kFailed;
-  }
+  });
+  if (written != kConverged) return written;
   return comparison.agrees() ? kConverged : kDisagreement;
 }
 
@@ -247,7 +255,9 @@ ExitStatus run(const CalibrateBagArguments& arguments) {
     print(done);
     statuses.insert(statusOf(done));
   }
-  if (all.size() > 1 && isAnyStored(all)) listStored(all, arguments.output_folder);
+  if (all.size() > 1 && isAnyStored(all)) {
+    statuses.insert(writeTogether([&] { listStored(all, arguments.output_folder); }));
+  }
   if (arguments.compare) statuses.insert(compare(all, arguments.output_folder));
   if (isAnyStored(all)) sayHowToReport(all, arguments.output_folder);
   return worst(statuses);
