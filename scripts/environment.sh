@@ -41,9 +41,19 @@ stampOf() {
   printf '%s/.built-%s' "$build_folder" "${name%% *}"
 }
 
+# configure SOURCE FOLDER OPTION...: by CMake. catkin takes a snapshot of the environment when it configures for
+# the first time: what is not there yet is missing from PYTHONPATH and PKG_CONFIG_PATH for ever.
+configure() {
+  mkdir -p "$2/devel/lib/python3/dist-packages" "$2/devel/lib/pkgconfig"
+  cmake -S "$1" -B "$2" "${@:3}" > "$2/configure.log" 2>&1 9>&- && return
+  rm -f "$2/CMakeCache.txt"
+  cat "$2/configure.log" >&2
+  fail "configuring failed"
+}
+
 # takeTurn FOLDER: two that build, run and write there at once would spoil each other's: the second waits.
 takeTurn() {
-  mkdir -p "${1%/*}"
+  mkdir -p "$1"
   exec 8> "$1.lock"
   flock --nonblock 8 || { say "Waiting for another ./scripts/${0##*/} in this clone"; flock 8; }
 }
