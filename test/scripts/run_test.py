@@ -324,6 +324,15 @@ class Tests(CopyOfTheScripts):
         os.makedirs(self.build_folder)
         self.assertOneWaits('test', self.path('stand_ins'), 'ctest')
 
+    def testOfTwoRunsOfMutantsOneWaits(self):
+        for name in ('install_dependencies', 'build', 'try_mutants.py'):
+            self.standIn(self.path('scripts', name))
+        os.makedirs(os.path.join(self.build_folder, 'devel', 'lib'))
+        for name in (('setup.bash',), ('lib', 'libcore.so')):
+            with open(os.path.join(self.build_folder, 'devel', *name), 'w'):
+                pass
+        self.assertOneWaits('mutants', self.path('stand_ins'), 'cmake')
+
 
 class Sanitize(CopyOfTheScripts):
     """What scripts/sanitize makes of a run of tests."""
