@@ -179,35 +179,6 @@ struct WheelSeparation : NoEffect {
   }
 };
 
-/// How much farther a light at 1 m is than one far away, for what a misaligned mirror does to both
-/// [1/m].
-inline double nearnessOf(double range_m) {
-  constexpr double kLeastRange_m = 0.05;  // nearer, the light stands over the mirror
-  return 1.0 / std::max(range_m, kLeastRange_m);
-}
-
-/// Bends an azimuth by a first harmonic, of which the sizes change by `cos_by_range` and
-/// `sin_by_range` for a metre of range.
-struct Harmonic {
-  double cos_size = 0.0;
-  double sin_size = 0.0;
-  double cos_by_range = 0.0;
-  double sin_by_range = 0.0;
-
-  /// The Jacobians by a block's own numbers are left to that block.
-  template <int K>
-  void bend(CorrectedAzimuth<K>& azimuth) const {
-    const double c = std::cos(azimuth.azimuth_rad);
-    const double s = std::sin(azimuth.azimuth_rad);
-    const double J_bent_straight = 1.0 - cos_size * s + sin_size * c;
-    azimuth.J_azimuth_ideal *= J_bent_straight;
-    azimuth.J_azimuth_errors *= J_bent_straight;
-    azimuth.J_azimuth_range =
-        J_bent_straight * azimuth.J_azimuth_range + cos_by_range * c + sin_by_range * s;
-    azimuth.azimuth_rad += cos_size * c + sin_size * s;
-  }
-};
-
 /// Mirror axis, apex and image centre are not on one line: the azimuth is off by a first harmonic
 /// of the sizes q(0), q(1) [rad] for a far light, and by q(2) [m] over the range times these more
 /// for a near one. q(2) is a constant of mirror and lens (optics/conic_mirror) where the
@@ -231,10 +202,16 @@ struct MirrorHarmonic : NoEffect {
   static void correct(CorrectedAzimuth<K>& azimuth, const Q& q) {
     const double c = std::cos(azimuth.azimuth_rad);
     const double s = std::sin(azimuth.azimuth_rad);
-    const double nearness = nearnessOf(azimuth.range_m);
+    constexpr double kLeastRange_m = 0.05;  // nearer, the light stands over the mirror
+    const double nearness = 1.0 / std::max(azimuth.range_m, kLeastRange_m);
     const double factor = 1.0 + q(kNearPerFar) * nearness;
     const double by_range = -q(kNearPerFar) * nearness * nearness;
-    Harmonic{q(0) * factor, q(1) * factor, q(0) * by_range, q(1) * by_range}.bend(azimuth);
+    const double J_bent_straight = 1.0 - q(0) * factor * s + q(1) * factor * c;
+    azimuth.J_azimuth_ideal *= J_bent_straight;
+    azimuth.J_azimuth_errors *= J_bent_straight;
+    azimuth.J_azimuth_range =
+        J_bent_straight * azimuth.J_azimuth_range + q(0) * by_range * c + q(1) * by_range * s;
+    azimuth.azimuth_rad += q(0) * factor * c + q(1) * factor * s;
     azimuth.J_azimuth_errors.template segment<kSize>(At) << factor * c, factor * s,
         nearness * (q(0) * c + q(1) * s);
   }
