@@ -7,7 +7,6 @@
 #include "bearing_calibration/judge/fault_finder.h"
 #include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/rival_mount.h"
-#include "bearing_calibration/track/light_start.h"
 
 namespace bearing_calibration::core {
 namespace {

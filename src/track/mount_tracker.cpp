@@ -1,10 +1,11 @@
 #include "bearing_calibration/track/mount_tracker.h"
 
+#include <bitset>
+
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/filter/paper_filter.h"
+#include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/solve/record_weights.h"
-#include "bearing_calibration/track/light_start.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -20,6 +21,64 @@ void FilterConfig::declare(Parameters& params) {
   constexpr double kLargestGate = 0.999999999;
   params.choice("filter/parametrisation", {"cartesian", "paper"}, parametrisation);
   params.number("filter/gate_probability", gate_probability, kSmallestGate, kLargestGate);
+}
+
+CartesianEstimate placeLight(const MountEstimate& base_from_sensor, const LightDistance& distance,
+                             double azimuth_rad, double azimuth_variance_rad2) {
+  const Eigen::Vector2d sensor = base_from_sensor.mean.head<2>();
+  const double yaw = base_from_sensor.mean.z();
+  const Eigen::Vector2d direction = rotation2(yaw + azimuth_rad) * Eigen::Vector2d::UnitX();
+  const Eigen::Vector2d J_light_angle = distance.mean_m * perpendicular(direction);
+
+  Eigen::Matrix<double, 5, 3> J_state_mount = Eigen::Matrix<double, 5, 3>::Zero();
+  J_state_mount.topLeftCorner<2, 2>().setIdentity();
+  J_state_mount.topRightCorner<5, 1>().head<2>() = J_light_angle;
+  J_state_mount.bottomRows<3>().setIdentity();
+
+  CartesianEstimate estimate;
+  estimate.mean << sensor + distance.mean_m * direction, sensor, yaw;
+  estimate.covariance = J_state_mount * base_from_sensor.covariance * J_state_mount.transpose();
+  estimate.covariance.topLeftCorner<2, 2>() +=
+      distance.stddev_m * distance.stddev_m * direction * direction.transpose() +
+      azimuth_variance_rad2 * J_light_angle * J_light_angle.transpose();
+  return estimate;
+}
+
+StateEstimate widenLight(StateEstimate estimate, double stddev_m, double stddev_rad) {
+  const Eigen::Vector2d across = perpendicular(estimate.mean.tail<2>());
+  estimate.covariance.bottomRightCorner<2, 2>() +=
+      stddev_m * stddev_m * Eigen::Matrix2d::Identity() +
+      stddev_rad * stddev_rad * across * across.transpose();
+  return estimate;
+}
+
+Association FormerTrack::fuse(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
+                              const FusionConfig& fusion, const Association& present) {
+  constexpr double kVaguer = 4.0;  // variance of an expectation that says less
+  ++images_;
+  const Association association =
+      associate(filter_.predictAzimuth(nearby), candidates, fusion.gate);
+  const bool found = association.kind == Association::Kind::kFound;
+  if (found) filter_.update(fusion.widened(candidates[association.candidate]), nearby);
+  const bool expected_there_too =
+      present.kind == Association::Kind::kFound && present.candidate == association.candidate &&
+      present.innovation.variance < kVaguer * association.innovation.variance;
+  found_ = found_ << 1U | static_cast<unsigned>(found && !expected_there_too);
+  return association;
+}
+
+bool FormerTrack::isBack() const {
+  constexpr unsigned kLookBack = 5;   // images
+  constexpr std::size_t kFewest = 4;  // of these, which after a slip happens by chance once in 10^5
+  constexpr unsigned kLast = 1U;
+  constexpr unsigned kMask = (1U << kLookBack) - 1U;
+  return (found_ & kLast) != 0 && std::bitset<kLookBack>(found_ & kMask).count() >= kFewest;
+}
+
+bool FormerTrack::isHistory() const {
+  // Six seconds of another light at 10 Hz: more than the batch needs (record_track.cpp).
+  constexpr int kPatience = 60;
+  return images_ > kPatience;
 }
 
 MountTracker::MountTracker(const FilterConfig& config, const StateEstimate& start,

@@ -12,7 +12,7 @@
 #include "bearing_calibration/filter/live_filter.h"
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/track/association.h"
-#include "bearing_calibration/track/light_start.h"
+#include "bearing_calibration/track/mount_tracker.h"
 #include "support/numerical_jacobian.h"
 
 namespace bearing_calibration::core {

@@ -1,4 +1,4 @@
-#include "bearing_calibration/track/former_track.h"
+#include "bearing_calibration/track/mount_tracker.h"
 
 #include <gtest/gtest.h>
 

@@ -5,9 +5,10 @@
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/filter/live_filter.h"
+#include "bearing_calibration/filter/observation.h"
+#include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/track/association.h"
-#include "bearing_calibration/track/former_track.h"
 #include "bearing_calibration/track/recent_innovations.h"
 
 namespace bearing_calibration::core {
@@ -19,6 +20,50 @@ struct FilterConfig {
   double gate_probability = 0.0;  ///< a true bearing passes the chi-square gate with this one
 
   void declare(Parameters& params);
+};
+
+/// A distance from the sensor to the light, and how well it is known.
+struct LightDistance {
+  double mean_m = 0.0;
+  double stddev_m = 0.0;
+};
+
+/// Places the light on the ray of one bearing, seen from a mount that is known to its covariance
+/// (model.md, eq. 14). The start of a filter from an earlier mount, and of its light after its
+/// track was lost.
+CartesianEstimate placeLight(const MountEstimate& base_from_sensor, const LightDistance& distance,
+                             double azimuth_rad, double azimuth_variance_rad2);
+
+/// Forgets a part of what is known about the only light, and nothing about the mount: adds a
+/// variance of `stddev_m` in every direction and of `stddev_rad` seen from the base across the line
+/// of sight.
+StateEstimate widenLight(StateEstimate estimate, double stddev_m, double stddev_rad);
+
+/// The light as it was followed before it was looked for anew. Either a wheel has slipped, and this
+/// is history; or the light was hidden for a while, another was taken for it, and it turns up where
+/// the odometry says.
+class FormerTrack {
+ public:
+  explicit FormerTrack(const LiveFilter& filter) : filter_(filter) {}
+
+  void move(const OdometryIncrement& motion) { filter_.predict(motion); }
+
+  /// An image at the end of the last motion.
+  /// @param present  what it showed at the present place: what is seen at both tells nothing
+  Association fuse(const std::vector<Bearing>& candidates, const OdometryWindow& nearby,
+                   const FusionConfig& fusion, const Association& present);
+
+  /// The last image and nearly all before it showed the light at its old place, and there only.
+  bool isBack() const;
+  /// It has not turned up for so long that it will not.
+  bool isHistory() const;
+
+  const LiveFilter& filter() const { return filter_; }
+
+ private:
+  LiveFilter filter_;
+  unsigned found_ = 0;  ///< there only: a bit for each image, the last one's lowest
+  int images_ = 0;
 };
 
 /// The filter at work: predicts by the base's motion, chooses the light among an image's
