@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "bearing_calibration/track/hidden_turn.h"
+#include "bearing_calibration/track/association.h"
 
 namespace bearing_calibration::core {
 namespace {

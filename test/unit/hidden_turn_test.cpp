@@ -1,6 +1,6 @@
 // A slip of the wheels turns all lights by the same angle.
 
-#include "bearing_calibration/track/hidden_turn.h"
+#include "bearing_calibration/track/association.h"
 
 #include <gtest/gtest.h>
 

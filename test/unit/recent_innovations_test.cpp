@@ -1,4 +1,4 @@
-#include "bearing_calibration/track/recent_innovations.h"
+#include "bearing_calibration/track/association.h"
 
 #include <gtest/gtest.h>
 

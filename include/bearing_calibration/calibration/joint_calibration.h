@@ -11,7 +11,7 @@
 #include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/record/lights_record.h"
-#include "bearing_calibration/track/recent_innovations.h"
+#include "bearing_calibration/track/association.h"
 
 namespace bearing_calibration::core {
 

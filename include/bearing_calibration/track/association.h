@@ -1,6 +1,9 @@
 #pragma once
 
+#include <boost/circular_buffer.hpp>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "bearing_calibration/filter/live_filter.h"
@@ -36,6 +39,41 @@ struct FusionConfig {
     light.azimuth_variance_rad2 *= widening;
     return light;
   }
+};
+
+/// Whether a bearing is where a light is expected: within four standard deviations.
+bool isWhereExpected(const AzimuthPrediction& light, const Bearing& candidate);
+
+/// The turn of the base [rad] that its wheels do not show, because they have slipped: it takes
+/// several lights that nobody has numbered off from where they are expected, all by the same angle.
+/// None where most are where they are expected, where no such turn explains them, or more than one.
+/// @param expected  azimuths of the lights
+std::optional<double> hiddenTurn(const std::vector<AzimuthPrediction>& expected,
+                                 const std::vector<Bearing>& candidates);
+
+/// What a filter made of the latest bearings.
+struct Consistency {
+  double nis = 0.0;       ///< of the last fused bearing
+  double nis_mean = 0.0;  ///< over those of the latest that were fused; 0 before the first
+  int fused = 0;          ///< of the latest bearings
+  int not_fused = 0;      ///< of the latest bearings: seen, but gated or ambiguous
+};
+
+/// The latest bearings that a filter was offered.
+class RecentInnovations {
+ public:
+  static constexpr int kWindow = 100;  ///< bearings that it looks back over
+
+  RecentInnovations() : nis_(kWindow) {}
+
+  void noteFused(double nis) { nis_.push_back(nis); }
+  void noteNotFused() { nis_.push_back(kNotFused); }
+  Consistency consistency() const;
+
+ private:
+  static constexpr double kNotFused = -1.0;
+
+  boost::circular_buffer<double> nis_;
 };
 
 }  // namespace bearing_calibration::core

@@ -9,7 +9,6 @@
 #include "bearing_calibration/filter/paper_filter.h"
 #include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/track/association.h"
-#include "bearing_calibration/track/recent_innovations.h"
 
 namespace bearing_calibration::core {
 
