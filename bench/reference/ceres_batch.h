@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "bearing_calibration/filter/observation.h"
-#include "bearing_calibration/init/fixed_path_fit.h"
+#include "bearing_calibration/init/closed_form.h"
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "bearing_calibration/solve/record_track.h"
 

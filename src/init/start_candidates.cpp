@@ -7,7 +7,6 @@
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/cancellation.h"
-#include "bearing_calibration/init/closed_form.h"
 
 namespace bearing_calibration::core {
 namespace {

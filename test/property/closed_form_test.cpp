@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "bearing_calibration/common/angle.h"
-#include "bearing_calibration/init/fixed_path_fit.h"
 #include "bearing_calibration/init/start_candidates.h"
 #include "support/yaw_scan.h"
 #include "tools/study/simulated_case.h"

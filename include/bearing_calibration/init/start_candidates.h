@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bearing_calibration/init/fixed_path_fit.h"
+#include "bearing_calibration/init/closed_form.h"
 #include "bearing_calibration/record/observation_path.h"
 
 namespace bearing_calibration::core {
