@@ -9,7 +9,6 @@
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/common/robust_statistics.h"
-#include "bearing_calibration/record/stretch.h"
 #include "bearing_calibration/solve/record_weights.h"
 
 namespace bearing_calibration::core {

@@ -1,5 +1,3 @@
-#include "bearing_calibration/output/turning_bearings.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,7 +6,7 @@
 #include "bearing_calibration/common/robust_statistics.h"
 #include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/filter/robust_loss.h"
-#include "bearing_calibration/record/stretch.h"
+#include "bearing_calibration/output/sensor_check.h"
 #include "bearing_calibration/solve/record_weights.h"
 
 namespace bearing_calibration::core {
