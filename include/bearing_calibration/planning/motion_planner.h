@@ -8,7 +8,6 @@
 #include "bearing_calibration/filter/robot_errors.h"
 #include "bearing_calibration/optics/field_of_view.h"
 #include "bearing_calibration/planning/motion_primitive.h"
-#include "bearing_calibration/planning/region.h"
 
 namespace bearing_calibration::core {
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <vector>
+
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/odometry/odometry_increment.h"
@@ -13,6 +16,20 @@ struct WheelLimits {
   double max_acceleration_mps2 = 0.0;
 
   void declare(Parameters& params);
+};
+
+/// Where the base's centre may go, in the base frame of the start. Parameter group `region`.
+struct Region {
+  double radius_m = 0.0;  ///< disc about the start; used without a polygon
+  /// Corners in either order [m]; at least three, or none for the disc. The start must lie inside.
+  std::vector<Eigen::Vector2d> polygon_m;
+
+  void declare(Parameters& params);
+
+  /// Least distance of a straight way to the border [m], negative when a part of it lies outside:
+  /// minus that of its end which does, or a nanometre where it only touches or crosses the border.
+  double clearance(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+  double clearance(const Eigen::Vector2d& point) const { return clearance(point, point); }
 };
 
 /// The motion primitive of a differential drive: turn on the spot, then go straight, from
