@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "bearing_calibration/common/chi_square.h"
-#include "bearing_calibration/record/observation_change.h"
 #include "bearing_calibration/record/observation_path.h"
 #include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/rival_mount.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bearing_calibration/record/observation_change.h"
+#include "bearing_calibration/record/observation_path.h"
 #include "tools/study/simulated_case.h"
 #include "tools/study/unmodelled.h"
 

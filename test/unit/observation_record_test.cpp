@@ -5,7 +5,6 @@
 #include <array>
 
 #include "bearing_calibration/init/initializer.h"
-#include "bearing_calibration/record/observation_change.h"
 #include "bearing_calibration/record/observation_path.h"
 #include "bearing_calibration/solve/observability.h"
 
