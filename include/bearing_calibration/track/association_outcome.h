@@ -4,10 +4,18 @@
 #include <limits>
 
 #include "bearing_calibration/filter/observation.h"
+#include "bearing_calibration/odometry/odometry_increment.h"
+#include "bearing_calibration/optics/bearing.h"
 #include "bearing_calibration/track/association.h"
-#include "bearing_calibration/track/frame.h"
 
 namespace bearing_calibration::core {
+
+/// An image, and how the base has moved to where it was taken.
+struct Frame {
+  BearingSet image;
+  OdometryIncrement motion;  ///< since the image before
+  OdometryWindow nearby;     ///< the wheels' travel around the image's stamp
+};
 
 /// What became of one image in a calibration: for reports, beside the estimate.
 struct AssociationOutcome {
