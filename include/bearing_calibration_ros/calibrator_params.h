@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bearing_calibration/calibration/config.h"
-#include "bearing_calibration/output/unestimated_mount.h"
+#include "bearing_calibration/output/result.h"
 #include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/param_reader.h"
 #include "bearing_calibration_ros/wheel_input.h"

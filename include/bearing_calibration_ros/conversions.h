@@ -17,7 +17,7 @@
 #include "bearing_calibration/geometry/pose2.h"
 #include "bearing_calibration/input/scan_bearings.h"
 #include "bearing_calibration/optics/bearing.h"
-#include "bearing_calibration/output/unestimated_mount.h"
+#include "bearing_calibration/output/result.h"
 #include "bearing_calibration_ros/namespaces.h"
 
 /// Messages to the core's types and back. Nothing is judged here: NaN, infinity and absurd numbers

@@ -2,6 +2,16 @@
 
 namespace bearing_calibration::core {
 
+void UnestimatedMount::declare(Parameters& params) {
+  using namespace plausible;
+  params.number("mount/z", z_m, -kFarthest_m, kFarthest_m);
+  params.number("mount/roll", roll_rad, -kPi, kPi);
+  params.number("mount/pitch", pitch_rad, -0.5 * kPi, 0.5 * kPi);
+  params.number("mount/z_stddev", z_stddev_m, kLeastLength_m, kFarthest_m);
+  params.number("mount/roll_stddev", roll_stddev_rad, kLeastAngle_rad, kTurn_rad);
+  params.number("mount/pitch_stddev", pitch_stddev_rad, kLeastAngle_rad, kTurn_rad);
+}
+
 bool mayBeTrusted(CalibrationState state) {
   return state == CalibrationState::kConverged || state == CalibrationState::kConverging;
 }

@@ -8,7 +8,7 @@
 #include "bearing_calibration/filter/lasting_estimate.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
 #include "bearing_calibration/output/quality.h"
-#include "bearing_calibration/output/unestimated_mount.h"
+#include "bearing_calibration/output/result.h"
 
 namespace bearing_calibration::core {
 
