@@ -4,7 +4,6 @@
 
 #include "bearing_calibration/init/other_answers.h"
 #include "bearing_calibration/init/start_candidates.h"
-#include "bearing_calibration/solve/metric_scale.h"
 #include "bearing_calibration/solve/mount_displacement.h"
 
 namespace bearing_calibration::core {
@@ -69,12 +68,8 @@ std::size_t RecordFit::cutOf(const SlipAverage& settled, std::size_t most) {
 RecordPart RecordFit::oldestPart(const std::vector<Observation>& observations,
                                  const BatchEstimate& fit, std::size_t count,
                                  const std::optional<StateEstimate>& average) const {
-  StateEstimate known = batch_.filteredAt(count - 1, observations, fit);
-  if (average) known = changedAs(known, known, *average);
-  return {
-      count,
-      withoutLearntScale(known, fit.path.stateAt(known.layout, count - 1), config_.batch.errors),
-      scatterOf(fit.mount_displacements, 0, count)};
+  return {count, batch_.knownAt(count - 1, observations, fit, average),
+          scatterOf(fit.mount_displacements, 0, count)};
 }
 
 }  // namespace bearing_calibration::core

@@ -127,10 +127,11 @@ StateEstimate BatchEstimator::filteredAt(std::size_t observation,
 
 StateEstimate BatchEstimator::knownAt(std::size_t observation,
                                       const std::vector<Observation>& observations,
-                                      const BatchEstimate& fit) const {
-  const StateEstimate filtered = filteredAt(observation, observations, fit);
-  return withoutLearntScale(filtered, fit.path.stateAt(filtered.layout, observation),
-                            config_.errors);
+                                      const BatchEstimate& fit,
+                                      const std::optional<StateEstimate>& average) const {
+  StateEstimate known = filteredAt(observation, observations, fit);
+  if (average) known = changedAs(known, known, *average);
+  return withoutLearntScale(known, fit.path.stateAt(known.layout, observation), config_.errors);
 }
 
 }  // namespace bearing_calibration::core

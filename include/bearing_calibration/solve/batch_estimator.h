@@ -112,8 +112,10 @@ class BatchEstimator {
   StateEstimate filteredAt(std::size_t observation, const std::vector<Observation>& observations,
                            const BatchEstimate& fit) const;
   /// The same as what a record that is cut after it begins with (withoutLearntScale()).
+  /// @param average  of what the fit says there, over all noise; none where that is known
   StateEstimate knownAt(std::size_t observation, const std::vector<Observation>& observations,
-                        const BatchEstimate& fit) const;
+                        const BatchEstimate& fit,
+                        const std::optional<StateEstimate>& average = std::nullopt) const;
 
  private:
   BatchConfig config_;
