@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include "bearing_calibration/common/robust_statistics.h"
 #include "bearing_calibration/filter/robust_loss.h"
 
 namespace bearing_calibration::core {
@@ -93,10 +95,7 @@ double usualInterval(const std::vector<Observation>& observations) {
     if (!beginsImage(observations, i)) continue;
     intervals_s.push_back(secondsBetween(observations[i - 1], observations[i]));
   }
-  if (intervals_s.empty()) return 0.0;
-  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
-  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
-  return *middle;
+  return intervals_s.empty() ? 0.0 : medianOf(std::move(intervals_s));
 }
 
 bool isNearSlip(Stamp moment, Stamp slip) {

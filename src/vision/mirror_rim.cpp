@@ -7,9 +7,11 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
+#include "bearing_calibration/common/robust_statistics.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -40,17 +42,14 @@ constexpr int kRays = 360;
 /// Median slope of the image along its rows, from a grid of its pixels.
 double usualSlope(const cv::Mat& smooth) {
   constexpr int kStep = 5;
-  std::vector<float> slopes;
+  std::vector<double> slopes;
   for (int v = 0; v < smooth.rows; v += kStep) {
     const float* row = smooth.ptr<float>(v);
     for (int u = 1; u + 1 < smooth.cols; u += kStep) {
-      slopes.push_back(0.5F * std::abs(row[u + 1] - row[u - 1]));
+      slopes.push_back(static_cast<double>(0.5F * std::abs(row[u + 1] - row[u - 1])));
     }
   }
-  if (slopes.empty()) return 0.0;
-  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-  std::nth_element(slopes.begin(), middle, slopes.end());
-  return static_cast<double>(*middle);
+  return slopes.empty() ? 0.0 : medianOf(std::move(slopes));
 }
 
 EdgeImage::EdgeImage(const cv::Mat& image, double saturation_level) {
