@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
 #include "bearing_calibration/init/start_obstacle.h"
 #include "bearing_calibration/judge/lights_agreement.h"
@@ -284,13 +283,9 @@ std::size_t JointCalibration::mostContradicted(
 
 Judgement JointCalibration::judge(const StateEstimate& estimate, bool is_clear) {
   const ErrorPriors& errors = config_.initializer.batch.errors;
-  const MountEstimate mount = withNearness(estimate, errors.nearness_stddev_m).mount();
-  const Eigen::Vector3d stddev = mount.covariance.diagonal().cwiseSqrt();
-  if (!meetsTargets(mount, config_.converged)) {
-    return notYetConverged(estimate, errors,
-                           formatted("position known to %.3f m and yaw to %.2f deg by %d lights",
-                                     stddev.head<2>().maxCoeff(), degreesFromRadians(stddev.z()),
-                                     estimate.layout.lights),
+  const StateEstimate known = withNearness(estimate, errors.nearness_stddev_m);
+  if (!meetsTargets(known.mount(), config_.converged)) {
+    return notYetConverged(known, errors, formatted(" by %d lights", known.layout.lights),
                            "keep driving straight lines and turns near them");
   }
   if (!is_clear) {

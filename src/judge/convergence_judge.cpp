@@ -112,15 +112,17 @@ bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config) {
 }
 
 Judgement notYetConverged(const StateEstimate& estimate, const ErrorPriors& errors,
-                          const std::string& known, const std::string& cure) {
+                          const std::string& by, const std::string& cure) {
   constexpr double kWorthAWord = 6.0;  // of doubt: one sound robot in eighty
   const Diagnosis wheels = unlikelyWheels(estimate.errors(), errors);
   if (wheels.fault != Fault::kNone) {
     return {CalibrationState::kInconsistent, describe(wheels), wheels.fault};
   }
   const bool is_doubtful = doubtOfLengths(estimate.errors(), errors) > kWorthAWord;
+  const Eigen::Vector3d stddev = estimate.mount().covariance.diagonal().cwiseSqrt();
   return {CalibrationState::kConverging,
-          known + ": " +
+          formatted("position known to %.3f m and yaw to %.2f deg%s: ", stddev.head<2>().maxCoeff(),
+                    degreesFromRadians(stddev.z()), by.c_str()) +
               (is_doubtful ? "the drive contradicts the wheels' radii or separation: measure them "
                              "again"
                            : cure)};
@@ -266,11 +268,8 @@ Judgement ConvergenceJudge::mountMoved(const DisplacementTest& jump) {
 }
 
 Judgement ConvergenceJudge::stillConverging(const StateEstimate& estimate) const {
-  const Eigen::Vector3d stddev = estimate.mount().covariance.diagonal().cwiseSqrt();
   return notYetConverged(
-      estimate, errors_,
-      formatted("position known to %.3f m and yaw to %.2f deg", stddev.head<2>().maxCoeff(),
-                degreesFromRadians(stddev.z())),
+      estimate, errors_, "",
       formatted("keep driving straight lines and turns; the light is %.1f m away, nearer is better",
                 estimate.cartesian().range()));
 }

@@ -44,10 +44,10 @@ double motionOf(const std::vector<Entry>& record, const std::optional<RecordBegi
 bool meetsTargets(const MountEstimate& mount, const ConvergenceConfig& config);
 
 /// Of an estimate that does not meet the targets yet.
-/// @param known  how well it is known, for the driver
+/// @param by  follows how well it is known, as in " by 3 lights"
 /// @param cure  what to drive, unless wheels that are not as stated keep it from more
 Judgement notYetConverged(const StateEstimate& estimate, const ErrorPriors& errors,
-                          const std::string& known, const std::string& cure);
+                          const std::string& by, const std::string& cure);
 
 /// Whether a settled fit speaks of one mount throughout: the light is not lost, no two parts of the
 /// record give different mounts, and both halves tell all of it.
