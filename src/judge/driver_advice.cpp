@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/formatted.h"
@@ -21,15 +20,11 @@ std::string describe(const WeakestDirection& weakest) {
   static const char* const kNames[] = {"light x", "light y", "sensor x", "sensor y", "yaw"};
   constexpr double kWorthNaming = 0.3;  // of a unit vector
   std::string text = "known least:";
-  char number[32];
   for (int i = 0; i < 5; ++i) {
     if (std::abs(weakest.direction(i)) < kWorthNaming) continue;
-    std::snprintf(number, sizeof(number), " %+.1f ", weakest.direction(i));
-    text += number;
-    text += kNames[i];
+    text += formatted(" %+.1f %s", weakest.direction(i), kNames[i]);
   }
-  std::snprintf(number, sizeof(number), ", to %.3f m", weakest.stddev_m);
-  return text + number;
+  return text + formatted(", to %.3f m", weakest.stddev_m);
 }
 
 }  // namespace
