@@ -13,7 +13,46 @@ void say(const Judgement& judgement, CalibrationResult* result) {
   result->cause = judgement.cause;
 }
 
+void say(const Consistency& consistency, CalibrationResult* result) {
+  result->nis = consistency.nis;
+  result->nis_mean = consistency.nis_mean;
+}
+
 }  // namespace
+
+void MountCalibration::describe(CalibrationResult* result) const {
+  result->error_priors = config_.initializer.batch.errors;
+  result->robot_errors = priorEstimate(config_.initializer.batch.errors);
+  result->noise_priors = config_.initializer.noise;
+  result->noise = noise_;
+  result->correlation_time = correlation_time_;
+  result->rival = rival_;
+  result->bearings_used = bearings_used_;
+  result->bearings_gated = bearings_gated_;
+  std::optional<CartesianEstimate> own;
+  if (const std::optional<MountTracker>& known = tracker_ ? tracker_ : search_.weak(); known) {
+    const StateEstimate estimate = known->filter().estimate();
+    sayEstimate(estimate, result);
+    if (config_.filter.parametrisation == FilterConfig::Parametrisation::kPaper) {
+      result->paper_state = known->filter().paper();
+    }
+    own = estimate.cartesian();
+    say(known->consistency(), result);
+  }
+  if (started_) {
+    say(judge_->last(), result);
+    if (isRefuted()) result->state = CalibrationState::kInconsistent;
+  } else {
+    search_.describe(result);
+  }
+  result->lights = {{lightId(), result->state, own, true, bearings_used_, ""}};
+  if (result->state == CalibrationState::kInconsistent && diagnosis_.fault != Fault::kNone &&
+      diagnosis_.fault != result->cause) {
+    result->advice = ::bearing_calibration::core::describe(diagnosis_);
+    result->cause = diagnosis_.fault;
+  }
+  if (restarted_) sayRestarted(result);
+}
 
 /// "light 7", or "light number 1" of one whose own number nobody knows.
 std::string SeveralLights::nameOf(std::size_t light) const {
@@ -121,9 +160,7 @@ void SeveralLights::takeJoint(CalibrationResult* result) const {
     if (rival.gap > result->rival.gap) result->rival = rival;
   }
   sayEstimate(estimate, result);
-  const Consistency consistency = joint->recent.consistency();
-  result->nis = consistency.nis;
-  result->nis_mean = consistency.nis_mean;
+  say(joint->recent.consistency(), result);
   say(joint->judgement, result);
 }
 
@@ -137,9 +174,7 @@ void SeveralLights::describe(CalibrationResult* result) const {
     if (!result->lights[i].in_estimate) result->lights[i].note = noteOn(i);
   }
   const auto against = objectionTo(*result);
-  const bool is_verdict = result->state == CalibrationState::kConverged ||
-                          result->state == CalibrationState::kConverging;
-  if (against && is_verdict) say(*against, result);
+  if (against && mayBeTrusted(result->state)) say(*against, result);
   if (is_ambiguous_ && result->state == CalibrationState::kWaitingForLight) {
     result->advice =
         "the lights are seen too close to each other to be distinguished: drive to where they "
