@@ -1,12 +1,11 @@
 #include "bearing_calibration/judge/convergence_judge.h"
 
-#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/common/chi_square.h"
 #include "bearing_calibration/common/formatted.h"
-#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/common/symmetric.h"
 #include "bearing_calibration/judge/fault_finder.h"
 #include "bearing_calibration/solve/metric_scale.h"

@@ -5,7 +5,7 @@
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/input/bearing_input.h"
-#include "bearing_calibration/judge/convergence_config.h"
+#include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/odometry/drive_geometry.h"
 #include "bearing_calibration/track/mount_tracker.h"
 

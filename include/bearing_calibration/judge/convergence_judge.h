@@ -4,14 +4,22 @@
 #include <string>
 #include <vector>
 
+#include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/judge/calibration_state.h"
-#include "bearing_calibration/judge/convergence_config.h"
 #include "bearing_calibration/judge/fault.h"
 #include "bearing_calibration/solve/batch_estimator.h"
 #include "bearing_calibration/solve/slip_hypotheses.h"
 #include "bearing_calibration/track/mount_tracker.h"
 
 namespace bearing_calibration::core {
+
+/// When the calibration may call itself converged. Parameter group `converged`.
+struct ConvergenceConfig {
+  double position_stddev_m = 0.0;  ///< x and y each
+  double yaw_stddev_rad = 0.0;
+
+  void declare(Parameters& params);
+};
 
 /// What may be said of a running filter, with a sentence for the driver.
 struct Judgement {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bearing_calibration/common/owned_folder.h"
-#include "bearing_calibration/judge/convergence_config.h"
+#include "bearing_calibration/judge/convergence_judge.h"
 #include "bearing_calibration/output/result_file.h"
 
 namespace bearing_calibration::core {
