@@ -51,7 +51,7 @@ class Search {
       : observations_(thinned(observations, kObservationsOfSearch)), config_(config) {}
 
   Answer run() {
-    for (const ObservationWindow& window : startWindows(observations_.size())) {
+    for (const Stretch& window : startWindows(observations_.size())) {
       considerAll(window);
       if (result_.fit && fitsWell(*result_.fit, config_)) break;
     }
@@ -60,7 +60,7 @@ class Search {
   }
 
  private:
-  std::vector<ErrorVector> hypothesesFor(const ObservationWindow& window) const {
+  std::vector<ErrorVector> hypothesesFor(const Stretch& window) const {
     if (!config_.search_errors) return {ErrorVector::Zero()};
     double turn_rad = 0.0;
     for (std::size_t i = window.begin; i < window.end; ++i) {
@@ -70,7 +70,7 @@ class Search {
   }
 
   /// The best few hypotheses on one stretch of the record.
-  void considerAll(const ObservationWindow& window) {
+  void considerAll(const Stretch& window) {
     constexpr std::size_t kMostRefined = 3;
     constexpr std::uint32_t kSeed = 1;  // of the random draws: the same record, the same answer
     struct Start {

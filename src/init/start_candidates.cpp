@@ -69,9 +69,9 @@ void keepBetter(const std::vector<PosedObservation>& observations,
 
 }  // namespace
 
-std::vector<ObservationWindow> startWindows(std::size_t observations) {
+std::vector<Stretch> startWindows(std::size_t observations) {
   constexpr std::size_t kFinest = 4;
-  std::vector<ObservationWindow> windows;
+  std::vector<Stretch> windows;
   for (std::size_t parts = 1; parts <= kFinest; parts *= 2) {
     if (observations / parts < kLeastWindow) break;
     for (std::size_t i = 0; i < parts; ++i) {
@@ -81,8 +81,8 @@ std::vector<ObservationWindow> startWindows(std::size_t observations) {
   return windows;
 }
 
-FixedPathFit findConsensus(const std::vector<PosedObservation>& all,
-                           const ObservationWindow& window, std::uint32_t seed, bool one_of_many) {
+FixedPathFit findConsensus(const std::vector<PosedObservation>& all, const Stretch& window,
+                           std::uint32_t seed, bool one_of_many) {
   const std::vector<PosedObservation> observations(
       all.begin() + static_cast<std::ptrdiff_t>(window.begin),
       all.begin() + static_cast<std::ptrdiff_t>(window.end));

@@ -132,7 +132,7 @@ TEST(FindConsensus, OutliersMakeNoDifference) {
 }
 
 TEST(StartWindows, CoverTheRecordAtEveryScale) {
-  const std::vector<ObservationWindow> windows = startWindows(100);
+  const std::vector<Stretch> windows = startWindows(100);
   ASSERT_EQ(windows.size(), 7U);
   EXPECT_EQ(windows[0].size(), 100U);
   EXPECT_EQ(windows[1].end, windows[2].begin);

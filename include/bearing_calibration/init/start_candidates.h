@@ -9,26 +9,16 @@
 
 namespace bearing_calibration::core {
 
-/// A stretch of a record: observations [begin, end).
-struct ObservationWindow {
-  std::size_t begin = 0;
-  std::size_t end = 0;
-
-  std::size_t size() const { return end - begin; }
-  std::size_t middle() const { return (begin + end) / 2; }
-};
-
 /// The whole record, its halves and its quarters: with a slipping wheel in one of them, another one
 /// may still be sound. Stretches of too few observations are left out.
-std::vector<ObservationWindow> startWindows(std::size_t observations);
+std::vector<Stretch> startWindows(std::size_t observations);
 
 /// Mount and light that most bearings of a window agree on: the closed form on random draws of
 /// observations, the best one refitted on what agrees with it (start.md, "Outliers").
 /// State at the record's first observation.
 /// @param one_of_many  among many hypotheses of the path: fewer draws then
-FixedPathFit findConsensus(const std::vector<PosedObservation>& observations,
-                           const ObservationWindow& window, std::uint32_t seed,
-                           bool one_of_many = false);
+FixedPathFit findConsensus(const std::vector<PosedObservation>& observations, const Stretch& window,
+                           std::uint32_t seed, bool one_of_many = false);
 
 /// How near two mounts are for a start to take them for one, on a path of this extent: 10 cm, or
 /// less where the path is small.

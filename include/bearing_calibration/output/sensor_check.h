@@ -1,12 +1,12 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "bearing_calibration/filter/observation.h"
+#include "bearing_calibration/record/observation_path.h"
 
 // What a bearing sensor shows of itself while its robot stands, and while it turns on the spot: no
 // mount and no light need to be known.
@@ -53,14 +53,6 @@ std::optional<TurningBearings> checkTurning(const std::vector<Observation>& obse
 
 /// The same as sentences, and what to drive where something is missing.
 std::vector<std::string> inWords(const SensorCheck& check);
-
-/// Some observations that follow each other.
-struct Stretch {
-  std::size_t begin = 0;
-  std::size_t end = 0;
-
-  std::size_t size() const { return end - begin; }
-};
 
 /// All longest stretches in each of which `belongs(i)` holds from the second observation on, and
 /// nothing is missing for long: a bag may hold two recordings.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 #include "bearing_calibration/filter/observation.h"
@@ -16,10 +17,19 @@ struct PosedObservation {
   double position_variance_m2 = 0.0;   ///< of the odometry along one axis, grown without headings
 };
 
+/// A stretch of a record: observations [begin, end).
+struct Stretch {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+
+  std::size_t size() const { return end - begin; }
+  std::size_t middle() const { return (begin + end) / 2; }
+};
+
 /// The record with the odometry taken at its word.
 std::vector<PosedObservation> poseObservations(const std::vector<Observation>& observations);
 
-/// Every step-th observation of a record and the last one, with the motion in between carried on.
+/// So many observations of a record, as ObservationRecord keeps them.
 std::vector<Observation> thinned(const std::vector<Observation>& observations,
                                  std::size_t max_observations);
 
