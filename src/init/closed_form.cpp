@@ -15,8 +15,6 @@ namespace {
 
 constexpr double kCapSigmas = 3.0;
 
-double rangeOf(const Vector5& state) { return (state.head<2>() - state.segment<2>(2)).norm(); }
-
 /// Gradient and Hessian of half the cost.
 struct NormalEquations {
   Vector5 gradient = Vector5::Zero();
@@ -90,6 +88,8 @@ Vector5 stateAt(const PosedObservation& observation, const Vector5& state_at_fir
       observation.first_from_base.inverse() * Eigen::Vector2d(state_at_first.head<2>());
   return state;
 }
+
+double rangeOf(const Vector5& state) { return (state.head<2>() - state.segment<2>(2)).norm(); }
 
 Vector5 withLightInFront(const std::vector<PosedObservation>& observations,
                          const Vector5& state_at_first) {

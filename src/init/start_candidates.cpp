@@ -20,11 +20,6 @@ constexpr int kDraws = 100;
 constexpr int kDrawsOfMany = 25;
 constexpr std::size_t kLeastWindow = 2 * kObservationsPerDraw;
 
-double rangeAt(const PosedObservation& observation, const Vector5& state_at_first) {
-  const Vector5 here = stateAt(observation, state_at_first);
-  return (here.head<2>() - here.segment<2>(CartesianIndex::kSensorX)).norm();
-}
-
 /// One observation from each of equal parts of the window.
 std::optional<Vector5> solveDraw(const std::vector<PosedObservation>& observations,
                                  std::mt19937& random) {
@@ -47,7 +42,7 @@ std::optional<Vector5> resolve(const std::vector<PosedObservation>& observations
   for (const PosedObservation& observation : observations) {
     double weight = 1.0;
     if (state) {
-      const double range = rangeAt(observation, *state);
+      const double range = rangeOf(stateAt(observation, *state));
       const double stddev = bearingStddev(observation, reference, range);
       if (std::abs(residualAt(observation, *state)) > kInlierSigmas * stddev) continue;
       weight = 1.0 / (stddev * stddev * std::max(range * range, 1e-4));

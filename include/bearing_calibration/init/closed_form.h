@@ -34,6 +34,9 @@ class ClosedForm {
 /// Cartesian state at an observation from that at the first one.
 Vector5 stateAt(const PosedObservation& observation, const Vector5& state_at_first);
 
+/// From the sensor to the light [m].
+double rangeOf(const Vector5& state);
+
 /// The state or its twin turned by half a turn: the one that has the light in front of most
 /// bearings.
 Vector5 withLightInFront(const std::vector<PosedObservation>& observations,
