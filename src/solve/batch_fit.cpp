@@ -11,7 +11,6 @@
 namespace bearing_calibration::core {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A fit has settled when its last step, squared over its covariance, is below this: a hundredth of
 /// a standard deviation; while Huber's weights are still to be replaced, a tenth.
 constexpr double kSettledStep = 1e-4;

@@ -135,9 +135,7 @@ Association MountTracker::placeAnew(const std::vector<Bearing>& candidates, bool
     if (!isLost()) return {};
     motion_unknown_ = false;  // in vain: it is not searched for any longer
     former_.reset();
-    Association in_vain;
-    in_vain.kind = Association::Kind::kAmbiguous;
-    return in_vain;
+    return {Association::Kind::kAmbiguous, 0, {}};
   }
   const Bearing& light = candidates.front();
   StateEstimate estimate = filter_.estimate();

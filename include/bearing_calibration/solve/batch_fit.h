@@ -21,6 +21,7 @@ class BatchFit {
   BatchEstimate run();
 
  private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   enum class Stage { kHuber, kRejecting, kWidening, kDone };
 
   bool step(int iteration);
@@ -40,11 +41,9 @@ class BatchFit {
   SmootherPass pass_;
   SmootherPass settled_;  ///< before the variances were widened: what the fit is judged by
   Stage stage_ = Stage::kHuber;
-  double cost_ =
-      std::numeric_limits<double>::infinity();  ///< of path_, by the present weights; not known yet
-  double last_step_ = std::numeric_limits<double>::infinity();  ///< of mount and lights at the end,
-                                                                ///< squared over its covariance
-  double last_mount_step_ = std::numeric_limits<double>::infinity();
+  double cost_ = kInfinity;       ///< of path_, by the present weights; not known yet
+  double last_step_ = kInfinity;  ///< of mount and lights at the end, squared over its covariance
+  double last_mount_step_ = kInfinity;
   std::optional<StateVector> last_change_;  ///< that a whole step would have made
   double stride_ = 1.0;                     ///< share of a step that is gone
   bool near_ = false;                       ///< so near the end that slips can be told
