@@ -178,16 +178,15 @@ void BatchFit::judgeInnovations(BatchEstimate& estimate) const {
 BatchEstimate BatchFit::run() {
   BatchEstimate estimate;
   constexpr int kMostIterations = 60;
-  while (stage_ != Stage::kDone && estimate.iterations < kMostIterations) {
+  for (int i = 1; i <= kMostIterations && stage_ != Stage::kDone; ++i) {
     endIfCancelled();
-    ++estimate.iterations;
-    if (!step(estimate.iterations)) {
+    if (!step(i)) {
       if (++failures_ > kMaxFailures || beginning_) break;  // a beginning cannot be damped
       continue;
     }
     const bool free = failures_ == 0;
     failures_ = std::max(0, failures_ - 1);
-    near_ = near_ || last_step_ < kNearlySettledStep || estimate.iterations >= kNearAfterIterations;
+    near_ = near_ || last_step_ < kNearlySettledStep || i >= kNearAfterIterations;
     if (free && near_ && weights_.giveUpSlip(pass_)) {
       weighAnew();
     } else if (free && hasSettled()) {

@@ -55,7 +55,6 @@ struct SlipHypothesis {
 struct BatchEstimate {
   StateEstimate last;  ///< at the last observation
   bool converged = false;
-  int iterations = 0;
   double chi_square = 0.0;     ///< of the observations that were used, innovations of the last pass
   int degrees_of_freedom = 0;  ///< of chi_square: observations used less what was estimated
   double cost = std::numeric_limits<double>::infinity();  ///< robust cost of all observations and
