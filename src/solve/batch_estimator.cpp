@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string>
 
 #include "bearing_calibration/common/parameters.h"
 #include "bearing_calibration/solve/batch_fit.h"
@@ -94,17 +95,14 @@ BatchEstimate BatchEstimator::estimate(const std::vector<Observation>& observati
     throw std::invalid_argument(
         "the beginning of a batch estimate is not of its lights and the errors in use");
   }
+  const auto expectPositive = [](const char* angle, double variance_rad2) {
+    if (variance_rad2 > 0.0) return;
+    throw std::invalid_argument(std::string(angle) + " variance " + std::to_string(variance_rad2) +
+                                " rad^2 is not positive");
+  };
   for (const Observation& observation : observations) {
-    if (!(observation.azimuth_variance_rad2 > 0.0)) {
-      throw std::invalid_argument("azimuth variance " +
-                                  std::to_string(observation.azimuth_variance_rad2) +
-                                  " rad^2 is not positive");
-    }
-    if (observation.elevation && !(observation.elevation->variance_rad2 > 0.0)) {
-      throw std::invalid_argument("elevation variance " +
-                                  std::to_string(observation.elevation->variance_rad2) +
-                                  " rad^2 is not positive");
-    }
+    expectPositive("azimuth", observation.azimuth_variance_rad2);
+    if (observation.elevation) expectPositive("elevation", observation.elevation->variance_rad2);
     if (observation.light < 0 || observation.light >= lights) {
       throw std::invalid_argument("light " + std::to_string(observation.light) +
                                   " is not on the track");

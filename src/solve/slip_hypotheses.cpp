@@ -67,7 +67,16 @@ class Rivals {
 
   /// The best of all that were tried, ruled out or not, which gives another mount.
   /// @param cost  of the best one
-  RivalMount rivalOf(const MountEstimate& average, double cost) const;
+  RivalMount rivalOf(const MountEstimate& average, double cost) const {
+    RivalMount rival;
+    rival.slips = static_cast<int>(answers_.size()) - 1;
+    for (const Answer& answer : answers_) {
+      if (isAnotherMount(answer.mount, average)) {
+        rival.offer(0.5 * (answer.cost - cost), answer.mount.mean);
+      }
+    }
+    return rival;
+  }
 
  private:
   struct Answer {
@@ -124,17 +133,6 @@ StateEstimate mixture(const std::vector<BatchEstimate>& fits, const BatchEstimat
   average.covariance = (average.covariance / weights - shift * shift.transpose()).eval();
   average.wrapYaw();
   return average;
-}
-
-RivalMount Rivals::rivalOf(const MountEstimate& average, double cost) const {
-  RivalMount rival;
-  rival.slips = static_cast<int>(answers_.size()) - 1;
-  for (const Answer& answer : answers_) {
-    if (isAnotherMount(answer.mount, average)) {
-      rival.offer(0.5 * (answer.cost - cost), answer.mount.mean);
-    }
-  }
-  return rival;
 }
 
 }  // namespace
