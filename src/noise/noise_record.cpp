@@ -26,8 +26,7 @@ NoiseRecord::NoiseRecord(const std::vector<Observation>& observations, const Bat
     const Observation& observation = observations[i];
     const StateVector at = path.stateAt(layout, i);
     const ExpectedAngle expected = expectAzimuth(layout, at, 0, observation.nearby);
-    const double interval_s =
-        i == 0 ? 0.0 : secondsFromDuration(observation.stamp - observations[i - 1].stamp);
+    const double interval_s = i == 0 ? 0.0 : secondsBetween(observations[i - 1], observation);
     steps_.push_back(
         {lineariseMotion(layout, path.errors, path.points[i].lights_in_base, observation.motion,
                          path.points[i].motion_error),

@@ -135,8 +135,7 @@ std::vector<Observation> withEarlierBearings(const std::vector<Observation>& obs
     if (moment < observations.front().stamp || moment > observations.back().stamp) continue;
     while (after + 1 < observations.size() && observations[after].stamp < moment) ++after;
     while (after > 1 && observations[after - 1].stamp > moment) --after;
-    const double interval_s =
-        secondsFromDuration(observations[after].stamp - observations[after - 1].stamp);
+    const double interval_s = secondsBetween(observations[after - 1], observations[after]);
     const double fraction =
         secondsFromDuration(moment - observations[after - 1].stamp) / interval_s;
     const Pose2 pose = first_from_base[after - 1] *
