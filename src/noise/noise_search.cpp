@@ -89,8 +89,7 @@ class Levels {
     constexpr double kLongestStep = 2.0;
     constexpr double kSettled = 0.02;
     unknowns = unknowns.cwiseMax(least_);
-    LikeliestNoise likeliest{unknowns, NoiseUnknownsMatrix::Zero(),
-                             std::numeric_limits<double>::infinity(), NoiseInformation()};
+    LikeliestNoise likeliest{unknowns, NoiseUnknownsMatrix::Zero(), kInfinity, NoiseInformation()};
     for (int i = 0; i < kMostSteps; ++i) {
       const Score innovations = scoreOfInnovations(unknowns);
       const Score here = withWhatIsKnown(innovations, unknowns);

@@ -17,7 +17,7 @@ std::array<Eigen::Vector2d, 2> rayOf(double azimuth_rad, const CartesianEstimate
                                      const Pose2& start_from_base) {
   const Pose2 base_from_sensor{estimate.sensorInBase(), estimate.sensorYaw()};
   const Pose2 start_from_sensor = start_from_base * base_from_sensor;
-  const double length_m = kRayPart * (estimate.lightInBase() - estimate.sensorInBase()).norm();
+  const double length_m = kRayPart * estimate.range();
   const Eigen::Vector2d along(length_m * std::cos(azimuth_rad), length_m * std::sin(azimuth_rad));
   return {start_from_sensor.position_m, start_from_sensor * along};
 }
