@@ -54,6 +54,14 @@ void MountCalibration::describe(CalibrationResult* result) const {
   if (restarted_) sayRestarted(result);
 }
 
+std::string MountCalibration::obstacle() const {
+  if (!isFound()) return "not found yet";
+  const Judgement& judgement = judge_->last();
+  if (isRefuted()) return ::bearing_calibration::core::describe(diagnosis_);
+  if (judgement.state == CalibrationState::kInconsistent) return judgement.advice;
+  return is_sound_ ? "" : "not yet confirmed";
+}
+
 /// "light 7", or "light number 1" of one whose own number nobody knows.
 std::string SeveralLights::nameOf(std::size_t light) const {
   const std::int32_t id = lights_[light].lightId();

@@ -163,14 +163,6 @@ std::optional<double> MountCalibration::movedFor() const {
   return way_m_ - *mount_moved_at_m_;
 }
 
-std::string MountCalibration::obstacle() const {
-  if (!isFound()) return "not found yet";
-  const Judgement& judgement = judge_->last();
-  if (isRefuted()) return bearing_calibration::core::describe(diagnosis_);
-  if (judgement.state == CalibrationState::kInconsistent) return judgement.advice;
-  return is_sound_ ? "" : "not yet confirmed";
-}
-
 bool MountCalibration::isFitDue() const {
   const ObservationRecord& record = initializer_.record();
   return fits_.isDue(record) || (fits_.isTime(record) && doubtAbout(tracker_->consistency()));
