@@ -1,10 +1,6 @@
 #pragma once
 
-#include <ros/console.h>
-#include <ros/init.h>
-
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <mutex>
@@ -84,13 +80,7 @@ class OpticsFile {
       saved_ = text;
     });
     if (!error.empty()) said = "the optics are not saved: " + error;
-    if (!ros::ok()) {  // and so is the log
-      std::fprintf(stderr, "%s: %s\n", node_.c_str(), said.c_str());
-    } else if (error.empty()) {
-      ROS_INFO_NAMED(node_, "%s", said.c_str());
-    } else {
-      ROS_WARN_NAMED(node_, "%s", said.c_str());
-    }
+    sayAtTheEnd(node_, error.empty(), said);
   }
 
   const std::string folder_, node_, file_;

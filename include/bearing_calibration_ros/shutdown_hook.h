@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 
 namespace bearing_calibration_ros {
 
@@ -25,5 +26,10 @@ class ShutdownHook {
   std::shared_ptr<Listener> listener_;
   std::function<void()> speak_;
 };
+
+/// To the log; once that has ended with ROS, to stderr. Written out, for a signal ends the process
+/// without that.
+/// @param name  of the node's logger
+void sayAtTheEnd(const std::string& name, bool success, const std::string& text);
 
 }  // namespace bearing_calibration_ros

@@ -2,12 +2,10 @@
 
 #include <ros/common.h>
 #include <ros/console.h>
-#include <ros/init.h>
 #include <ros/time.h>
 
 #include <boost/date_time/posix_time/posix_time.hpp>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <utility>
@@ -182,15 +180,8 @@ void ResultSaver::guarded(const char* when, const std::function<void()>& work) c
 }
 
 void ResultSaver::report(const std::string& when, const core::StoredResult& outcome) const {
-  const std::string text = when + (outcome.success ? ": " : ": not saved: ") + outcome.message;
-  if (!ros::ok()) {  // and so is the log
-    std::fprintf(stderr, "%s: %s\n", name_.c_str(), text.c_str());
-  } else if (outcome.success) {
-    ROS_INFO_NAMED(name_, "%s", text.c_str());
-    std::fflush(stdout);  // a signal ends the process without
-  } else {
-    ROS_WARN_NAMED(name_, "%s", text.c_str());
-  }
+  sayAtTheEnd(name_, outcome.success,
+              when + (outcome.success ? ": " : ": not saved: ") + outcome.message);
 }
 
 }  // namespace bearing_calibration_ros

@@ -1,5 +1,7 @@
 #include "bearing_calibration_ros/shutdown_hook.h"
 
+#include <ros/console.h>
+#include <ros/init.h>
 #include <signal.h>
 #include <sys/types.h>
 #include <unistd.h>
@@ -9,6 +11,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -117,5 +120,16 @@ ShutdownHook::ShutdownHook(std::function<void()> speak)
 }
 
 ShutdownHook::~ShutdownHook() { listener_->remove(this); }
+
+void sayAtTheEnd(const std::string& name, bool success, const std::string& text) {
+  if (!ros::ok()) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), text.c_str());
+  } else if (success) {
+    ROS_INFO_NAMED(name, "%s", text.c_str());
+    std::fflush(stdout);
+  } else {
+    ROS_WARN_NAMED(name, "%s", text.c_str());
+  }
+}
 
 }  // namespace bearing_calibration_ros
