@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bearing_calibration/optics/camera.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/refusal.h"
 #include "bearing_calibration_ros/sensor_places.h"
 

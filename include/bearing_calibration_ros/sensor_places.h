@@ -9,6 +9,7 @@
 #include <string>
 
 #include "bearing_calibration/common/parameters.h"
+#include "bearing_calibration_ros/namespaces.h"
 #include "bearing_calibration_ros/refusal.h"
 
 namespace bearing_calibration_ros {
