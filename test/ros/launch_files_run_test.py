@@ -7,6 +7,7 @@ import sys
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 import rosbag
 import rospy
@@ -17,6 +18,8 @@ from running_launch import CRASH, START_DEADLINE_S, STAY_S, STOP_DEADLINE_S, Run
 
 ROBOT = 'robot:=' + SIMULATED_ROBOT
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
+sys.path.insert(0, os.path.join(REPOSITORY, 'tools', 'study'))
+import rviz_screenshots  # noqa: E402  (not on the path)
 
 
 class HiddenScreen:
@@ -99,6 +102,16 @@ class LaunchFilesRun(unittest.TestCase):
         for path in logs:
             with open(path) as log:
                 self.assertNotRegex(log.read(), r'ERROR|could not be loaded')
+
+    def testWhereRvizEndsByItselfTheRobotDrivesOnceMore(self):
+        with unittest.mock.patch.object(rviz_screenshots.demo_monitor, 'Demo') as demo, \
+                unittest.mock.patch.object(rviz_screenshots, 'takePicture') as take:
+            take.side_effect = [rviz_screenshots.RvizEnded('RViz has ended'), None]
+            rviz_screenshots.driveAndTake(rviz_screenshots.SETS['room'], self.folder, 1.0)
+            self.assertEqual((demo.call_count, demo.return_value.stop.call_count), (2, 2))
+            take.side_effect = rviz_screenshots.RvizEnded('RViz has ended')
+            with self.assertRaises(rviz_screenshots.RvizEnded):
+                rviz_screenshots.driveAndTake(rviz_screenshots.SETS['room'], self.folder, 1.0)
 
     def testAPictureOfRvizShowsTheCalibration(self):
         screen = HiddenScreen(self.folder)

@@ -80,7 +80,7 @@ def waitForState(demo, picture):
                 and estimate.distance_travelled_m >= picture.least_distance_m):
             return
         time.sleep(0.1)
-    raise RuntimeError('the calibration did not converge within %d s' % STATE_DEADLINE_S)
+    raise RuntimeError('the calibration did not come to the state of the picture within %d s' % STATE_DEADLINE_S)
 
 
 def missingIn(path):
@@ -95,18 +95,6 @@ class RvizEnded(RuntimeError):
 
 
 def takePicture(demo, name, picture, output):
-    """On a busy machine RViz sometimes ends at its start (boost::lock_error, a mutex of its own): then
-    it is started again."""
-    for attempt in range(1, MOST_STARTS + 1):
-        try:
-            return takePictureOnce(demo, name, picture, output)
-        except RvizEnded as error:
-            print('start %d: %s' % (attempt, error), flush=True)
-            if attempt == MOST_STARTS:
-                raise
-
-
-def takePictureOnce(demo, name, picture, output):
     with tempfile.TemporaryDirectory() as folder:
         rviz = subprocess.Popen(
             ['rosrun', 'rviz', 'rviz', '--fullscreen', '-d', configurationWith(picture, folder)],
@@ -139,7 +127,18 @@ def keepPicture(demo, name, picture, rviz, output):
 
 
 def driveAndTake(pictures, output, rate):
-    """On the screen of the environment."""
+    """On the screen of the environment. On a busy machine RViz sometimes ends at its start (boost::lock_error,
+    a mutex of its own): then the robot drives once more, for a picture's moment passes."""
+    for attempt in range(1, MOST_STARTS + 1):
+        try:
+            return driveAndTakeOnce(pictures, output, rate)
+        except RvizEnded as error:
+            print('start %d: %s' % (attempt, error), flush=True)
+            if attempt == MOST_STARTS:
+                raise
+
+
+def driveAndTakeOnce(pictures, output, rate):
     port = demo_monitor.freePort(demo_monitor.masterPorts())
     demo = demo_monitor.Demo(port, ['drive:=optimal', 'rate:=%g' % rate])
     try:
