@@ -1,6 +1,6 @@
-#include "bearing_calibration/track/mount_tracker.h"
-
 #include <gtest/gtest.h>
+
+#include "bearing_calibration/track/mount_tracker.h"
 
 namespace bearing_calibration::core {
 namespace {

@@ -1,12 +1,11 @@
 // A slip of the wheels turns all lights by the same angle.
 
-#include "bearing_calibration/track/association.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "bearing_calibration/common/angle.h"
+#include "bearing_calibration/track/association.h"
 
 namespace bearing_calibration::core {
 namespace {

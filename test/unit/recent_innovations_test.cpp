@@ -1,6 +1,6 @@
-#include "bearing_calibration/track/association.h"
-
 #include <gtest/gtest.h>
+
+#include "bearing_calibration/track/association.h"
 
 namespace bearing_calibration::core {
 namespace {
