@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "bearing_calibration/calibration/calibrator.h"
+#include "bearing_calibration/common/chi_square.h"
 #include "tools/study/default_calibration.h"
 #include "tools/study/monte_carlo_bars.h"
 #include "tools/study/monte_carlo_table.h"
+#include "tools/study/unmodelled.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -82,6 +84,15 @@ SimulatedCase longDance(std::uint64_t run) {
 SimulatedCase longImperfectDance(std::uint64_t run) {
   SimulatedCase simulated = longDance(run);
   simulated.looked_for = usualErrors();
+  return simulated;
+}
+
+/// Its ticks are stamped on arrival, its images are not late.
+SimulatedCase lateTicksCase(std::uint64_t run) {
+  SimulatedCase simulated = cornerCase(run + 1);
+  makeUnmodelled(Unmodelled::kLateTicks, simulated);
+  simulated.looked_for = usualErrors();
+  simulated.noise_looked_for = usualNoise();
   return simulated;
 }
 
@@ -187,6 +198,17 @@ TEST(Calibrator, ALightStandsStillWhileTheEstimateIsWeak) {
   EXPECT_GT(moved_m, 10.0);
   // The odometry of the start frame does not know of the wheels' scales, the estimate does.
   EXPECT_LT(light_moved_m, 0.1 * moved_m);
+}
+
+// Promise honest: wheels that are stamped on arrival, some 20 ms late and irregularly
+TEST(Calibrator, IsRightWhereTheTicksAreStampedOnArrival) {
+  constexpr std::size_t kRuns = 4;
+  double chi_square = 0.0;
+  for (const Trial& trial : runTrials(tryCalibrator, lateTicksCase, kRuns, {90.0})) {
+    ASSERT_TRUE(trial.snapshots.front().claims);
+    chi_square += trial.snapshots.front().mountChiSquare();
+  }
+  EXPECT_LT(chi_square, chiSquareQuantile(0.999, 3.0 * kRuns));
 }
 
 // Promise honest: wheels that slip

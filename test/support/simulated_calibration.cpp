@@ -14,7 +14,9 @@ RobotConfig paperRobot(std::uint64_t seed) { return paperCase(seed).robot; }
 
 CalibratorConfig calibratorConfig() {
   const EncoderConfig encoders = paperCase(1).robot.encoders;
-  return defaultCalibration(encoders.drive, encoders.noise);
+  CalibratorConfig config = defaultCalibration(encoders.drive, encoders.noise);
+  config.bearings.reorder_window_s = 0.0;  // a bearing is taken in with the last ticks of a test
+  return config;
 }
 
 SimulatedRecord simulate(const RobotConfig& robot, double duration_s) {

@@ -24,6 +24,7 @@ enum class Unmodelled : std::uint8_t {
   kHeavyTails,          ///< it is Student's t with 3 degrees of freedom
   kCoarseTicks,         ///< a tick is 1 mm
   kTwoGrips,            ///< on every other stripe of the floor the wheels are 25 times as noisy
+  kLateTicks,           ///< the ticks are stamped on arrival, 10 ms late in the mean
 };
 
 /// One robot, one light and one way to drive: everything that a run is made of.

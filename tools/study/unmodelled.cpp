@@ -1,6 +1,7 @@
 #include "tools/study/unmodelled.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
@@ -84,6 +85,19 @@ void distortTicks(const DriveGeometry& drive, const Distortion& reported, Simula
   }
 }
 
+/// Each reading arrives late by an exponential distribution, and none before an earlier one.
+void stampOnArrival(std::uint64_t seed, SimulatedRecord* record) {
+  constexpr double kMeanDelay_s = 0.01;
+  constexpr Duration kApart = std::chrono::microseconds(1);
+  Draws draws(seed, Draws::Purpose::kUnmodelled);
+  Stamp last = record->ticks.front().stamp;
+  for (WheelCounts& ticks : record->ticks) {
+    const double delay_s = -kMeanDelay_s * std::log(draws.between(1e-9, 1.0));
+    ticks.stamp = std::max(last + kApart, ticks.stamp + durationFromSeconds(delay_s));
+    last = ticks.stamp;
+  }
+}
+
 /// Student's t with 3 degrees of freedom, of the stated standard deviation.
 void addHeavyTails(double stddev_rad, std::uint64_t seed, SimulatedRecord* record) {
   constexpr int kDegrees = 3;
@@ -104,8 +118,8 @@ void addHeavyTails(double stddev_rad, std::uint64_t seed, SimulatedRecord* recor
 
 const std::vector<std::string>& unmodelledNames() {
   static const std::vector<std::string> kNames = {
-      "none",          "swinging_separation", "sense_of_turn", "drifting_tyre",
-      "lasting_noise", "heavy_tails",         "coarse_ticks",  "two_grips"};
+      "none",        "swinging_separation", "sense_of_turn", "drifting_tyre", "lasting_noise",
+      "heavy_tails", "coarse_ticks",        "two_grips",     "late_ticks"};
   return kNames;
 }
 
@@ -146,6 +160,8 @@ void distort(const SimulatedCase& simulated, SimulatedRecord* record) {
       return distortTicks(drive, driftingTyre(simulated.duration_s), record);
     case Unmodelled::kTwoGrips:
       return distortTicks(drive, twoGrips(robot.encoders.noise, robot.seed), record);
+    case Unmodelled::kLateTicks:
+      return stampOnArrival(robot.seed, record);
     case Unmodelled::kHeavyTails:
       return addHeavyTails(robot.sensor.stddev_rad, robot.seed, record);
     case Unmodelled::kNone:

@@ -19,7 +19,7 @@ struct BearingInputConfig {
   double min_stddev_rad = 0.0;  ///< a stated one below it, of azimuth or elevation, is raised to it
   double max_stddev_rad = 0.0;  ///< a candidate with a larger one is refused
   double max_future_s = 0.0;    ///< a stamp later than its receipt by more is refused
-  /// Bearings wait this long after their stamp for earlier ones of other sensors [s].
+  /// Bearings wait for ticks so long after their stamp, and for earlier ones of other sensors [s].
   double reorder_window_s = 0.0;
   int max_waiting = 0;           ///< messages that may wait for ticks before the oldest is dropped
   double min_probability = 0.0;  ///< candidates of lower probability are not considered
