@@ -14,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from calibration_world import Node, World, taken_in, wait_until
 
 SECONDS = 60.0
+BEHIND_S = 0.2  # of ticks, for which the last bearings wait
 
 
 class EightLights(World):
@@ -21,6 +22,7 @@ class EightLights(World):
 
     TICK_RATE = 100
     TICKS_PER_BEARING = 10
+    BEARING_RATE = TICK_RATE // TICKS_PER_BEARING
     LIGHTS = 8
     RADIUS = 3.0  # [m] of the circle that they stand on
 
@@ -57,14 +59,14 @@ class CalibrationBesideTest(unittest.TestCase):
     def test_nothing_is_lost(self):
         world = EightLights(rospy.Time.now().to_sec() - 1000.0)
         begin = time.monotonic()
-        steps = round(SECONDS * world.TICK_RATE)
+        steps = round((SECONDS + BEHIND_S) * world.TICK_RATE)
         for step in range(steps):
             world.advance()
             self.node.wheels.publish(world.ticks())
-            if world.step % world.TICKS_PER_BEARING == 0:
+            if world.step <= SECONDS * world.TICK_RATE and world.step % world.TICKS_PER_BEARING == 0:
                 self.node.bearings.publish(world.bearings())
             time.sleep(max(0.0, begin + step / world.TICK_RATE - time.monotonic()))
-        everything = world.LIGHTS * steps // world.TICKS_PER_BEARING
+        everything = world.LIGHTS * round(SECONDS * world.BEARING_RATE)
         estimate = self.node.wait_for(
             lambda e: e.ticks_used == steps and taken_in(e) == everything,
             '%d ticks and %d bearings are taken in' % (steps, everything))
