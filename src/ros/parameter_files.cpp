@@ -1,10 +1,12 @@
 #include "bearing_calibration_ros/parameter_files.h"
 
 #include <ros/package.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <fstream>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -47,6 +49,45 @@ XmlRpcValue scalarFrom(const YAML::Node& node) {
   bool boolean = false;
   if (YAML::convert<bool>::decode(node, boolean)) return XmlRpcValue(boolean);
   return XmlRpcValue(node.Scalar());
+}
+
+/// Where the content of a parser's newest document begins.
+class ContentBegin : public YAML::EventHandler {
+  using Mark = YAML::Mark;
+  using Anchor = YAML::anchor_t;
+  using Style = YAML::EmitterStyle::value;
+  using Text = std::string;
+
+ public:
+  const Mark& mark() const { return *mark_; }
+
+  void OnDocumentStart(const Mark&) override { mark_.reset(); }
+  void OnDocumentEnd() override {}
+  void OnNull(const Mark& mark, Anchor) override { at(mark); }
+  void OnAlias(const Mark& mark, Anchor) override { at(mark); }
+  void OnScalar(const Mark& mark, const Text&, Anchor, const Text&) override { at(mark); }
+  void OnSequenceStart(const Mark& mark, const Text&, Anchor, Style) override { at(mark); }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const Mark& mark, const Text&, Anchor, Style) override { at(mark); }
+  void OnMapEnd() override {}
+
+ private:
+  void at(const Mark& mark) {
+    if (!mark_) mark_ = mark;
+  }
+
+  std::optional<Mark> mark_;
+};
+
+/// Instead of YAML::LoadAll(), for which "," is documents without an end.
+YAML::Node onlyDocument(const std::string& text, const std::string& origin) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  ContentBegin begin;
+  if (parser.HandleNextDocument(begin) && parser.HandleNextDocument(begin)) {
+    throw errorAt(origin, begin.mark(), "a second document: put all into the first one");
+  }
+  return YAML::Load(text);
 }
 
 /// Turns a document into parameters, and ends where it is none: aliases may stand for any number of
@@ -125,11 +166,7 @@ ParameterMap parametersFromFile(const std::string& path) {
 
 ParameterMap parametersFromYaml(const std::string& text, const std::string& origin) {
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1) {
-      throw errorAt(origin, documents[1].Mark(), "a second document: put all into the first one");
-    }
-    return DocumentReader(origin).read(documents.empty() ? YAML::Node() : documents.front());
+    return DocumentReader(origin).read(onlyDocument(text, origin));
   } catch (const YAML::Exception& error) {
     throw errorAt(origin, error.mark, error.msg);
   }

@@ -190,6 +190,9 @@ TEST(ParametersFromYaml, RefusesASecondDocument) {
   expectSaid(errorOf([] { parametersFromYaml("a: 1\n---\nb: 2\n", "robot.yaml"); }),
              "robot.yaml: line 3: a second document");
   EXPECT_EQ(parametersFromYaml("# robot\n---\na: 1\n...\n", "robot.yaml").count("a"), 1U);
+  for (const char* comma : {",", "{a: 1},\n{b: 2}\n"}) {  // yaml-cpp finds documents without an end
+    expectSaid(errorOf([&] { parametersFromYaml(comma, "robot.yaml"); }), "a second document");
+  }
 }
 
 /// Two nodes that share one name.
