@@ -85,16 +85,16 @@ void distortTicks(const DriveGeometry& drive, const Distortion& reported, Simula
   }
 }
 
-/// Each reading arrives late by an exponential distribution, and none before an earlier one.
+/// Each reading but the first, where time begins, arrives late by an exponential distribution, and
+/// none before an earlier one.
 void stampOnArrival(std::uint64_t seed, SimulatedRecord* record) {
   constexpr double kMeanDelay_s = 0.01;
   constexpr Duration kApart = std::chrono::microseconds(1);
   Draws draws(seed, Draws::Purpose::kUnmodelled);
-  Stamp last = record->ticks.front().stamp;
-  for (WheelCounts& ticks : record->ticks) {
+  for (std::size_t i = 1; i < record->ticks.size(); ++i) {
+    Stamp& stamp = record->ticks[i].stamp;
     const double delay_s = -kMeanDelay_s * std::log(draws.between(1e-9, 1.0));
-    ticks.stamp = std::max(last + kApart, ticks.stamp + durationFromSeconds(delay_s));
-    last = ticks.stamp;
+    stamp = std::max(record->ticks[i - 1].stamp + kApart, stamp + durationFromSeconds(delay_s));
   }
 }
 
