@@ -119,7 +119,7 @@ TEST(Unmodelled, HeavyTailsAreThoseOfStudentsT) {
 
 TEST(Unmodelled, NamesAreThoseOfTheList) {
   EXPECT_EQ(unmodelledFrom("two_grips"), Unmodelled::kTwoGrips);
-  EXPECT_EQ(unmodelledNames().size(), static_cast<std::size_t>(Unmodelled::kLateTicks) + 1U);
+  EXPECT_EQ(unmodelledNames().size(), static_cast<std::size_t>(Unmodelled::kLaterTicks) + 1U);
   EXPECT_THROW(unmodelledFrom("moon"), std::invalid_argument);
 }
 

@@ -25,6 +25,7 @@ enum class Unmodelled : std::uint8_t {
   kCoarseTicks,         ///< a tick is 1 mm
   kTwoGrips,            ///< on every other stripe of the floor the wheels are 25 times as noisy
   kLateTicks,           ///< the ticks are stamped on arrival, 10 ms late in the mean
+  kLaterTicks,          ///< 30 ms late
 };
 
 /// One robot, one light and one way to drive: everything that a run is made of.

@@ -87,13 +87,12 @@ void distortTicks(const DriveGeometry& drive, const Distortion& reported, Simula
 
 /// Each reading but the first, where time begins, arrives late by an exponential distribution, and
 /// none before an earlier one.
-void stampOnArrival(std::uint64_t seed, SimulatedRecord* record) {
-  constexpr double kMeanDelay_s = 0.01;
+void stampOnArrival(double mean_delay_s, std::uint64_t seed, SimulatedRecord* record) {
   constexpr Duration kApart = std::chrono::microseconds(1);
   Draws draws(seed, Draws::Purpose::kUnmodelled);
   for (std::size_t i = 1; i < record->ticks.size(); ++i) {
     Stamp& stamp = record->ticks[i].stamp;
-    const double delay_s = -kMeanDelay_s * std::log(draws.between(1e-9, 1.0));
+    const double delay_s = -mean_delay_s * std::log(draws.between(1e-9, 1.0));
     stamp = std::max(record->ticks[i - 1].stamp + kApart, stamp + durationFromSeconds(delay_s));
   }
 }
@@ -119,7 +118,7 @@ void addHeavyTails(double stddev_rad, std::uint64_t seed, SimulatedRecord* recor
 const std::vector<std::string>& unmodelledNames() {
   static const std::vector<std::string> kNames = {
       "none",        "swinging_separation", "sense_of_turn", "drifting_tyre", "lasting_noise",
-      "heavy_tails", "coarse_ticks",        "two_grips",     "late_ticks"};
+      "heavy_tails", "coarse_ticks",        "two_grips",     "late_ticks",    "later_ticks"};
   return kNames;
 }
 
@@ -161,7 +160,9 @@ void distort(const SimulatedCase& simulated, SimulatedRecord* record) {
     case Unmodelled::kTwoGrips:
       return distortTicks(drive, twoGrips(robot.encoders.noise, robot.seed), record);
     case Unmodelled::kLateTicks:
-      return stampOnArrival(robot.seed, record);
+      return stampOnArrival(0.01, robot.seed, record);
+    case Unmodelled::kLaterTicks:
+      return stampOnArrival(0.03, robot.seed, record);
     case Unmodelled::kHeavyTails:
       return addHeavyTails(robot.sensor.stddev_rad, robot.seed, record);
     case Unmodelled::kNone:
