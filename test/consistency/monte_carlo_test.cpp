@@ -200,7 +200,7 @@ TEST(Calibrator, ALightStandsStillWhileTheEstimateIsWeak) {
   EXPECT_LT(light_moved_m, 0.1 * moved_m);
 }
 
-// Promise honest: wheels that are stamped on arrival, some 20 ms late and irregularly
+// Promise honest: wheels that are stamped on arrival, some 15 ms late and irregularly
 TEST(Calibrator, IsRightWhereTheTicksAreStampedOnArrival) {
   constexpr std::size_t kRuns = 4;
   double chi_square = 0.0;
