@@ -12,7 +12,7 @@ CalibratorConfig shippedCalibration(const DriveGeometry& drive) {
   config.bearings.min_stddev_rad = 1e-4;
   config.bearings.max_stddev_rad = 0.35;
   config.bearings.max_future_s = 0.2;
-  config.bearings.reorder_window_s = 0.05;
+  config.bearings.reorder_window_s = 0.2;
   config.bearings.max_waiting = 100;
   config.bearings.min_probability = 0.1;
   ErrorPriors& errors = config.initializer.batch.errors;

@@ -12,9 +12,26 @@ void OdometryTrack::add(const WheelTravel& travel) {
   if (!empty() && travel.stamp <= newest()) {
     throw std::invalid_argument("OdometryTrack::add: the stamp must be later than the last");
   }
+  const bool newest_is_late = isNewestLate(travel.stamp);
+  if (!empty()) averageInterval(travel.stamp);
+  if (newest_is_late) readings_.pop_back();
+  left_out_ = newest_is_late ? left_out_ + 1 : 0;
   if (readings_.full()) foldOldest();
   readings_.push_back(travel);
   while (readings_.size() > 2 && readings_[1].stamp < travel.stamp - history_) foldOldest();
+}
+
+bool OdometryTrack::isNewestLate(Stamp next) const {
+  if (intervals_ < kLeastIntervals || readings_.size() < 2) return false;
+  const double half_usual_s = 0.5 * usual_interval_s_;
+  const Stamp kept = readings_[readings_.size() - 2].stamp;
+  return secondsFromDuration(next - newest()) < half_usual_s &&
+         secondsFromDuration(newest() - kept) >= (left_out_ + 1) * half_usual_s;
+}
+
+void OdometryTrack::averageInterval(Stamp next) {
+  intervals_ = std::min(intervals_ + 1, kMostIntervals);
+  usual_interval_s_ += (secondsFromDuration(next - newest()) - usual_interval_s_) / intervals_;
 }
 
 bool OdometryTrack::covers(Stamp stamp) const {

@@ -370,6 +370,42 @@ TEST_F(Track, LosesNoMotionThatItFoldsAway) {
   EXPECT_NEAR(motion.distance_m, 59.0 * 0.175, 1e-9);
 }
 
+// Stamped on arrival, readings 50 ms apart, of which some were held up: they arrive together with
+// the one that held them up no longer.
+TEST_F(Track, LeavesOutTheReadingsThatArriveTogetherWithALaterOne) {
+  OdometryTrack track(kSeparation, kNoise, durationFromSeconds(10.0));
+  for (int i = 0; i <= 60; ++i) {
+    const double t = 0.05 * i;
+    const double held_up_s = i >= 40 && i < 44 ? 0.05 * (44 - i) - 1e-3 * (44 - i) : 0.0;
+    track.add({at(t + held_up_s), kLeftSpeed * t, kRightSpeed * t, 0.0});
+    if (i == 20) track.anchorAt(at(1.0));
+  }
+  for (const double t : {1.97, 2.1, 2.1975, 2.25}) {
+    const OdometryIncrement motion = track.motionTo(at(t));
+    EXPECT_NEAR(motion.distance_m, 0.175 * (t - 1.0), 1e-9) << t;
+  }
+}
+
+// A driver that is asked for four times its rate has no late readings.
+TEST_F(Track, KeepsTheReadingsOfADriverThatHasBecomeFaster) {
+  OdometryTrack track(kSeparation, kNoise, durationFromSeconds(100.0));
+  track.add({at(0.0), 0.0, 0.0, 0.0});
+  track.anchorAt(at(0.0));
+  const auto travelled = [](double t) { return 0.1 * t + 0.05 * std::cos(40.0 * t); };
+  double t = 0.0;
+  for (int i = 0; i < 300; ++i) {
+    t += i < 100 ? 0.08 : 0.02;
+    track.add({at(t), travelled(t), travelled(t), 0.0});
+  }
+  int exactly = 0;
+  for (int i = 0; i < 200; ++i) {
+    const double moment = 8.0 + 0.02 * (i + 1);
+    const double moved_m = track.motionTo(at(moment)).start_from_end.position_m.x();
+    if (std::abs(moved_m - travelled(moment)) < 1e-9) ++exactly;
+  }
+  EXPECT_GE(exactly, 196);
+}
+
 TEST_F(Track, RefusesWhatItCannotAnswer) {
   OdometryTrack track = drive(2.0, 10.0, 0.5);
   EXPECT_THROW(track.motionTo(at(3.0)), std::invalid_argument);

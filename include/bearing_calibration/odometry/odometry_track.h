@@ -18,7 +18,8 @@ class OdometryTrack {
   /// @param history  how far behind the newest reading a bearing may lie
   OdometryTrack(double wheel_separation_m, const WheelNoise& noise, Duration history);
 
-  /// Appends a reading; its stamp must be later than the last one's.
+  /// Appends a reading; its stamp must be later than the last one's. Leaves out the last one where
+  /// the two show that it was stamped on a late arrival; its motion is in this one's.
   void add(const WheelTravel& travel);
 
   bool empty() const { return readings_.empty(); }
@@ -38,7 +39,13 @@ class OdometryTrack {
 
  private:
   static constexpr std::size_t kMaxReadings = 1U << 15U;  ///< 1 MB; 32 s of a 1 kHz encoder
+  static constexpr int kLeastIntervals = 10;              ///< before one of them is usual
+  static constexpr int kMostIntervals = 100;              ///< in the running mean
 
+  /// Whether the newest reading came late: `next` follows within half of the usual interval, though
+  /// since the last kept one they have come no faster than at twice the usual rate.
+  bool isNewestLate(Stamp next) const;
+  void averageInterval(Stamp next);
   WheelTravel travelAt(Stamp stamp) const;
   OdometryIncrement appendTravel(const OdometryIncrement& increment, const WheelTravel& from,
                                  const WheelTravel& to) const;
@@ -50,6 +57,9 @@ class OdometryTrack {
   boost::circular_buffer<WheelTravel> readings_{kMaxReadings};
   std::optional<WheelTravel> anchor_;  ///< where motion is counted from
   OdometryIncrement folded_;           ///< motion from the original anchor to anchor_
+  double usual_interval_s_ = 0.0;      ///< between readings, those left out too
+  int intervals_ = 0;                  ///< in it
+  int left_out_ = 0;                   ///< since the last but one of readings_
 };
 
 }  // namespace bearing_calibration::core
