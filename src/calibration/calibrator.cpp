@@ -29,7 +29,7 @@ InputOutcome Calibrator::addReading(const Reading& reading, Stamp received) {
   noteStepBack();
   if (odometer_.travel() && (track_.empty() || odometer_.travel()->stamp > track_.newest())) {
     followTravel(*odometer_.travel());
-    processCovered();
+    processCovered(config_.bearings.reorder_window_s);
   }
   return outcome;
 }
@@ -52,8 +52,13 @@ InputOutcome Calibrator::addWheel(WheelSide side, const WheelCount& count, Stamp
 
 InputOutcome Calibrator::addBearings(const BearingSet& bearings, Stamp received) {
   const InputOutcome outcome = accept(bearings, received);
-  processCovered();
+  processCovered(config_.bearings.reorder_window_s);
   return afterwards(outcome);
+}
+
+void Calibrator::finish() {
+  processCovered(0.0);
+  takeOverFit();
 }
 
 InputOutcome Calibrator::pair(WheelSide side, const WheelCount& count, Stamp received) {
@@ -234,8 +239,8 @@ void Calibrator::followTravel(const WheelTravel& travel) {
 }
 
 /// The oldest image that waits, once the ticks cover it and no older one is to be expected.
-std::optional<Frame> Calibrator::nextCovered() {
-  const Duration window = durationFromSeconds(config_.bearings.reorder_window_s);
+std::optional<Frame> Calibrator::nextCovered(double reorder_window_s) {
+  const Duration window = durationFromSeconds(reorder_window_s);
   while (!waiting_.empty() && !track_.empty() &&
          waiting_.begin()->first + window <= track_.newest()) {
     BearingSet image = waiting_.extract(waiting_.begin()).mapped();
@@ -255,8 +260,8 @@ std::optional<Frame> Calibrator::nextCovered() {
   return std::nullopt;
 }
 
-void Calibrator::processCovered() {
-  while (const std::optional<Frame> frame = nextCovered()) {
+void Calibrator::processCovered(double reorder_window_s) {
+  while (const std::optional<Frame> frame = nextCovered(reorder_window_s)) {
     const AssociationOutcome outcome = estimation_->process(*frame);
     const Stamp stamp = frame->image.stamp;
     in_view_.add(frame->image.view, stamp, estimation_->live().isAnySeenAt(stamp));

@@ -107,6 +107,22 @@ TEST(Calibrator, FusesTwoSensorsInTheOrderOfTheirStamps) {
             expected.bearings_used + expected.bearings_gated);
 }
 
+TEST(Calibrator, LosesNoBearingAtTheEndOfARecord) {
+  const SimulatedRecord record = simulate(paperRobot(3), 30.0);
+  CalibratorConfig config = calibratorConfig();
+  Calibrator prompt(config);
+  config.bearings.reorder_window_s = 0.25;
+  Calibrator waits(config);
+  const CalibrationResult expected = play(record, &prompt);
+  EXPECT_EQ(play(record, &waits).bearings_waiting, 3U);  // at 29.8, 29.9 and 30.0 s
+  waits.finish();
+  const CalibrationResult whole = waits.result();
+  EXPECT_EQ(whole.bearings_waiting, 0U);
+  EXPECT_EQ(whole.bearings_used + whole.bearings_gated,
+            expected.bearings_used + expected.bearings_gated);
+  EXPECT_EQ(whole.stamp, expected.stamp);
+}
+
 TEST(Calibrator, ALateStampIsTakenOffByTheLatency) {
   RobotConfig robot = paperRobot(8);
   robot.stamp_latency_s = 0.1;

@@ -193,6 +193,7 @@ class Replay {
 
 void Replay::finish() {
   const Timing timing(&outcome_->times.estimation);
+  calibrator_.finish();
   outcome_->result = calibrator_.result();
   if (outcome_->result.ticks_used == 0 && !others_joints_.empty()) warn("joints", others_joints_);
   outcome_->review = review_.conclude(outcome_->result);

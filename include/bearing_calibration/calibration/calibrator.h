@@ -38,6 +38,9 @@ class Calibrator {
   /// bad candidate in it.
   InputOutcome addBearings(const BearingSet& bearings, Stamp received);
 
+  /// Takes in the bearings that wait for more ticks than those that cover them: none will come.
+  void finish();
+
   /// Where the light should be seen at `stamp` (sensor's clock), by the newest ticks at most; none
   /// before the first estimate.
   std::optional<BearingPrediction> predictBearing(Stamp stamp) const;
@@ -85,8 +88,8 @@ class Calibrator {
     return outcome;
   }
   void followTravel(const WheelTravel& travel);
-  std::optional<Frame> nextCovered();
-  void processCovered();
+  std::optional<Frame> nextCovered(double reorder_window_s);
+  void processCovered(double reorder_window_s);
 
   CalibratorConfig config_;
   SensorGeometry assumed_;  ///< that of config_, or what the sensor states
