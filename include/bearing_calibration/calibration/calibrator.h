@@ -19,9 +19,9 @@ namespace bearing_calibration::core {
 
 /// The calibration of one sensor's mount: wheel readings and bearings in, the mount out. It checks
 /// and counts what comes in, brings both streams into one order of time, and hands each image with
-/// the motion before it to the estimation, as soon as the ticks cover it; memory is bounded
-/// whatever stream stops. Reads no clock: `received` is the time of an input's receipt. Not
-/// thread-safe, wherever its fits run.
+/// the motion before it to the estimation, once the ticks cover it and the reorder window behind
+/// it; memory is bounded whatever stream stops. Reads no clock: `received` is the time of an
+/// input's receipt. Not thread-safe, wherever its fits run.
 class Calibrator {
  public:
   /// @throws std::invalid_argument with every sentence of errorsOf().
