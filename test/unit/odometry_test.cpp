@@ -370,8 +370,8 @@ TEST_F(Track, LosesNoMotionThatItFoldsAway) {
   EXPECT_NEAR(motion.distance_m, 59.0 * 0.175, 1e-9);
 }
 
-// Stamped on arrival, readings 50 ms apart, of which some were held up: they arrive together with
-// the one that held them up no longer.
+// Readings 50 ms apart, stamped on arrival: four in a row are held up, and arrive just before the
+// next one. Between those around them the motion is that of a steady speed.
 TEST_F(Track, LeavesOutTheReadingsThatArriveTogetherWithALaterOne) {
   OdometryTrack track(kSeparation, kNoise, durationFromSeconds(10.0));
   for (int i = 0; i <= 60; ++i) {
@@ -386,7 +386,8 @@ TEST_F(Track, LeavesOutTheReadingsThatArriveTogetherWithALaterOne) {
   }
 }
 
-// A driver that is asked for four times its rate has no late readings.
+// Readings at four times the usual rate are no late ones. The first look so, until those since the
+// last kept one have come at twice the usual rate: four at most.
 TEST_F(Track, KeepsTheReadingsOfADriverThatHasBecomeFaster) {
   OdometryTrack track(kSeparation, kNoise, durationFromSeconds(100.0));
   track.add({at(0.0), 0.0, 0.0, 0.0});
