@@ -15,6 +15,16 @@ bool isWellKnown(const CartesianEstimate& estimate, double range, double extent_
          stddev.head<2>().maxCoeff() < StartLimits::kMaxLightStddevPerRange * range;
 }
 
+/// So often that the fit rests on it: who has turned on the spot and driven straight sees a far
+/// light as one that would be where he turned.
+bool isOftenTooNear(const RecordPath& path) {
+  std::size_t too_near = 0;
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    if (path.rangeAt(i, 0) < StartLimits::kMinLightDistance_m) ++too_near;
+  }
+  return too_near > StartLimits::kMaxTooNear * path.points.size();
+}
+
 }  // namespace
 
 bool fitsWell(const BatchEstimate& batch, const InitializerConfig& config) {
@@ -41,7 +51,8 @@ StartObstacle answerObstacle(const StartAttempt& attempt, const BatchEstimate& b
   const double range = estimate.range();
   if (!batch.converged) return StartObstacle::kNoSolution;
   if (!fitsWell(batch, config)) return StartObstacle::kPoorFit;
-  if (range < StartLimits::kMinLightDistance_m) return StartObstacle::kLightTooNear;
+  if (range < StartLimits::kMinLightDistance_m || isOftenTooNear(batch.path))
+    return StartObstacle::kLightTooNear;
   const double min_extent_m =
       std::min(StartLimits::kMinExtent_m, StartLimits::kMinExtentPerRange * range);
   if (attempt.motion.extent_m < min_extent_m ||

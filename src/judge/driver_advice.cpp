@@ -69,7 +69,7 @@ std::string adviceFor(const StartAttempt& attempt) {
     case StartObstacle::kPoorFit:
       return "the bearings fit the motion badly: check for slip, reflections and wheel geometry";
     case StartObstacle::kLightTooNear:
-      return "the light is too near: drive away from it";
+      return "the light seems too near: drive a metre straight, away from it, then turn";
     case StartObstacle::kWeakDirection:
       return "drive another metre nearer to the light and turn on the spot; " +
              describe(attempt.weakest);

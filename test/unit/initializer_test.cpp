@@ -147,6 +147,35 @@ TEST(Initializer, ASmallPathIsNotEnoughForAFarLight) {
             StartObstacle::kTooShortPath);
 }
 
+// Whoever turns on the spot and drives straight sees a far light as one that stands where he has
+// turned.
+TEST(Initializer, AFarLightIsNotBelievedToBeWhereTheRobotHasTurned) {
+  constexpr double kSpeed_mps = 0.2;
+  const DriveSegment leg{kSpeed_mps, kSpeed_mps, 3.0};
+  const DriveSegment turn{-kSpeed_mps, kSpeed_mps, 2.0};
+  const std::vector<std::vector<DriveSegment>> drives = {{turn, turn, leg, turn, leg},
+                                                         {leg, turn, leg, turn}};
+  const RandomCaseRange far{0.5, 2.5, 6.0};
+  InitializerConfig config;
+  config.batch.errors = usualErrors();
+  int too_near = 0;
+  for (const std::vector<DriveSegment>& drive : drives) {
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+      SimulatedCase simulated = randomCase(seed, Kind::kStanding, far);
+      for (const double duration_s : {6.5, 9.5}) {
+        simulated.duration_s = duration_s;
+        const ObservationRun run = simulateAlong(simulated, segmentTrajectory(drive));
+        const StartAttempt attempt = findStart(run.observations, config);
+        if (attempt.obstacle == StartObstacle::kLightTooNear) ++too_near;
+        if (!attempt.ready()) continue;
+        EXPECT_LT(mountChiSquare(attempt.estimate.cartesian(), run.truth.back()), kHonest)
+            << "seed " << seed << ", " << duration_s << " s";
+      }
+    }
+  }
+  EXPECT_GT(too_near, 0);
+}
+
 // A spin's path is its wheels' noise, however long it lasts.
 TEST(Initializer, ASpinsNoiseIsNoPath) {
   SimulatedCase simulated = paperCase(1);

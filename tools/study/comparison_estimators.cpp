@@ -40,7 +40,7 @@ PaperEstimate drawStart(const ComparedRun& run, const StartSpread& spread) {
 
 Snapshot snapshotOf(const ComparedRun& run, const CartesianEstimate& estimate,
                     double milliseconds) {
-  const ConvergenceConfig targets = calibratorConfig(run.simulated.robot).converged;
+  const ConvergenceConfig targets = calibratorConfig(run.simulated).converged;
   Snapshot snapshot;
   snapshot.time_s = run.simulated.duration_s;
   snapshot.milliseconds = milliseconds;

@@ -37,6 +37,8 @@ struct Arguments {
   int changes = 0;
   int threads = 0;
   double duration_s = 0.0;
+  bool random_noise = false;
+  bool estimate_noise = false;
   bool each = false;
 };
 
@@ -60,6 +62,10 @@ options::options_description describeOptions(Arguments* arguments) {
   add("threads", options::value(&arguments->threads)->default_value(2), "at work");
   add("duration", options::value(&arguments->duration_s)->default_value(100.0),
       "of a drive of motions and best [s]");
+  add("random-noise", options::bool_switch(&arguments->random_noise),
+      "robots noisier or less so than stated, as those of monte_carlo");
+  add("estimate-noise", options::bool_switch(&arguments->estimate_noise),
+      "the calibration estimates the levels of the noise, as it does by default");
   add("each", options::bool_switch(&arguments->each), "a line for each run");
   return description;
 }
@@ -67,8 +73,13 @@ options::options_description describeOptions(Arguments* arguments) {
 std::vector<DriveRecord> driveAll(const Arguments& arguments,
                                   const std::function<DrivenCase(std::uint64_t)>& caseOf) {
   std::vector<DriveRecord> records(static_cast<std::size_t>(arguments.runs));
-  forEachInParallel(records.size(), arguments.threads,
-                    [&](std::size_t i) { records[i] = drive(caseOf(i + 1)); });
+  forEachInParallel(records.size(), arguments.threads, [&](std::size_t i) {
+    const std::uint64_t seed = i + 1;
+    DrivenCase driven = caseOf(seed);
+    if (arguments.random_noise) drawNoise(driven.simulated, seed);
+    if (arguments.estimate_noise) driven.simulated.noise_looked_for = usualNoise();
+    records[i] = drive(driven);
+  });
   return records;
 }
 

@@ -26,18 +26,12 @@ double processorMilliseconds() {
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
-CalibratorConfig calibrationOf(const SimulatedCase& simulated) {
-  CalibratorConfig config = calibratorConfig(simulated.robot);
-  config.initializer.batch.errors = simulated.looked_for;
-  return config;
-}
-
 /// Robot, calibration and driver around one table.
 class Loop {
  public:
   explicit Loop(const DrivenCase& driven)
       : driven_(driven),
-        calibrator_(calibrationOf(driven.simulated)),
+        calibrator_(calibratorConfig(driven.simulated)),
         odometer_(driven.simulated.robot.encoders.drive),
         driver_(driven.drive, driven.goal, driven.simulated.robot.start),
         commanded_(driven.simulated.robot.encoders.drive.wheel_separation_m,
@@ -71,8 +65,9 @@ class Loop {
     }
     const auto bearings = inView(look());
     if (bearings) {
-      calibrator_.addBearings(*bearings, now);
-      driver_.addBearings(*bearings, now);
+      const BearingSet told = toldOf(driven_.simulated, *bearings);
+      calibrator_.addBearings(told, now);
+      driver_.addBearings(told, now);
       ++record_.images;
       if (!bearings->candidates.empty()) ++record_.images_with_light;
       tell(now);

@@ -113,16 +113,6 @@ void compareWithWholeRecord(const SimulatedCase& simulated, const ObservationRun
   snapshot.off_whole_record = mountDifference(calibrated, whole.last.mount().mean);
 }
 
-/// An image as the calibrator is told of it.
-BearingSet toldOf(const SimulatedCase& simulated, const BearingSet& image) {
-  constexpr double kNoMatter_m = 1.0;  // lights are points
-  BearingSet told{image.stamp, withNoise(image.candidates, simulated.stated_noise, kNoMatter_m)};
-  if (!simulated.are_lights_told) {
-    for (Bearing& light : told.candidates) light.light_id = kUnknownLight;
-  }
-  return told;
-}
-
 void noteClaim(const Snapshot& snapshot, Trial& trial) {
   if (!snapshot.claims) return;
   if (!trial.first_claim_s) trial.first_claim_s = snapshot.time_s;
@@ -159,8 +149,26 @@ Trial tryLightsBatch(const SimulatedCase& simulated, const std::vector<double>& 
 
 }  // namespace
 
-CalibratorConfig calibratorConfig(const RobotConfig& robot) {
-  return defaultCalibration(robot.encoders.drive, robot.encoders.noise);
+CalibratorConfig calibratorConfig(const SimulatedCase& simulated) {
+  const EncoderConfig& encoders = simulated.robot.encoders;
+  WheelNoise told = encoders.noise;
+  told.independent_k_m *= simulated.stated_noise.wheel.value;
+  told.common_k_m *= simulated.stated_noise.wheel.value;
+  CalibratorConfig config = defaultCalibration(encoders.drive, told);
+  config.initializer.batch.errors = simulated.looked_for;
+  config.max_lights = static_cast<int>(simulated.lights.size());
+  config.initializer.noise = simulated.noise_looked_for;
+  return config;
+}
+
+BearingSet toldOf(const SimulatedCase& simulated, const BearingSet& image) {
+  constexpr double kNoMatter_m = 1.0;  // lights are points
+  BearingSet told = image;
+  told.candidates = withNoise(image.candidates, simulated.stated_noise, kNoMatter_m);
+  if (!simulated.are_lights_told) {
+    for (Bearing& light : told.candidates) light.light_id = kUnknownLight;
+  }
+  return told;
 }
 
 double Snapshot::mountChiSquare() const {
@@ -244,14 +252,7 @@ Trial tryBatch(const SimulatedCase& simulated, const std::vector<double>& times_
 
 Trial tryCalibrator(const SimulatedCase& simulated, const std::vector<double>& times_s) {
   const ObservationRun run = simulate(simulated);
-  const EncoderConfig& encoders = simulated.robot.encoders;
-  WheelNoise told = encoders.noise;
-  told.independent_k_m *= simulated.stated_noise.wheel.value;
-  told.common_k_m *= simulated.stated_noise.wheel.value;
-  CalibratorConfig config = defaultCalibration(encoders.drive, told);
-  config.initializer.batch.errors = simulated.looked_for;
-  config.max_lights = static_cast<int>(simulated.lights.size());
-  config.initializer.noise = simulated.noise_looked_for;
+  const CalibratorConfig config = calibratorConfig(simulated);
   const Targets targets{config.converged.position_stddev_m, config.converged.yaw_stddev_rad, 0.0};
   constexpr double kAskEvery_s = 1.0;
   Calibrator calibrator(config);

@@ -12,8 +12,10 @@
 
 namespace bearing_calibration::core {
 
-/// The calibration of a simulated robot that is what its owner believes, from nothing.
-CalibratorConfig calibratorConfig(const RobotConfig& robot);
+/// The calibration of a simulated robot from nothing, with what its owner states and looks for.
+CalibratorConfig calibratorConfig(const SimulatedCase& simulated);
+/// An image as that calibration is told of it.
+BearingSet toldOf(const SimulatedCase& simulated, const BearingSet& image);
 
 /// Chi-square (3 degrees of freedom) of a mount beyond which an answer is wrong, whatever its own
 /// covariance says; by chance it comes about in 1.5 of 100 000 honest ones.
