@@ -17,12 +17,12 @@ bool isWellKnown(const CartesianEstimate& estimate, double range, double extent_
 
 /// So often that the fit rests on it: who has turned on the spot and driven straight sees a far
 /// light as one that would be where he turned.
-bool isOftenTooNear(const RecordPath& path) {
-  std::size_t too_near = 0;
+bool isOftenOverLight(const RecordPath& path) {
+  std::size_t over_light = 0;
   for (std::size_t i = 0; i < path.points.size(); ++i) {
-    if (path.rangeAt(i, 0) < StartLimits::kMinLightDistance_m) ++too_near;
+    if (path.rangeAt(i, 0) < StartLimits::kOverLight_m) ++over_light;
   }
-  return too_near > StartLimits::kMaxTooNear * path.points.size();
+  return over_light > StartLimits::kMaxOverLight * path.points.size();
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ StartObstacle answerObstacle(const StartAttempt& attempt, const BatchEstimate& b
   const double range = estimate.range();
   if (!batch.converged) return StartObstacle::kNoSolution;
   if (!fitsWell(batch, config)) return StartObstacle::kPoorFit;
-  if (range < StartLimits::kMinLightDistance_m || isOftenTooNear(batch.path))
+  if (range < StartLimits::kMinLightDistance_m || isOftenOverLight(batch.path))
     return StartObstacle::kLightTooNear;
   const double min_extent_m =
       std::min(StartLimits::kMinExtent_m, StartLimits::kMinExtentPerRange * range);

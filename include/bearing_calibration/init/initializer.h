@@ -37,7 +37,7 @@ enum class StartObstacle : std::uint8_t {
   kOneCurvature,   ///< one circle: a second curvature is needed
   kNoSolution,     ///< no mount explains the bearings, or the fit did not settle
   kPoorFit,        ///< residuals larger than their noise, or too many outliers
-  kLightTooNear,   ///< the light is (nearly) over the sensor at the last observation, or often was
+  kLightTooNear,   ///< the sensor is (nearly) over the light at the last observation, or often was
   kWeakDirection,  ///< a direction is not yet determined: see weakest
   kAmbiguous,      ///< a second answer explains the bearings about as well
 };

@@ -25,7 +25,8 @@ struct StartLimits {
   static constexpr double kMaxYawStddev_rad = 0.1;
   static constexpr double kMaxLightStddevPerRange = 0.15;
   static constexpr double kMinLightDistance_m = 0.2;  ///< from the sensor, at the last observation
-  static constexpr double kMaxTooNear = 0.1;  ///< share of the observations nearer than that
+  static constexpr double kOverLight_m = 0.05;        ///< the sensor is over the light, or nearly
+  static constexpr double kMaxOverLight = 0.1;        ///< share of the observations where it is
   static constexpr double kMaxChiSquareSigmas = 6.0;  ///< chi-square < n + this * sqrt(2 n)
   static constexpr double kMinRunnerUpMargin =
       25.0;  ///< cost of the next best answer above the best
