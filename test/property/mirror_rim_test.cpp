@@ -256,15 +256,6 @@ TEST_F(MirrorCheckTest, AMaskPastTheRimIsNamed) {
   expectComplaint("mask/outer_radius is 260.0 px");
 }
 
-TEST(CircleThrough, PointsOfACircleAndOfALine) {
-  const auto circle = circleThrough({4.0, 2.0}, {1.0, 5.0}, {-2.0, 2.0});
-  ASSERT_TRUE(circle);
-  EXPECT_NEAR((circle->centre_px - Vector2d(1.0, 2.0)).norm(), 0.0, 1e-12);
-  EXPECT_NEAR(circle->radius_px, 3.0, 1e-12);
-  EXPECT_FALSE(circleThrough({0.0, 0.0}, {1.0, 1.0}, {3.0, 3.0}));
-  EXPECT_FALSE(fitCircle({{0.0, 0.0}, {1.0, 0.0}, {2.0, 0.0}, {3.0, 0.0}}, {{0.0, 0.0}, 1.0}));
-}
-
 // The shorter side bounds what an image holds of a mirror: a longer one beside it changes nothing.
 TEST(RimSearch, IsOfTheShorterSide) {
   const RimSearch square = rimSearchIn(cv::Mat::zeros(480, 480, CV_8U));

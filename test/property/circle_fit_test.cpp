@@ -1,4 +1,4 @@
-// What a circle's fit says of its own errors, where a closed form says it, too.
+// Circles through points: where they are, and how sure a fit says that it is, by closed forms.
 
 #include <gtest/gtest.h>
 
@@ -14,6 +14,15 @@ namespace bearing_calibration::core {
 namespace {
 
 using Eigen::Vector2d;
+
+TEST(CircleThrough, PointsOfACircleAndOfALine) {
+  const auto circle = circleThrough({4.0, 2.0}, {1.0, 5.0}, {-2.0, 2.0});
+  ASSERT_TRUE(circle);
+  EXPECT_NEAR((circle->centre_px - Vector2d(1.0, 2.0)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR(circle->radius_px, 3.0, 1e-12);
+  EXPECT_FALSE(circleThrough({0.0, 0.0}, {1.0, 1.0}, {3.0, 3.0}));
+  EXPECT_FALSE(fitCircle({{0.0, 0.0}, {1.0, 0.0}, {2.0, 0.0}, {3.0, 0.0}}, {{0.0, 0.0}, 1.0}));
+}
 
 // Of n points all around with an error sigma across the circle: variances 2 sigma^2 / n of each
 // coordinate of the centre, sigma^2 / n of the radius, over Tukey's efficiency of 95 %.
