@@ -257,6 +257,13 @@ TEST(RobotErrors, WhatNearnessLeavesOpenIsThePlaceOfTheSensor) {
   EXPECT_EQ(variance.z(), 0.0);
 }
 
+TEST(RobotErrors, WhatNearnessLeavesOpenIsTakenBackAsItWasAdded) {
+  StateEstimate known = StateEstimate::zero({0, 1});
+  known.covariance.diagonal() << 1e-4, 2e-4, 3e-4, 4e-4, 5e-4;
+  const StateEstimate back = withoutNearness(withNearness(known, 0.02), 0.02);
+  EXPECT_LT((back.covariance - known.covariance).norm(), 1e-15);
+}
+
 TEST(RobotErrors, PriorsAreNamedAndChecked) {
   ErrorPriors priors;
   EXPECT_EQ(errorsInUse(priors), 0);

@@ -41,6 +41,21 @@ TEST(CheckedBearings, AreNoBetterThanTheLeastStandardDeviation) {
   EXPECT_EQ(checked.remarks.size(), 2U);
 }
 
+TEST(CheckedBearings, AreRefusedBeyondTheLargestStandardDeviation) {
+  BearingInputConfig config;
+  config.max_stddev_rad = 0.5;
+  for (const double stddev_rad : {0.49, 0.51, 0.7}) {
+    BearingSet set;
+    set.candidates.resize(1);
+    set.candidates[0].azimuth_variance_rad2 = stddev_rad * stddev_rad;
+    const CheckedBearings checked = checkBearings(set, config);
+    ASSERT_EQ(checked.remarks.size(), stddev_rad > 0.5 ? 1U : 0U) << stddev_rad;
+    for (const InputOutcome& remark : checked.remarks) {
+      EXPECT_EQ(remark.status, InputStatus::kVarianceAbsurd);
+    }
+  }
+}
+
 // Promise refused: an elevation in degrees; the azimuth beside it is used
 TEST(CheckedBearings, HaveNoElevationThatIsNone) {
   BearingInputConfig config;

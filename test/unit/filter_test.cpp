@@ -249,6 +249,44 @@ TEST(AddEarlier, AgreesWithTheInformationForm) {
   }
 }
 
+// What was assumed of the errors beforehand stands in both and counts once.
+TEST(AddEarlier, CountsThePriorsOfTheErrorsOnce) {
+  ErrorPriors priors;
+  priors.setBlock(WheelScales::kName, 0.1);
+  const int errors = placeOf<WheelScales>() + WheelScales::kSize;
+  const StateLayout layout{errors, 1};
+  const int scales = kMountSize + placeOf<WheelScales>();
+  const std::vector<int> shared = {0, 1, 2, scales, scales + 1};
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  // their covariances: small beside the priors, as after many measurements
+  StateEstimate earlier = StateEstimate::zero(layout);
+  StateEstimate estimate = StateEstimate::zero(layout);
+  const Eigen::MatrixXd known = 0.02 * 0.02 * randomCovariance(&random);
+  earlier.covariance(shared, shared) = known;
+  Eigen::MatrixXd before = 1e-4 * Eigen::MatrixXd::Identity(layout.size(), layout.size());
+  before(shared, shared) += 0.02 * 0.02 * randomCovariance(&random);
+  estimate.covariance = before;
+  for (const int place : shared) {
+    earlier.mean(place) = 0.02 * normal(random);
+    estimate.mean(place) = 0.02 * normal(random);
+  }
+  const StateVector mean = estimate.mean;
+  addEarlier(lastingPart(earlier), priors, &estimate);
+
+  // of what was measured earlier alone
+  Eigen::MatrixXd information = known.inverse();
+  Eigen::VectorXd pull = information * earlier.mean(shared);
+  information.diagonal().tail<2>().array() -= 1.0 / (0.1 * 0.1);
+  Eigen::MatrixXd sum = before.inverse();
+  Eigen::VectorXd pulls = sum * mean;
+  sum(shared, shared) += information;
+  pulls(shared) += pull;
+  EXPECT_LT((estimate.covariance * sum - Eigen::MatrixXd::Identity(sum.rows(), sum.cols())).norm(),
+            1e-9);
+  EXPECT_LT((estimate.mean - sum.inverse() * pulls).norm(), 1e-9);
+}
+
 /// Three errors and two lights; each number and each covariance is another one.
 StateEstimate numberedEstimate() {
   StateEstimate estimate = StateEstimate::zero({3, 2});

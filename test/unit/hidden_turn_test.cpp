@@ -69,6 +69,14 @@ TEST(HiddenTurn, IsNoneWhereLightsAreAsExpected) {
   EXPECT_FALSE(hiddenTurn(expectedAt(kFour), {}).has_value());
 }
 
+// After a turn by 0.2 rad the fourth light stands where the second was expected.
+TEST(HiddenTurn, IsFoundWhereOneLightStandsInThePlaceOfAnother) {
+  const std::vector<double> lights = {3.0, 0.5, -1.9, 0.7};
+  const auto found = hiddenTurn(expectedAt(lights), seenAt(lights, 0.2));
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(*found, 0.2, 1e-9);
+}
+
 // One that moves is off alone.
 TEST(HiddenTurn, IsNoneWhereOneLightMoves) {
   std::vector<Bearing> seen = seenAt(kFour, 0.0);

@@ -96,6 +96,22 @@ TEST(LightBearings, ARefusedSpotBesideTheLightMakesItLessCertain) {
   EXPECT_EQ(bearingOf(light, search, {far}, nullptr, config)->azimuth_variance_rad2, alone_rad2);
 }
 
+// Where a bright area was taken away, by 0.3 px in whatever direction (detection.md).
+TEST(LightBearings, AreLessCertainBesideABrightAreaThatWasTakenAway) {
+  const DetectorConfig config = test::defaultDetector();
+  constexpr double kFromCentre_px = 100.0;
+  LightEllipse light;
+  light.centre_px = config.view.centre_px() + Eigen::Vector2d(kFromCentre_px, 0.0);
+  light.moments_px2 = 4.0 * Eigen::Matrix2d::Identity();
+  Search opened;
+  opened.opened = true;
+  const Bearing beside = *bearingOf(light, opened, {}, nullptr, config);
+  const Bearing alone = *bearingOf(light, {}, {}, nullptr, config);
+  EXPECT_NEAR(beside.azimuth_variance_rad2 - alone.azimuth_variance_rad2,
+              std::pow(0.3 / kFromCentre_px, 2), 1e-12);
+  EXPECT_NEAR(beside.image_radius_variance_px2 - alone.image_radius_variance_px2, 0.3 * 0.3, 1e-9);
+}
+
 SearchConfig search() {
   SearchConfig config;
   config.use = true;

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "bearing_calibration/noise/noise_levels.h"
 
 namespace bearing_calibration::core {
@@ -16,6 +18,15 @@ TEST(NoiseLevels, AtMostALimitAreTheLowerOnesOfEach) {
   const NoiseLevels mixed = atMost({low.bearing, high.wheel}, {high.bearing, low.wheel});
   EXPECT_EQ(mixed.bearing.value, low.bearing.value);
   EXPECT_EQ(mixed.wheel.value, low.wheel.value);
+}
+
+// n bearings of which neighbours are correlated by 0.5 are worth (1 - 0.5) / (1 + 0.5) n.
+TEST(NoiseLevels, OfCorrelatedBearingsAreWidenedByTheRootOfThoseThatAreLost) {
+  const NoiseLevels levels{{1.1, 0.1}, {2.0, 0.2}, {0.001, 0.3}};
+  const NoiseLevels widened = levels.widenedFor(0.5);
+  EXPECT_NEAR(widened.bearing.value, std::sqrt(3.0) * 1.1, 1e-12);
+  EXPECT_NEAR(widened.light_size.stddev_m, std::sqrt(3.0) * 0.001, 1e-12);
+  EXPECT_EQ(widened.wheel.value, 2.0);
 }
 
 // Wheels that are better than stated say nothing of what a break in their readings has hidden.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/record/observation_path.h"
@@ -68,6 +69,39 @@ TEST(ObservationChange, OtherWheelsHaveOtherTravelAroundEachStamp) {
     }
     EXPECT_EQ(changed.wheelSeparation(), kSeparation_m);
   }
+}
+
+/// Four arcs between two observations, by wheels of which each rolls so much of what it says.
+OdometryIncrement fourArcs(double left_scale, double right_scale, double separation_m) {
+  OdometryIncrement motion;
+  for (const WheelDisplacement& wheels :
+       {WheelDisplacement{0.05, 0.09}, {0.08, 0.02}, {0.03, 0.07}, {0.1, 0.1}}) {
+    const WheelDisplacement rolled{left_scale * wheels.left_m, right_scale * wheels.right_m};
+    motion = append(motion, rolled, separation_m, kNoise);
+  }
+  return motion;
+}
+
+// To first order: what is left over goes with the square of a change, and a change by a tenth as
+// much leaves a hundredth.
+TEST(ObservationChange, OtherWheelsTakeAMotionOfSeveralArcsAlongAllOfThem) {
+  const auto left_over_m = [](double change) {
+    const double left = 1.0 + change, right = 1.0 - 0.5 * change, separation = 1.0 + 1.5 * change;
+    Observation observation;
+    observation.motion = fourArcs(1.0, 1.0, kSeparation_m);
+    const Eigen::Matrix2d wheels = Eigen::Vector2d(left, right).asDiagonal();
+    const OdometryIncrement changed =
+        withOtherWheels({observation}, wheels, kSeparation_m, separation * kSeparation_m)
+            .front()
+            .motion;
+    const OdometryIncrement expected = fourArcs(left, right, separation * kSeparation_m);
+    EXPECT_NEAR(changed.start_from_end.yaw_rad, expected.start_from_end.yaw_rad, 1e-12);
+    return (changed.start_from_end.position_m - expected.start_from_end.position_m).norm();
+  };
+  const double of_large_m = left_over_m(0.1);
+  EXPECT_GT(of_large_m, 0.0);
+  EXPECT_LT(of_large_m, 0.1 * 0.1 * 0.3);  // of the way
+  EXPECT_NEAR(left_over_m(0.01) / of_large_m, 0.01, 0.003);
 }
 
 // What is not known of the poses adds up from the record's beginning.
@@ -211,6 +245,19 @@ TEST(SummariseMotion, TellsOneCurvatureFromTwo) {
   // 49 steps of 2 cm straight; 50 turns of 0.08 rad at the lever of 0.3 m are more than that
   EXPECT_NEAR(summariseMotion(line_and_spin).second_curvature_m, 49 * 0.02, 1e-9);
   EXPECT_NEAR(summariseMotion(line).extent_m, 99 * 0.02, 1e-9);
+}
+
+// A break in the readings leaves the heading open by half a radian, or more: no filter follows it.
+TEST(SummariseMotion, TheNoiseOfItsExtentIsThatOfMotionsWithoutABreak) {
+  std::vector<Observation> record;
+  for (int i = 0; i < 4; ++i) record.push_back(observationAfter(0.02, 0.02, i));
+  for (Observation& observation : record)
+    observation.motion.covariance.diagonal().setConstant(1e-4);
+  EXPECT_NEAR(summariseMotion(record).extent_noise_m, std::sqrt(3.0 * 1e-4), 1e-12);
+  record[2].motion.covariance.diagonal() << 0.04, 0.04, 0.49 * 0.49;
+  EXPECT_NEAR(summariseMotion(record).extent_noise_m, std::sqrt(0.04 + 2.0 * 1e-4), 1e-12);
+  record[2].motion.covariance(2, 2) = 0.51 * 0.51;
+  EXPECT_NEAR(summariseMotion(record).extent_noise_m, std::sqrt(2.0 * 1e-4), 1e-12);
 }
 
 TEST(WeakestDirection, IsTheLongestAxisWithYawAsALength) {

@@ -6,6 +6,8 @@
 #include <random>
 
 #include "bearing_calibration/vision/spot_meter.h"
+#include "support/default_rig.h"
+#include "support/synthetic_spot.h"
 
 namespace bearing_calibration::core {
 namespace {
@@ -169,6 +171,30 @@ TEST(SpotSums, AnEllipseWiderThanTheImageIsCutAtItsSides) {
   const cv::Mat image(9, 11, CV_8UC1, cv::Scalar(50));
   const PixelEllipse wide{{5.0, 4.0}, 1e4 * Eigen::Matrix2d::Identity(), 2.0};
   EXPECT_EQ(sumCentre(image, wide, 1, {1.0F, 0.0F, 0.0F}, {}).light, 50.0 * 9 * 11);
+}
+
+// By two fifths of the light's radius, as where a half of it is over the threshold: the second step
+// begins where the first has ended.
+TEST(MeasureSpot, FindsTheCentreFromPixelsWhoseMiddleIsOff) {
+  const DetectorConfig config = test::defaultDetector();
+  const test::SpotDrawing spot =
+      test::spotOfLight(config, {0.5, test::kDefaultLightHeight_m}, 0.3, 150.0);
+  cv::Mat expected = test::flatImage(config.sensor.width_px, config.sensor.height_px, 20.0);
+  addSpot(&expected, spot);
+  cv::Mat levels;
+  expected.convertTo(levels, CV_8U);
+  LightEllipse thresholded;
+  thresholded.moments_px2 = std::pow(spot.major_diameter_px / 4.0, 2) * Eigen::Matrix2d::Identity();
+  Search search;
+  search.background_levels = 20.0;
+  search.threshold_levels = 40.0;
+  for (const double off_px : {-4.0, 0.0, 4.0}) {
+    thresholded.centre_px = spot.centre_px + Eigen::Vector2d(off_px, 0.0);
+    const SpotWindow window = windowFor(thresholded, nullptr, config);
+    const auto light = measureSpot({levels, levels}, thresholded, window, search, config);
+    ASSERT_TRUE(light.has_value());
+    EXPECT_LT((light->centre_px - spot.centre_px).norm(), 0.02) << off_px;
+  }
 }
 
 }  // namespace
