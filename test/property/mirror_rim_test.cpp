@@ -167,6 +167,24 @@ TEST(MirrorRim, IsFoundWithoutBiasAndItsCovarianceIsHonest) {
   EXPECT_LT(std::abs(radius_errors_px / kTotal), 0.1);
 }
 
+// To a hundredth of a pixel, without noise: a parabola through three slopes misses the top of a
+// smooth edge by some hundredths, up and down as the pixels fall, and there are 360 of them.
+TEST(MirrorRim, OfAnEvenDiscIsItsOutline) {
+  constexpr double kRadius_px = 150.0;
+  constexpr double kExact_px = 0.01;
+  const test::SpotDrawing disc{{322.3, 237.6}, 0.0, 2.0 * kRadius_px, 2.0 * kRadius_px, 120.0};
+  cv::Mat expected = test::flatImage(kWidth_px, kHeight_px, 30.0);
+  addSpot(&expected, disc);
+  cv::Mat image;
+  expected.convertTo(image, CV_8U);
+  const auto rim = findMirrorRim(image, rimSearchIn(image));
+  ASSERT_TRUE(rim);
+  EXPECT_NEAR(rim->circle.centre_px.x(), disc.centre_px.x(), kExact_px);
+  EXPECT_NEAR(rim->circle.centre_px.y(), disc.centre_px.y(), kExact_px);
+  EXPECT_NEAR(rim->circle.radius_px, kRadius_px, kExact_px);
+  EXPECT_EQ(rim->visible_part, 1.0);
+}
+
 TEST(MirrorRim, IsFoundWithPartsHidden) {
   RimCamera camera(11);
   for (const double bright : {0.0, 255.0}) {
