@@ -152,5 +152,17 @@ TEST(LightsVerdict, ALightKeepsWhatTheOthersHaveNotGivenAway) {
   EXPECT_GT(firstKeptOf(end), first);
 }
 
+// A turn counts as the way of a point half a metre from the centre.
+TEST(MountCalibration, CountsTheWaySinceItsLightWasSeenWithItsTurns) {
+  MountCalibration light{CalibratorConfig()};
+  for (int i = 1; i <= 4; ++i) {
+    Frame frame;
+    frame.image.stamp = stampFromSeconds(0.1 * i);
+    frame.motion = append(frame.motion, {0.1, 0.3}, 0.25, WheelNoise());  // 0.2 m and 0.8 rad
+    light.process(frame);
+  }
+  EXPECT_NEAR(light.unseenFor_m(), 4 * (0.2 + 0.5 * 0.8), 1e-12);
+}
+
 }  // namespace
 }  // namespace bearing_calibration::core
