@@ -182,35 +182,6 @@ TEST(FindFault, TellsFaultsOfARobotThatTurnsFarBetweenTwoObservations) {
   }
 }
 
-// What a motion of several arcs is with other wheels, against each of its arcs with other wheels.
-TEST(ObservationChange, AMotionOfSeveralArcsIsKeptToFirstOrder) {
-  constexpr double kSeparation_m = 0.25;
-  constexpr double kScale = 1.01;
-  const std::vector<Eigen::Vector2d> arcs = {{0.5, 0.5}, {-0.6, 0.6}, {0.2, 0.4}};
-  Observation observation;
-  OdometryIncrement expected;
-  for (const Eigen::Vector2d& arc : arcs) {
-    observation.motion = append(observation.motion, {arc.x(), arc.y()}, kSeparation_m, {});
-    expected = append(expected, {kScale * arc.x(), arc.y()}, kSeparation_m, {});
-  }
-  const Eigen::Matrix2d wheels = Eigen::Vector2d(kScale, 1.0).asDiagonal();
-  const OdometryIncrement changed =
-      withOtherWheels({observation}, wheels, kSeparation_m, kSeparation_m).front().motion;
-  EXPECT_NEAR(changed.start_from_end.yaw_rad, expected.start_from_end.yaw_rad, 1e-12);
-  const double change =
-      (expected.start_from_end.position_m - observation.motion.start_from_end.position_m).norm();
-  EXPECT_LT((changed.start_from_end.position_m - expected.start_from_end.position_m).norm(),
-            0.05 * change);  // the second order: a few times the scale's error
-  const OdometryIncrement mirror = mirrored({observation}).front().motion;
-  OdometryIncrement swapped;
-  for (const Eigen::Vector2d& arc : arcs) {
-    swapped = append(swapped, {arc.y(), arc.x()}, kSeparation_m, {});
-  }
-  EXPECT_NEAR(mirror.start_from_end.yaw_rad, swapped.start_from_end.yaw_rad, 1e-12);
-  EXPECT_LT((mirror.start_from_end.position_m - swapped.start_from_end.position_m).norm(), 1e-12);
-  EXPECT_LT((mirror.J_pose_wheels - swapped.J_pose_wheels).norm(), 1e-12);
-}
-
 /// In the middle of the record the light is put a metre away.
 std::vector<Observation> withMovedLight(SimulatedCase simulated) {
   std::vector<Observation> observations = observationsOf(simulated);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "bearing_calibration/init/initializer.h"
 #include "bearing_calibration/record/observation_path.h"
@@ -71,37 +72,32 @@ TEST(ObservationChange, OtherWheelsHaveOtherTravelAroundEachStamp) {
   }
 }
 
-/// Four arcs between two observations, by wheels of which each rolls so much of what it says.
-OdometryIncrement fourArcs(double left_scale, double right_scale, double separation_m) {
-  OdometryIncrement motion;
-  for (const WheelDisplacement& wheels :
-       {WheelDisplacement{0.05, 0.09}, {0.08, 0.02}, {0.03, 0.07}, {0.1, 0.1}}) {
-    const WheelDisplacement rolled{left_scale * wheels.left_m, right_scale * wheels.right_m};
-    motion = append(motion, rolled, separation_m, kNoise);
+// What a motion of several arcs is with other wheels, against each of its arcs with other wheels.
+TEST(ObservationChange, AMotionOfSeveralArcsIsKeptToFirstOrder) {
+  constexpr double kScale = 1.01;
+  const std::vector<Eigen::Vector2d> arcs = {{0.5, 0.5}, {-0.6, 0.6}, {0.2, 0.4}};
+  Observation observation;
+  OdometryIncrement expected;
+  for (const Eigen::Vector2d& arc : arcs) {
+    observation.motion = append(observation.motion, {arc.x(), arc.y()}, kSeparation_m, {});
+    expected = append(expected, {kScale * arc.x(), arc.y()}, kSeparation_m, {});
   }
-  return motion;
-}
-
-// To first order: what is left over goes with the square of a change, and a change by a tenth as
-// much leaves a hundredth.
-TEST(ObservationChange, OtherWheelsTakeAMotionOfSeveralArcsAlongAllOfThem) {
-  const auto left_over_m = [](double change) {
-    const double left = 1.0 + change, right = 1.0 - 0.5 * change, separation = 1.0 + 1.5 * change;
-    Observation observation;
-    observation.motion = fourArcs(1.0, 1.0, kSeparation_m);
-    const Eigen::Matrix2d wheels = Eigen::Vector2d(left, right).asDiagonal();
-    const OdometryIncrement changed =
-        withOtherWheels({observation}, wheels, kSeparation_m, separation * kSeparation_m)
-            .front()
-            .motion;
-    const OdometryIncrement expected = fourArcs(left, right, separation * kSeparation_m);
-    EXPECT_NEAR(changed.start_from_end.yaw_rad, expected.start_from_end.yaw_rad, 1e-12);
-    return (changed.start_from_end.position_m - expected.start_from_end.position_m).norm();
-  };
-  const double of_large_m = left_over_m(0.1);
-  EXPECT_GT(of_large_m, 0.0);
-  EXPECT_LT(of_large_m, 0.1 * 0.1 * 0.3);  // of the way
-  EXPECT_NEAR(left_over_m(0.01) / of_large_m, 0.01, 0.003);
+  const Eigen::Matrix2d wheels = Eigen::Vector2d(kScale, 1.0).asDiagonal();
+  const OdometryIncrement changed =
+      withOtherWheels({observation}, wheels, kSeparation_m, kSeparation_m).front().motion;
+  EXPECT_NEAR(changed.start_from_end.yaw_rad, expected.start_from_end.yaw_rad, 1e-12);
+  const double change =
+      (expected.start_from_end.position_m - observation.motion.start_from_end.position_m).norm();
+  EXPECT_LT((changed.start_from_end.position_m - expected.start_from_end.position_m).norm(),
+            0.05 * change);  // the second order: a few times the scale's error
+  const OdometryIncrement mirror = mirrored({observation}).front().motion;
+  OdometryIncrement swapped;
+  for (const Eigen::Vector2d& arc : arcs) {
+    swapped = append(swapped, {arc.y(), arc.x()}, kSeparation_m, {});
+  }
+  EXPECT_NEAR(mirror.start_from_end.yaw_rad, swapped.start_from_end.yaw_rad, 1e-12);
+  EXPECT_LT((mirror.start_from_end.position_m - swapped.start_from_end.position_m).norm(), 1e-12);
+  EXPECT_LT((mirror.J_pose_wheels - swapped.J_pose_wheels).norm(), 1e-12);
 }
 
 // What is not known of the poses adds up from the record's beginning.
