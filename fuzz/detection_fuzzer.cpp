@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <cstring>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
@@ -101,9 +102,11 @@ void requireOptics(const core::OpticsLearner& learner, const core::DetectorConfi
   for (const core::LearntOptics& value : learner.optics()) {
     require(std::isfinite(value.value) && std::isfinite(value.stddev) && value.stddev > 0.0,
             "what is learnt of the optics is no number");
+    require(std::strlen(core::nameOf(value.state)) > 0, "how a value is known has no name");
   }
   require(core::errorsOf(learner.applied(configured)).empty(), "the optics learnt are refused");
-  require(!core::yamlOf(learner).empty(), "the optics learnt cannot be written");
+  require(learner.learntValuesIn(core::yamlOf(learner)) == learner.learntValues(),
+          "of the optics written more or fewer are learnt than of those that were to be");
 }
 
 void requireMeaning(const core::BearingSet& bearings) {
