@@ -8,6 +8,7 @@
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
+#include <string>
 
 #include "bearing_calibration/common/angle.h"
 #include "bearing_calibration/vision/annotation.h"
@@ -105,7 +106,9 @@ void requireOptics(const core::OpticsLearner& learner, const core::DetectorConfi
     require(std::strlen(core::nameOf(value.state)) > 0, "how a value is known has no name");
   }
   require(core::errorsOf(learner.applied(configured)).empty(), "the optics learnt are refused");
-  require(learner.learntValuesIn(core::yamlOf(learner)) == learner.learntValues(),
+  const std::string yaml = core::yamlOf(learner);
+  require(!yaml.empty(), "the optics learnt cannot be written");
+  require(learner.learntValuesIn(yaml) == learner.learntValues(),
           "of the optics written more or fewer are learnt than of those that were to be");
 }
 
